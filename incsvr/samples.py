@@ -1,0 +1,66 @@
+"""Samples: what the learner learns from, one row for each instant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp] | NDArray[np.bool_] | slice
+
+_NO_CHANNELS: Mapping[str, Array] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """Damping samples y = d(r) (Eq. 5 for one degree of freedom), in the order of their time.
+
+    Attributes:
+        time: (n,) the vehicle's time [s].
+        yaw_rate: (n,) r [rad/s].
+        damping: (n,) d = τ − I ṙ [N m].
+        channels: further channels by name, each (n,), NaN where a channel was not sampled.
+    """
+
+    time: Array
+    yaw_rate: Array
+    damping: Array
+    channels: Mapping[str, Array] = field(default_factory=lambda: _NO_CHANNELS)
+
+    def __len__(self) -> int:
+        return self.time.size
+
+    def take(self, index: Indices) -> Samples:
+        """The samples at `index`: an array of positions, a mask or a slice."""
+        return Samples(
+            self.time[index],
+            self.yaw_rate[index],
+            self.damping[index],
+            {name: values[index] for name, values in self.channels.items()},
+        )
+
+    @staticmethod
+    def empty() -> Samples:
+        nothing = np.empty(0)
+        return Samples(nothing, nothing, nothing)
+
+    @staticmethod
+    def concatenate(parts: Iterable[Samples]) -> Samples:
+        """All samples of `parts`, in their order; a channel that a part lacks is NaN there."""
+        kept = [part for part in parts if len(part)]
+        if not kept:
+            return Samples.empty()
+        names = sorted({name for part in kept for name in part.channels})
+        return Samples(
+            np.concatenate([part.time for part in kept]),
+            np.concatenate([part.yaw_rate for part in kept]),
+            np.concatenate([part.damping for part in kept]),
+            {
+                name: np.concatenate([part.channels.get(name, np.full(len(part), np.nan)) for part in kept])
+                for name in names
+            },
+        )

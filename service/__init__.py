@@ -1,0 +1,1 @@
+"""The learner on the bus: Zenoh, configuration, wire forms, durable state, command line."""

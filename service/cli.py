@@ -1,0 +1,57 @@
+"""The command line: finds a command, hands it its arguments, turns bad input into one sentence.
+
+This is the place where the project is put together. Commands are named as text and loaded when they are called, so
+that the learner's process never holds what only the viewer or a benchmark needs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from incsvr.errors import BadInput
+
+COMMANDS = {
+    "demo": ("service.demo", "the main job, end to end: simulator, learner and viewer, one recording, one report"),
+    "serve": ("service.serve", "the learner on the bus"),
+    "simulate": ("simulator.simulate", "plays the Leng plant onto the keys"),
+    "replay": ("simulator.replay", "plays recorded runs onto the keys"),
+    "view": ("viewer.view", "live viewer, recording"),
+    "query": ("service.query", "asks a running learner for the damping"),
+    "fit": ("simulator.fit", "the online loop over recordings; errors for each iteration"),
+    "trace": ("simulator.trace", "finds what the model lacks, adds it, reports the error before and after"),
+    "table1": ("benchmarks.table1", "Table I and the curve of Fig. 7 beside the paper's figures"),
+    "bench": ("benchmarks.bench", "speed against the peers, measured in one run"),
+    "config": ("service.config_command", "what is in force, what is wrong"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command. Exit status: 0 done, 2 bad input (one sentence, no traceback), 1 failed."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    parser = argparse.ArgumentParser(prog="incsvr", description="Learns a vehicle's yaw damping while it moves.")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, (module, sentence) in COMMANDS.items():
+        # Only the command that was asked for is loaded: the others contribute their name and sentence alone.
+        chosen = bool(words) and words[0] == name
+        command = commands.add_parser(name, help=sentence, description=f"{sentence[0].upper()}{sentence[1:]}.")
+        if chosen:
+            loaded = importlib.import_module(module)
+            loaded.add_arguments(command)
+            command.set_defaults(run=loaded.run)
+    args = parser.parse_args(words)
+    try:
+        return int(args.run(args))
+    except BadInput as error:
+        print(f"incsvr {args.command}: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        # The reader of our output went away (`incsvr fit … | head`): nothing is left to say.
+        sys.stderr.close()
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

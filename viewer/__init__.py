@@ -1,0 +1,1 @@
+"""Rerun, and only here: the live viewer and the recording for review."""
