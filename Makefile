@@ -1,24 +1,31 @@
 # Everything runs from two commands: `make demo` and `make test`. They create .venv on first use.
 PYTHON ?= python3
 BIN := .venv/bin
-SHELL := /bin/bash
 
-.PHONY: demo test lint bench table1 trace-table soak pictures clean
+.PHONY: demo test lint bench table1 policy trace-table recording pictures soak clean
 
-demo: .venv/ready
+demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
 
-test: .venv/ready lint
-	$(BIN)/pytest
+test: .venv/ready lint  ## what must hold at every commit
+	$(BIN)/pytest -n 2 --dist worksteal
 
 lint: .venv/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# The long studies: each keeps its last results, with command and date, in benchmarks/results/.
+table1: .venv/ready
+	$(BIN)/incsvr table1 --seeds 20
+
+bench: .venv/ready
+	$(BIN)/incsvr bench
+
 .venv/ready: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=python3.11 …")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[viewer,report,bench,dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[viewer,report,bench,dev]'
 	touch $@
 
 clean:

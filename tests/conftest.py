@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -16,3 +18,9 @@ def measured() -> Path:
     if not folder.is_dir():
         pytest.skip("the measured recordings are not beside this checkout (../shared/measured)")
     return folder
+
+
+# One set of examples for everybody: a failure that somebody sees, everybody sees.
+settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True)
+settings.register_profile("explore", deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
