@@ -1,0 +1,279 @@
+"""What travels on the bus: the key names and the forms of CONTRACT, Section 2, and nothing else.
+
+Everybody who speaks with the learner imports this module: the learner itself, the player, the viewer, the demo. A form
+is a frozen pydantic model; `encode` gives the UTF-8 JSON bytes that are put, `decode` reads them or raises `BadInput`.
+Readers ignore fields that they do not know, so that a newer learner may say more.
+
+Besides the contract's forms: a get on `…/iteration?after=REVISION;limit=N` answers with an `IterationHistory`, so that
+a viewer that starts late draws what happened before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from incsvr.errors import BadInput
+
+Numbers = tuple[float, ...]
+
+#: The sets of points of one iteration (Fig. 5-6), in the order in which they are drawn.
+SETS = ("old", "new", "support", "forgotten", "discarded_tube", "discarded_near", "outliers")
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """The key names below a prefix such as `leng/yaw`."""
+
+    prefix: str
+
+    @property
+    def rate(self) -> str:
+        return f"{self.prefix}/rate"
+
+    @property
+    def torque(self) -> str:
+        return f"{self.prefix}/torque"
+
+    @property
+    def any_channel(self) -> str:
+        return f"{self.prefix}/channel/*"
+
+    @property
+    def model(self) -> str:
+        return f"{self.prefix}/model"
+
+    @property
+    def iteration(self) -> str:
+        return f"{self.prefix}/iteration"
+
+    @property
+    def damping(self) -> str:
+        return f"{self.prefix}/damping"
+
+    @property
+    def health(self) -> str:
+        return f"{self.prefix}/health"
+
+    @property
+    def effects(self) -> str:
+        return f"{self.prefix}/effects"
+
+    @property
+    def alive(self) -> str:
+        return f"{self.prefix}/alive"
+
+    def stream(self, name: str) -> str:
+        """The key of an input stream: `yaw_rate`, `torque`, else a further channel of that name."""
+        return {"yaw_rate": self.rate, "torque": self.torque}.get(name, f"{self.prefix}/channel/{name}")
+
+
+class Form(BaseModel):
+    """A payload: finite numbers only, immutable, unknown fields ignored."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False, extra="ignore")
+
+
+class Measurement(Form):
+    """One measured value, or arrays of equal length, of one stream: the vehicle's time [s] and SI units.
+
+    `seq` numbers the messages of a stream; where it is given, what was lost on the way is counted.
+    """
+
+    t: float | Numbers
+    value: float | Numbers
+    seq: int | None = None
+
+
+class Points(Form):
+    """Samples: yaw rate [rad/s] and damping [N m], of equal length."""
+
+    rate: Numbers = ()
+    damping: Numbers = ()
+
+    @model_validator(mode="after")
+    def _equal_length(self) -> Self:
+        if len(self.rate) != len(self.damping):
+            raise ValueError(f"rate has {len(self.rate)} and damping {len(self.damping)} values")
+        return self
+
+    def __len__(self) -> int:
+        return len(self.rate)
+
+
+class Support(Points):
+    """Support vectors with their weights αⱼ − βⱼ [N m]: f(r) = Σ weightⱼ κ(rateⱼ, r)."""
+
+    weight: Numbers = ()
+
+
+class Kernel(Form):
+    """κ(x, z) = exp(−γ(x − z)²), γ in s²/rad²."""
+
+    name: Literal["rbf"] = "rbf"
+    gamma: float
+
+
+class Validation(Form):
+    """The served model's error on data that it never learned from (Fig. 7)."""
+
+    name: str
+    mae: float  # N m
+    rmse: float  # N m
+    samples: int
+
+
+class ModelSnapshot(Form):
+    """`…/model`: the served model after an iteration. `t` is the vehicle's time of the newest sample in it [s]."""
+
+    boot: str  # another one for each start of the learner
+    revision: int  # counts snapshots, over restarts
+    iteration: int
+    t: float
+    kernel: Kernel
+    epsilon: float  # N m
+    C: float  # N m
+    support: Support
+    inertia: float  # kg m², dry and added
+    effects: tuple[dict[str, Any], ...] = ()  # the promoted effects, as in the ledger
+    sigma: float | None = None  # noise level of the samples [N m]
+    trained_range: tuple[float, float] | None = None  # rad/s; beyond it the model extrapolates
+    certified_error: float | None = None  # N m, bound of sup |f − f*|
+
+
+class Batch(Form):
+    """The synchronised samples of the iteration in the order of their time, and what the model said before it saw them.
+
+    `predicted` is None before anything was learned; damping − predicted is the residual [N m].
+    """
+
+    time: Numbers = ()  # the vehicle's time [s]
+    rate: Numbers = ()  # rad/s
+    damping: Numbers = ()  # N m
+    predicted: Numbers | None = None  # N m
+
+
+class IterationReport(Form):
+    """`…/iteration`: all that Fig. 5-6 draw, and what a table of the iteration holds.
+
+    `old` are the support vectors before it, `new` the samples that passed the inclusion criterion, `support` those
+    served now, `forgotten` what the forgetting criterion deleted, `discarded_tube` and `discarded_near` what inclusion
+    turned away (|f − y| < ε; too near a support vector), `outliers` what went after training.
+    """
+
+    boot: str
+    revision: int
+    iteration: int
+    t: float  # the vehicle's time of the newest sample [s]
+    time_span: tuple[float, float]  # of the batch, the vehicle's time [s]
+    trained: bool  # False where the whole batch was discarded
+    training_ms: float
+    counts: dict[str, int]  # size of every set of SETS, and "batch"
+    old: Points
+    new: Points
+    support: Points
+    forgotten: Points
+    discarded_tube: Points
+    discarded_near: Points
+    outliers: Points
+    batch: Batch = Batch()
+    certified_error: float | None = None  # N m
+    progressive_mae: float | None = None  # MAE on the batch before it was learned [N m]
+    sigma: float | None = None  # N m
+    validation: tuple[Validation, ...] = ()  # where validation data is configured
+    learned: float = 0.0
+    change: str | None = None  # what the learner noticed about the vehicle, in words
+
+
+class IterationHistory(Form):
+    """The answer to `…/iteration?after=REVISION;limit=N`: reports in the order of their revision."""
+
+    iterations: tuple[IterationReport, ...]
+    latest_revision: int  # ask again with the last report's revision until it is this
+
+
+class DampingReply(Form):
+    """`…/damping`: the model at the asked rates, in their order."""
+
+    rate: Numbers  # rad/s
+    damping: Numbers  # N m
+    sigma: Numbers  # N m, one standard deviation of a sample there
+    extrapolated: tuple[bool, ...]
+    iteration: int
+    revision: int
+
+
+class ErrorReply(Form):
+    """The error reply to a query."""
+
+    error: str
+    error_type: str
+
+
+class DampingQuery(Form):
+    """The payload of a damping query, in place of the parameter `rate`."""
+
+    rate: Annotated[Numbers, Field(min_length=1, max_length=100_000)]
+
+
+class StreamHealth(Form):
+    """How one input stream does."""
+
+    received: int = 0  # samples
+    lost: int = 0  # messages, by their `seq`
+    age_s: float | None = None  # since the last message, wall time
+    t: float | None = None  # newest stamp, the vehicle's time [s]
+
+
+Level = Literal["OK", "WARN", "ERROR", "STALE"]
+
+
+class Health(Form):
+    """`…/health`. Counters begin with the start of the process; `rejected:<reason>` counts samples, by reason."""
+
+    level: Level
+    reasons: tuple[str, ...] = ()  # sentences, the gravest first
+    counters: dict[str, int] = {}
+    learned: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # part of the rate range covered by fresh data
+    boot: str
+    revision: int = 0
+    iteration: int = 0
+    t: float | None = None  # newest synchronised sample, the vehicle's time [s]
+    uptime_s: float = 0.0
+    streams: dict[str, StreamHealth] = {}
+
+
+class EffectsLedger(Form):
+    """`…/effects`: the traced effects that the served model holds, and every step that led there.
+
+    An effect has the form of CONTRACT, Section 5; it is carried as it is.
+    """
+
+    effects: tuple[dict[str, Any], ...] = ()
+    history: tuple[dict[str, Any], ...] = ()
+
+
+FormType = TypeVar("FormType", bound=Form)
+
+
+def encode(form: Form) -> bytes:
+    """The payload of `form`: UTF-8 JSON, floats to the last bit."""
+    return form.model_dump_json().encode()
+
+
+def decode(form: type[FormType], payload: bytes) -> FormType:
+    """Reads a payload; BadInput says which field is wrong."""
+    try:
+        return form.model_validate_json(payload)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the payload"
+        reason = first["msg"].removeprefix("Value error, ")
+        raise BadInput(f"this is no {form.__name__}: {where}: {reason}") from error
+
+
+def measurement(t: float | Numbers, value: float | Numbers, seq: int | None = None) -> bytes:
+    """The payload of a measurement."""
+    return Measurement(t=t, value=value, seq=seq).model_dump_json(exclude_none=True).encode()
