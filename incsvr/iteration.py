@@ -1,0 +1,96 @@
+"""What one iteration of the learner is told (`Settings`) and what it tells (`Iteration`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from incsvr import dual
+from incsvr.errors import BadInput
+from incsvr.model import Model
+from incsvr.samples import Array, Samples
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How the learner learns. The defaults are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
+
+    Attributes:
+        gamma: kernel width γ [(rad/s)⁻²].
+        C: bound on a vector's weight [N m].
+        epsilon: half height of the tube [N m].
+        capacity: how many support vectors may be served and carried into the next iteration.
+        batch: samples of one iteration.
+        near_rate, near_damping: a [rad/s], b [N m] of the inclusion.
+        bins: equal bins over `rate_range` for the forgetting (the paper does not give their number).
+        rate_range: the vehicle's lowest and highest yaw rate [rad/s].
+        policy: which samples are kept: "paper" or "weighted".
+        solver: "exact", or "passes" of Eq. 8 with a warm start.
+    """
+
+    gamma: float = 10.0
+    C: float = 1000.0
+    epsilon: float = 0.1
+    capacity: int = 60
+    batch: int = 50
+    near_rate: float = 0.01
+    near_damping: float = 5.0
+    bins: int = 20
+    rate_range: tuple[float, float] = (-0.25, 0.25)
+    policy: Literal["paper", "weighted"] = "paper"
+    solver: Literal["exact", "passes"] = "exact"
+
+    def __post_init__(self) -> None:
+        for name in ("gamma", "C", "capacity", "batch", "near_rate", "near_damping", "bins"):
+            if not getattr(self, name) > 0:
+                raise BadInput(f"the learner's {name} is {getattr(self, name)}; give a number above 0")
+        if not self.epsilon >= 0:
+            raise BadInput(f"the learner's epsilon is {self.epsilon}; give 0 or more [N m]")
+        low, high = self.rate_range
+        if not low < high:
+            raise BadInput(f"the learner's rate_range is [{low}, {high}] rad/s; give the lower end first")
+        if self.policy not in ("paper", "weighted"):
+            raise BadInput(f'the learner has no policy "{self.policy}"; choose "paper" or "weighted"')
+        if self.solver not in ("exact", "passes"):
+            raise BadInput(f'the learner has no solver "{self.solver}"; choose "exact" or "passes"')
+
+
+@dataclass(frozen=True, slots=True)
+class Iteration:
+    """One iteration of Fig. 3 and all that Fig. 5–6 draw of it.
+
+    Attributes:
+        number: counts from 1.
+        time_span: time of the batch's first and last sample [s].
+        trained: False where the whole batch was discarded: then the model is the one before.
+        old: vectors kept from before that were trained on.
+        new: samples of the batch that were trained on.
+        support: the vectors of the served model.
+        forgotten: vectors that the forgetting took away.
+        discarded_tube, discarded_near: samples of the batch that told nothing new: inside the tube, beside a vector.
+        outliers: what the outlier criterion took away.
+        model: what is served from now on.
+        progressive_mae: mean |f(x) − y| of the batch under the model from before it [N m]; None before there is one.
+        change: a sentence when the policy noticed that the vehicle has changed, or took that back.
+    """
+
+    number: int
+    time_span: tuple[float, float]
+    trained: bool
+    old: Samples
+    new: Samples
+    support: Samples
+    forgotten: Samples
+    discarded_tube: Samples
+    discarded_near: Samples
+    outliers: Samples
+    model: Model
+    progressive_mae: float | None
+    change: str | None = None
+
+
+def train(settings: Settings, x: Array, y: Array, *, start: Array | None = None) -> dual.Solution:
+    """θ of Eq. 7 for (n,) rates and dampings by the configured solver; `start` warms Eq. 8's passes."""
+    if settings.solver == "passes":
+        return dual.coordinate_descent(x, y, gamma=settings.gamma, C=settings.C, epsilon=settings.epsilon, start=start)
+    return dual.solve(x, y, gamma=settings.gamma, C=settings.C, epsilon=settings.epsilon)

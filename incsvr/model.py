@@ -1,0 +1,101 @@
+"""What is served: the damping curve f(r) = Σ θⱼ κ(rⱼ, r), how sure it is, and where it only continues by physics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from incsvr.kernel import rbf
+from incsvr.samples import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """Damping at some rates.
+
+    Attributes:
+        damping: (n,) f(r) [N m].
+        sigma: (n,) standard deviation with which a new sample scatters about it: noise and doubt of the curve [N m].
+        extrapolated: (n,) whether the rate lies where nothing was learned.
+    """
+
+    damping: Array
+    sigma: Array
+    extrapolated: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β.
+
+    Attributes:
+        gamma: kernel width γ [(rad/s)⁻²] of κ(x, z) = exp(−γ(x − z)²).
+        C, epsilon: bound on |θ| [N m] and half height of the tube [N m], as configured.
+        support_rate, support_damping, weight: (m,) the vectors [rad/s], [N m] and their θ [N m].
+        count: (m,) how many samples each vector stands for.
+        sigma: noise level of a damping sample [N m].
+        certified_error: no exact solution differs from this one by more, at any rate [N m].
+    """
+
+    gamma: float
+    C: float
+    epsilon: float
+    support_rate: Array
+    support_damping: Array
+    weight: Array
+    count: Array
+    sigma: float
+    certified_error: float
+
+    @staticmethod
+    def untrained(gamma: float, C: float, epsilon: float) -> Model:
+        nothing = np.empty(0)
+        return Model(gamma, C, epsilon, nothing, nothing, nothing, nothing, sigma=float("nan"), certified_error=0.0)
+
+    @property
+    def is_trained(self) -> bool:
+        return self.support_rate.size > 0
+
+    @property
+    def trained_range(self) -> tuple[float, float] | None:
+        """Lowest and highest learned rate [rad/s]; None before anything is learned."""
+        if not self.is_trained:
+            return None
+        return float(self.support_rate.min()), float(self.support_rate.max())
+
+    def evaluate(self, rate: Array) -> Array:
+        """The bare sum f(rate) [N m] at (n,) rates, without continuation: what training compares samples with."""
+        return rbf(rate, self.support_rate, self.gamma) @ self.weight
+
+    def predict(self, rate: ArrayLike) -> Prediction:
+        r = np.atleast_1d(np.asarray(rate, dtype=np.float64))
+        low, high = self.trained_range or (0.0, 0.0)
+        outside = (r < low) | (r > high)
+        damping = self.evaluate(np.clip(r, low, high))
+        return Prediction(damping, np.full(r.size, self.sigma), outside)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, exact to the bit through JSON."""
+        return {
+            "gamma": self.gamma,
+            "C": self.C,
+            "epsilon": self.epsilon,
+            "support_rate": self.support_rate.tolist(),
+            "support_damping": self.support_damping.tolist(),
+            "weight": self.weight.tolist(),
+            "count": self.count.tolist(),
+            "sigma": self.sigma if self.is_trained else None,
+            "certified_error": self.certified_error,
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Model:
+        arrays = {name: np.array(data[name]) for name in ("support_rate", "support_damping", "weight", "count")}
+        sigma = float("nan") if data["sigma"] is None else data["sigma"]
+        return Model(
+            data["gamma"], data["C"], data["epsilon"], **arrays, sigma=sigma, certified_error=data["certified_error"]
+        )

@@ -1,0 +1,134 @@
+"""The paper's policy, to the letter (Fig. 3): inclusion → forgetting → stack → train → outlier removal.
+
+The vectors and weights that the outlier removal leaves are carried into the next iteration, where the weights warm
+Eq. 8's passes. They are not what is served. Every θ is near ±C and every kernel spans most of the range, so a sum from
+which vectors have been struck out is off by thousands of N m: what is served is solved again on the vectors that the
+next iteration's forgetting will keep, at most `capacity` of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from incsvr.criteria import Mask, forgetting, inclusion, outliers
+from incsvr.iteration import Iteration, Settings, train
+from incsvr.kernel import rbf
+from incsvr.model import Model
+from incsvr.noise import Noise
+from incsvr.samples import Array, Samples
+
+ZERO = 1e-9  # a weight below this share of C is zero
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What the paper's policy carries from one iteration to the next.
+
+    Attributes:
+        vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch.
+        weight: (n,) their θ [N m].
+        noise: of the samples about the curve.
+    """
+
+    vectors: Samples
+    weight: Array
+    noise: Noise
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "time": self.vectors.time.tolist(),
+            "yaw_rate": self.vectors.yaw_rate.tolist(),
+            "damping": self.vectors.damping.tolist(),
+            "weight": self.weight.tolist(),
+            "noise": [self.noise.variance, self.noise.seen],
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Memory:
+        time, rate, damping, weight = (
+            np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "weight")
+        )
+        return Memory(Samples(time, rate, damping), weight, Noise(*data["noise"]))
+
+
+def start(settings: Settings) -> Memory:
+    return Memory(Samples.empty(), np.empty(0), Noise())
+
+
+def learn(
+    settings: Settings, number: int, memory: Memory, model: Model, batch: Samples, predicted: Array | None
+) -> tuple[Memory, Iteration]:
+    """Iteration `number` with a `batch` of n ≥ 1 samples.
+
+    Args:
+        memory, model: from before.
+        predicted: (n,) f(x) of the batch under `model` [N m], None before there is one.
+    """
+    before = memory.vectors
+    verdict = inclusion(
+        batch.yaw_rate,
+        batch.damping,
+        predicted,
+        before.yaw_rate,
+        before.damping,
+        epsilon=settings.epsilon,
+        near_rate=settings.near_rate,
+        near_damping=settings.near_damping,
+    )
+    stays = _stays(settings, before)
+    old, new = before.take(stays), batch.take(verdict.kept)
+    forgotten, removed = before.take(~stays), Samples.empty()
+    if len(new):
+        stack = Samples.concatenate((old, new))
+        warm = np.concatenate((memory.weight[stays], np.zeros(len(new))))
+        weight = train(settings, stack.yaw_rate, stack.damping, start=warm).weight
+        active = np.abs(weight) > ZERO * settings.C
+        support, weight = stack.take(active), weight[active]
+        wild = outliers(rbf(support.yaw_rate, support.yaw_rate, settings.gamma) @ weight - support.damping)
+        removed = support.take(wild)
+        memory = Memory(support.take(~wild), weight[~wild], memory.noise)
+        model = _served(settings, memory)
+        noise = memory.noise.after(model.evaluate(batch.yaw_rate) - batch.damping)
+        memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
+    else:
+        forgotten = Samples.empty()  # no training takes place, so nothing has to make room
+    return memory, Iteration(
+        number=number,
+        time_span=(float(batch.time[0]), float(batch.time[-1])),
+        trained=len(new) > 0,
+        old=old,
+        new=new,
+        support=memory.vectors.take(_stays(settings, memory.vectors)),
+        forgotten=forgotten,
+        discarded_tube=batch.take(verdict.in_tube),
+        discarded_near=batch.take(verdict.near),
+        outliers=removed,
+        model=model,
+        progressive_mae=None if predicted is None else float(np.abs(predicted - batch.damping).mean()),
+    )
+
+
+def _stays(settings: Settings, vectors: Samples) -> Mask:
+    return forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)
+
+
+def _served(settings: Settings, memory: Memory) -> Model:
+    """The model on the vectors that the next forgetting will keep, solved again on just these."""
+    stays = _stays(settings, memory.vectors)
+    vectors = memory.vectors.take(stays)
+    solution = train(settings, vectors.yaw_rate, vectors.damping, start=memory.weight[stays])
+    return Model(
+        settings.gamma,
+        settings.C,
+        settings.epsilon,
+        support_rate=vectors.yaw_rate,
+        support_damping=vectors.damping,
+        weight=solution.weight,
+        count=np.ones(len(vectors)),
+        sigma=memory.noise.sigma,
+        certified_error=solution.certified_error,
+    )
