@@ -1,0 +1,33 @@
+"""The Gaussian kernel of the model, κ(x, z) = exp(−γ ‖x − z‖²) (Section III-A)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Array
+
+
+def rbf(x: Array, z: Array, gamma: float) -> Array:
+    """κ(xᵢ, zⱼ) = exp(−γ ‖xᵢ − zⱼ‖²).
+
+    Args:
+        x: (n,) yaw rates [rad/s], or (n, d) generalised velocities.
+        z: (m,) or (m, d), likewise.
+        gamma: γ > 0 [s²/rad²]; κ falls to 1/e at a distance of 1/√γ.
+
+    Returns:
+        (n, m), each in [0, 1] and exactly 1 where xᵢ = zⱼ.
+    """
+    if x.ndim == 1:
+        exponent = np.subtract.outer(x, z)
+        exponent *= exponent
+    else:
+        # Differences coordinate by coordinate: ‖x‖² + ‖z‖² − 2 xᵀz would cancel where points lie close together.
+        exponent = np.zeros((x.shape[0], z.shape[0]))
+        for x_k, z_k in zip(x.T, z.T, strict=True):
+            difference = np.subtract.outer(x_k, z_k)
+            difference *= difference
+            exponent += difference
+    exponent *= -gamma
+    np.exp(exponent, out=exponent)
+    return exponent
