@@ -1,0 +1,150 @@
+"""What a trial vehicle's recorder gets to see: noise, steps, spikes, and streams with their own clocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.effects import Scale
+from simulator.effects.physics import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """How the residual's noise divides: water that moves the vehicle, and the torque's sensor.
+
+    Attributes:
+        total: deviation of τ − I ṙ − d(r) [N m].
+        water_share: share of its variance that lies in the water.
+        water_memory: autocorrelation of the water's part over PERIOD.
+    """
+
+    total: float
+    water_share: float
+    water_memory: float
+
+    @staticmethod
+    def drawn(total: float, autocorrelation: float, random: np.random.Generator) -> Noise:
+        """A division whose sum has the given autocorrelation over PERIOD: water share times water memory.
+
+        The more memory the water has, the smaller is its share and the whiter the rest: an ARMA(1, 1) residual.
+        """
+        if autocorrelation == 0:
+            return Noise(total, random.uniform(0.0, 1.0), 0.0)
+        memory = random.uniform(autocorrelation, (1 + autocorrelation) / 2)
+        return Noise(total, autocorrelation / memory, memory)
+
+    def water(self, count: int, random: np.random.Generator) -> Array:
+        """(count,) [N m], one value for each PERIOD."""
+        memory = self.water_memory
+        kick = (random.standard_normal(count) * np.sqrt(1 - memory**2)).tolist()
+        value, values = float(random.standard_normal()), []
+        for push in kick:
+            value = memory * value + push
+            values.append(value)
+        return np.array(values) * float(self.total * np.sqrt(self.water_share))
+
+    @property
+    def sensor(self) -> float:
+        """Deviation of the torque's sensor [N m]."""
+        return float(self.total * np.sqrt(1 - self.water_share))
+
+
+PERIOD = 0.05
+"""[s] of the recorder's clock; the water's noise holds for as long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """One recorded quantity: stamps [s] and values."""
+
+    time: Array
+    values: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Recorder:
+    """The sensors of one trial.
+
+    Attributes:
+        scale: the vehicle's.
+        apart: whether every stream has its own rate, offset and jitter, or all share one clock.
+        gyro_noise, gyro_step: deviation and resolution of the yaw rate [rad/s].
+        torque_noise, torque_step: the same of the torque [N m].
+        spikes: whether the gyro spikes too (one sample in 300); the torque does in one of 100.
+        wraps: whether the heading jumps from π to −π.
+    """
+
+    scale: Scale
+    apart: bool
+    gyro_noise: float
+    gyro_step: float
+    torque_noise: float
+    torque_step: float
+    spikes: bool
+    wraps: bool
+
+    @staticmethod
+    def drawn(scale: Scale, noise: Noise, random: np.random.Generator) -> Recorder:
+        """Sensors of a usual quality."""
+        return Recorder(
+            scale=scale,
+            apart=bool(random.random() < 0.5),
+            gyro_noise=scale.rate * random.uniform(4e-4, 16e-4),
+            gyro_step=scale.rate * 6e-4 if random.random() < 0.5 else 0.0,
+            torque_noise=noise.sensor,
+            torque_step=scale.torque * random.uniform(0.01, 0.025) if random.random() < 0.4 else 0.0,
+            spikes=bool(random.random() < 0.4),
+            wraps=bool(random.random() < 0.5),
+        )
+
+    def stamps(self, end: float, frequency: float, random: np.random.Generator) -> Array:
+        """When a stream of the given frequency [Hz] is sampled, up to `end` [s]; on a common clock all at its rate."""
+        if not self.apart:
+            return PERIOD * np.arange(round(end / PERIOD), dtype=np.float64)
+        period = 1 / frequency
+        count = int(end / period) - 1
+        jitter = period * random.choice([0.0, 0.05]) * random.uniform(-1, 1, count)
+        return np.asarray(np.round(np.abs(random.uniform(0, period) + np.arange(count) * period + jitter), 4))
+
+    def torque(self, time: Array, command: Array, total: float, random: np.random.Generator) -> Array:
+        """The command as recorded: sensor noise, steps, one outlier in a hundred."""
+        values = command + self.torque_noise * random.standard_normal(time.size)
+        hit = random.random(time.size) < 0.01
+        spike = total * random.uniform(5, 14, time.size) * random.choice([-1.0, 1.0], time.size)
+        dropped = bool(random.random() < 0.3)
+        values = np.where(hit, 0.0 if dropped else values + spike, values)
+        return _stepped(values, self.torque_step)
+
+    def yaw_rate(self, rate: Array, random: np.random.Generator) -> Array:
+        """The gyro."""
+        values = rate + self.gyro_noise * random.standard_normal(rate.size)
+        if self.spikes:
+            hit = random.random(rate.size) < 1 / 300
+            values = np.where(hit, values + self.scale.rate * random.uniform(-0.4, 0.4, rate.size), values)
+        return _stepped(values, self.gyro_step)
+
+    def heading(self, heading: Array, random: np.random.Generator) -> Array:
+        """The compass."""
+        values = heading + 0.01 * random.standard_normal(heading.size)
+        return np.asarray((values + np.pi) % (2 * np.pi) - np.pi) if self.wraps else values
+
+
+def _stepped(values: Array, step: float) -> Array:
+    return np.asarray(np.round(values / step) * step, np.float64) if step else values
+
+
+def rows(streams: dict[str, Stream]) -> tuple[Array, dict[str, Array]]:
+    """Streams as a recording: one row for every stamp that occurs, NaN where a stream was not sampled.
+
+    Returns:
+        time (n,) strictly increasing, and the columns by name, each (n,).
+    """
+    time = np.unique(np.concatenate([stream.time for stream in streams.values()]))
+    columns = {}
+    for name, stream in streams.items():
+        column = np.full(time.size, np.nan)
+        column[np.searchsorted(time, stream.time)] = stream.values
+        columns[name] = column
+    return time, columns

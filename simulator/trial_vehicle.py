@@ -1,0 +1,175 @@
+"""A trial vehicle in motion: its true equations, integrated.
+
+Two vehicles, one of the paper's scale and a small one, whose drag is no polynomial. Runge and Kutta's fourth order at
+a fine fixed step in plain floats: one run has so few states that arrays would only cost calls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.effects import Physics, Scale
+from simulator.effects.physics import Array
+from simulator.trial_command import Command
+
+STEP = 0.025
+"""[s] of integration; a tick is half of it. The fastest vehicle's eigenvalue times this is below 0.4."""
+
+SCALES = {
+    "leng": Scale(inertia=350.0, torque=100.0, rate=0.25),
+    "small": Scale(inertia=1.0, torque=6.0, rate=1.8),
+}
+
+
+def _crisis(x: float) -> float:
+    """Linear and quadratic, until the boundary layer turns turbulent and a third of the quadratic part is lost."""
+    lost = 0.35 / (1.0 + math.exp(-(abs(x) - 0.6) / 0.12))
+    return 0.35 * x + 0.8 * x * abs(x) * (1.0 - lost)
+
+
+def _power(x: float) -> float:
+    """A blunt body between Stokes' law and the quadratic one."""
+    return 0.15 * x + 0.85 * math.copysign(abs(x) ** 1.65, x)
+
+
+def _plates(x: float) -> float:
+    """Plates from which the flow separates early."""
+    return 0.3 * math.tanh(2.0 * x) + 0.7 * x * abs(x)
+
+
+def _rising(x: float) -> float:
+    """Drag that rises ever faster: waves made near the surface."""
+    return math.sinh(1.8 * x) / math.sinh(1.8)
+
+
+def _lopsided(x: float) -> float:
+    """Another drag to either side, smooth through zero: a hull with a sensor head."""
+    return _power(x) * (1.0 + 0.10 * math.tanh(4.0 * x))
+
+
+DRAGS: dict[str, Callable[[float], float]] = {
+    "crisis": _crisis,
+    "power": _power,
+    "plates": _plates,
+    "rising": _rising,
+    "lopsided": _lopsided,
+}
+
+
+def drag(shape: str, scale: Scale) -> Callable[[float], float]:
+    """d(r): r [rad/s] -> N m, zero at zero, nine tenths of the full torque or so at the full rate."""
+    curve, rate, moment = DRAGS[shape], scale.rate, 0.9 * scale.torque
+    return lambda r: moment * curve(r / rate)
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What truly happened, at every integration step.
+
+    Attributes:
+        time: (n,) [s].
+        yaw_rate: (n,) r [rad/s].
+        heading: (n,) ψ [rad], counted on.
+        command: (n,) the moment that was asked of the thrusters [N m].
+        acceleration: (n,) ṙ [rad/s²].
+    """
+
+    time: Array
+    yaw_rate: Array
+    heading: Array
+    command: Array
+    acceleration: Array
+
+
+def move(physics: Physics, command: Command, water: Array, heading: float) -> Motion:
+    """Integrates the vehicle from rest.
+
+    Args:
+        physics: its true equations.
+        command: what is asked of the thrusters.
+        water: (n,) the moment of the water's noise in each step [N m].
+        heading: ψ at the start [rad].
+
+    Returns:
+        the motion at the n steps.
+    """
+    inertia, curve = physics.inertia, physics.drag
+    commanded, produced, moments, factors = (
+        physics.commanded,
+        physics.produced,
+        physics.moments,
+        physics.drag_factors,
+    )
+    rotor_time, rotor_speed = physics.rotor_time, physics.rotor_speed
+    water_time, share, gain = physics.water_time, physics.water_share, physics.water_gain
+    late = physics.delay / STEP
+    asked: list[float] = []
+
+    def delayed(tick: int) -> float:
+        """The command of `delay` ago, linear between steps; before the start it is the first."""
+        position = tick / 2 - late
+        if position <= 0:
+            return asked[0]
+        step = min(int(position), len(asked) - 1)
+        after = asked[min(step + 1, len(asked) - 1)]
+        return asked[step] + (position - step) * (after - asked[step])
+
+    def slope(
+        tick: int, noise: float, r: float, psi: float, z: float, rotor: float, w: float
+    ) -> tuple[float, float, float, float, float]:
+        moment, z_slope = command.at(tick, r, z)
+        if late:
+            moment = delayed(tick)
+        for change in commanded:
+            moment = change(moment, r, tick)
+        rotor_slope = 0.0
+        if rotor_time:
+            if rotor_speed:
+                rotor_slope = (math.copysign(math.sqrt(abs(moment)), moment) - rotor) / rotor_time
+                moment = rotor * abs(rotor)
+            else:
+                rotor_slope = (moment - rotor) / rotor_time
+                moment = rotor
+        for change in produced:
+            moment = change(moment, r, tick)
+        water_slope = 0.0
+        if water_time:
+            water_slope = (r - w) / water_time
+            damping = curve(r - share * w) - gain * w
+        else:
+            damping = curve(r)
+        for factor in factors:
+            damping *= factor(tick)
+        moment += noise - damping
+        for other in moments:
+            moment += other(r, psi, tick)
+        return moment / inertia, r, z_slope, rotor_slope, water_slope
+
+    h, half = STEP, STEP / 2
+    r, psi, z, rotor, w = 0.0, heading, 0.0, 0.0, 0.0
+    rates, headings, accelerations = [], [], []
+    for step, noise in enumerate(water.tolist()):
+        tick = 2 * step
+        asked.append(command.at(tick, r, z)[0])
+        rates.append(r)
+        headings.append(psi)
+        a1, b1, c1, d1, e1 = slope(tick, noise, r, psi, z, rotor, w)
+        accelerations.append(a1)
+        a2, b2, c2, d2, e2 = slope(
+            tick + 1, noise, r + half * a1, psi + half * b1, z + half * c1, rotor + half * d1, w + half * e1
+        )
+        a3, b3, c3, d3, e3 = slope(
+            tick + 1, noise, r + half * a2, psi + half * b2, z + half * c2, rotor + half * d2, w + half * e2
+        )
+        a4, b4, c4, d4, e4 = slope(tick + 2, noise, r + h * a3, psi + h * b3, z + h * c3, rotor + h * d3, w + h * e3)
+        r += h / 6 * (a1 + 2 * (a2 + a3) + a4)
+        psi += h / 6 * (b1 + 2 * (b2 + b3) + b4)
+        z += h / 6 * (c1 + 2 * (c2 + c3) + c4)
+        rotor += h / 6 * (d1 + 2 * (d2 + d3) + d4)
+        w += h / 6 * (e1 + 2 * (e2 + e3) + e4)
+    time = STEP * np.arange(water.size, dtype=np.float64)
+    return Motion(time, np.array(rates), np.array(headings), np.array(asked), np.array(accelerations))
