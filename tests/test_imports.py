@@ -15,8 +15,8 @@ OURS = {"incsvr", "service", "simulator", "viewer", "benchmarks", "tests"}
 ALLOWED = {
     "incsvr": {"incsvr"},
     "service": {"service", "incsvr"},
-    "simulator": {"simulator", "incsvr", "service.wire", "service.output", "service.config"},
-    "viewer": {"viewer", "incsvr", "service.wire", "service.output", "service.config"},
+    "simulator": {"simulator", "incsvr", "service.wire", "service.output", "service.config", "service.session"},
+    "viewer": {"viewer", "incsvr", "service.wire", "service.output", "service.config", "service.session"},
 }
 FOREIGN = {"incsvr": {"numpy", "scipy"}}
 

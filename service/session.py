@@ -1,0 +1,93 @@
+"""Opening Zenoh: loopback by default, never all interfaces, never multicast.
+
+The learner listens and everybody else is its client, so no router is needed; where the vehicle already runs one, the
+learner is one more client of it. A Zenoh JSON5 file (TLS, access control) replaces all of this and is passed untouched.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import socket
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from incsvr.errors import BadInput
+
+log = logging.getLogger(__name__)
+
+_COMMON: dict[str, Any] = {
+    # Nothing is scouted for, so waiting half a second for answers would only delay the start.
+    "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": False}},
+    "timestamping": {"enabled": True},
+    # A hung process is noticed after two seconds, not ten. Shared memory would only add a way to fail.
+    "transport": {"link": {"tx": {"lease": 2000}}, "shared_memory": {"enabled": False}},
+}
+
+
+def listening(endpoint: str) -> zenoh.Config:
+    """The configuration of a learner that listens at `endpoint` and relays between its clients."""
+    return zenoh.Config.from_json5(json.dumps(_COMMON | {"mode": "router", "listen": {"endpoints": [endpoint]}}))
+
+
+def connecting(endpoint: str) -> zenoh.Config:
+    """The configuration of a client of the learner, or of an existing router, at `endpoint`.
+
+    It reconnects within half a second after the listener was killed; Zenoh's own retry takes four.
+    """
+    connect = {
+        "endpoints": [endpoint],
+        "timeout_ms": 0,  # `open_session` waits, so that waiting can be interrupted
+        "exit_on_failure": True,
+        "retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
+    }
+    return zenoh.Config.from_json5(json.dumps(_COMMON | {"mode": "client", "connect": connect}))
+
+
+def from_file(path: Path) -> zenoh.Config:
+    """A Zenoh JSON5 file as it is."""
+    try:
+        return zenoh.Config.from_file(str(path))
+    except zenoh.ZError as error:
+        raise BadInput(f"{path} is no Zenoh configuration: {_first_line(error)}") from error
+
+
+def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.Event | None = None) -> zenoh.Session:
+    """Opens a session; use it in a `with`, or the interpreter can hang at exit.
+
+    Args:
+        patience_s: how long to try again where nobody listens yet [s]; infinity waits for ever.
+        stop: ends the waiting.
+
+    Raises:
+        BadInput: the endpoint is taken, nobody listens there, or the credentials are refused.
+    """
+    zenoh.init_log_from_env_or("error")
+    until = time.monotonic() + patience_s
+    stop = stop or threading.Event()
+    said = False
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            if time.monotonic() >= until or stop.wait(0.2):
+                raise BadInput(f"the bus cannot be opened: {_first_line(error)}") from error
+            if not said:
+                log.warning("waiting for the bus: %s", _first_line(error))
+                said = True
+
+
+def _first_line(error: Exception) -> str:
+    """Zenoh's message without the places in its own source that it appends."""
+    return str(error).partition(" at /")[0].partition("\n")[0].strip()
+
+
+def free_endpoint() -> str:
+    """A loopback endpoint that nobody uses now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
