@@ -10,12 +10,15 @@ a viewer that starts late draws what happened before.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
+from incsvr.model import Model
 
 Numbers = tuple[float, ...]
 
@@ -107,6 +110,7 @@ class Support(Points):
     """Support vectors with their weights αⱼ − βⱼ [N m]: f(r) = Σ weightⱼ κ(rateⱼ, r)."""
 
     weight: Numbers = ()
+    count: Numbers = ()  # how many samples each stands for
 
 
 class Kernel(Form):
@@ -142,17 +146,34 @@ class ModelSnapshot(Form):
     trained_range: tuple[float, float] | None = None  # rad/s; beyond it the model extrapolates
     certified_error: float | None = None  # N m, bound of sup |f − f*|
 
+    def model(self) -> Model:
+        """The model to predict with: damping, its uncertainty, and where it extrapolates."""
+        support = self.support
+        return Model(
+            gamma=self.kernel.gamma,
+            C=self.C,
+            epsilon=self.epsilon,
+            support_rate=np.array(support.rate),
+            support_damping=np.array(support.damping),
+            weight=np.array(support.weight),
+            count=np.array(support.count) if support.count else np.ones(len(support)),
+            sigma=math.nan if self.sigma is None else self.sigma,
+            certified_error=self.certified_error or 0.0,
+        )
+
 
 class Batch(Form):
     """The synchronised samples of the iteration in the order of their time, and what the model said before it saw them.
 
-    `predicted` is None before anything was learned; damping − predicted is the residual [N m].
+    `predicted` is None before anything was learned; damping − predicted is the residual [N m]. A channel is None where
+    it was not sampled.
     """
 
     time: Numbers = ()  # the vehicle's time [s]
     rate: Numbers = ()  # rad/s
     damping: Numbers = ()  # N m
     predicted: Numbers | None = None  # N m
+    channels: dict[str, tuple[float | None, ...]] = {}
 
 
 class IterationReport(Form):
