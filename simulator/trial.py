@@ -8,15 +8,17 @@ the trial without it.
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simulator.effects import Circumstances, Physics, Scale, Truth, named
 from simulator.effects.physics import Array
+from simulator.recordings import Recording, Streams, from_streams
 from simulator.trial_channels import CHANNELS, channel, frequency, sensor_noise
 from simulator.trial_command import command
-from simulator.trial_sensors import PERIOD, Noise, Recorder, Stream, rows
+from simulator.trial_sensors import PERIOD, Noise, Recorder
 from simulator.trial_vehicle import DRAGS, SCALES, STEP, Motion, drag, move
 
 NOISE = 0.035
@@ -52,7 +54,7 @@ class Outcome:
 
     trial: what was tried.
     inertia: what the operator declares [kg m²].
-    time, columns: the recording; NaN where a column was not sampled.
+    recording: what the recorder kept; NaN where a column was not sampled.
     truth: the hidden effects' parameters by name.
     lacking: (n,) the moment at every step that τ − I ṙ − d(r) lacks because of what is hidden [N m].
     evidence: twice the log-likelihood ratio that a reader who knew the effect's shape, its parameters and the noise
@@ -62,8 +64,7 @@ class Outcome:
 
     trial: Trial
     inertia: float
-    time: Array
-    columns: dict[str, Array]
+    recording: Recording
     truth: dict[str, Truth]
     lacking: Array
     evidence: float
@@ -72,8 +73,8 @@ class Outcome:
 
 def play(trial: Trial) -> Outcome:
     """Plays a trial. Raises KeyError for a name that does not exist."""
-    draws = [np.random.default_rng(seed) for seed in np.random.SeedSequence(trial.seed).spawn(6)]
-    for_vehicle, for_command, for_water, for_channels, for_effects, for_sensors = draws
+    draws = [np.random.default_rng(seed) for seed in np.random.SeedSequence(trial.seed).spawn(5)]
+    for_vehicle, for_command, for_water, for_channels, for_sensors = draws
     scale = SCALES[trial.vehicle]
     scale = replace(scale, inertia=scale.inertia * for_vehicle.uniform(0.9, 1.2))
     steps = round(trial.duration / STEP)
@@ -86,21 +87,20 @@ def play(trial: Trial) -> Outcome:
 
     plain = Physics(scale.inertia, drag(str(for_vehicle.choice(sorted(DRAGS))), scale))
     physics, truth = plain, {}
-    # A generator of its own for each name: a second effect does not change the first.
-    for name, child in zip(trial.effects, for_effects.spawn(len(trial.effects)), strict=True):
-        physics, truth[name] = named(name)(physics, Circumstances(scale, trial.size, child, ticks, channels))
+    for name in trial.effects:
+        # A generator of its own for each name: an effect is the same alone and beside another.
+        own = np.random.default_rng([trial.seed, zlib.crc32(name.encode())])
+        physics, truth[name] = named(name)(physics, Circumstances(scale, trial.size, own, ticks, channels))
     heading = float(for_vehicle.uniform(-np.pi, np.pi)) if "tether" not in trial.effects else 0.0
     motion = move(physics, command(trial.excitation, scale, ticks, for_command), water, heading)
 
     damping = np.array([plain.drag(rate) for rate in motion.yaw_rate.tolist()])
     lacking = scale.inertia * motion.acceleration - (motion.command - damping + water)
     recorder = Recorder.drawn(scale, noise, for_sensors)
-    time, columns = rows(_record(trial, motion, channels, recorder, noise, for_sensors))
     return Outcome(
         trial=trial,
         inertia=scale.inertia,
-        time=time,
-        columns=columns,
+        recording=from_streams(f"trial_{trial.seed}", _record(trial, motion, channels, recorder, noise, for_sensors)),
         truth=truth,
         lacking=lacking,
         evidence=_evidence(lacking, motion.yaw_rate, noise, recorder, scale),
@@ -123,7 +123,7 @@ def _record(
     recorder: Recorder,
     noise: Noise,
     random: np.random.Generator,
-) -> dict[str, Stream]:
+) -> Streams:
     """The streams as the recorder gets them; a generator for each, so that none depends on which others there are."""
     names = ("yaw_rate", "torque", "heading", *CHANNELS)
     draws = dict(zip(names, random.spawn(len(names)), strict=True))
@@ -135,13 +135,13 @@ def _record(
         return time, np.interp(time, clock, source), draws[name]
 
     time, values, draw = sampled("yaw_rate", 20.0, motion.yaw_rate, motion.time)
-    streams = {"yaw_rate": Stream(time, recorder.yaw_rate(values, draw))}
+    streams: Streams = {"yaw_rate": (time, recorder.yaw_rate(values, draw))}
     often = float(random.choice([10.0, 20.0, 25.0]))
     time, values, draw = sampled("torque", often, motion.command, motion.time)
-    streams["torque"] = Stream(time, recorder.torque(time, values, noise.total, draw))
+    streams["torque"] = (time, recorder.torque(time, values, noise.total, draw))
     if random.random() < 0.8:
         time, values, draw = sampled("heading", 10.0, motion.heading, motion.time)
-        streams["heading"] = Stream(time, recorder.heading(values, draw))
+        streams["heading"] = (time, recorder.heading(values, draw))
     needed = {name.partition(":")[2] for name in trial.effects}
     for name, course in channels.items():
         time, values, draw = sampled(name, frequency(name), course, ticks)
@@ -150,7 +150,7 @@ def _record(
             # A channel that follows the turning without acting on it: a sensor off the centre, a hull that leans.
             rate = motion.yaw_rate / np.std(motion.yaw_rate)
             values = values + 0.7 * deviation * np.interp(time, motion.time, rate)
-        streams[name] = Stream(time, values + sensor_noise(name) * deviation * draw.standard_normal(time.size))
+        streams[name] = (time, values + sensor_noise(name) * deviation * draw.standard_normal(time.size))
     return streams
 
 

@@ -56,14 +56,6 @@ PERIOD = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Stream:
-    """One recorded quantity: stamps [s] and values."""
-
-    time: Array
-    values: Array
-
-
-@dataclass(frozen=True, slots=True)
 class Recorder:
     """The sensors of one trial.
 
@@ -133,18 +125,3 @@ class Recorder:
 
 def _stepped(values: Array, step: float) -> Array:
     return np.asarray(np.round(values / step) * step, np.float64) if step else values
-
-
-def rows(streams: dict[str, Stream]) -> tuple[Array, dict[str, Array]]:
-    """Streams as a recording: one row for every stamp that occurs, NaN where a stream was not sampled.
-
-    Returns:
-        time (n,) strictly increasing, and the columns by name, each (n,).
-    """
-    time = np.unique(np.concatenate([stream.time for stream in streams.values()]))
-    columns = {}
-    for name, stream in streams.items():
-        column = np.full(time.size, np.nan)
-        column[np.searchsorted(time, stream.time)] = stream.values
-        columns[name] = column
-    return time, columns

@@ -1,0 +1,48 @@
+"""How an answer of the tracer, or of a peer, is judged against what was hidden."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+
+VERDICTS = {
+    "right": "the named set is the hidden set",
+    "class": "a hidden effect is not named, but a named one says that this recording cannot tell the two apart",
+    "missed": "a hidden effect is neither named nor in the class of a named one",
+    "false": "all that is hidden is there, and something else is named beside it",
+    "both": "a hidden effect is missed and something else is named",
+}
+GOOD = ("right", "class")
+
+
+def judge(hidden: Collection[str], named: Mapping[str, Collection[str]]) -> str:
+    """One of VERDICTS.
+
+    Args:
+        hidden: names of the effects that were hidden.
+        named: every named effect with what it cannot be told from.
+    """
+    wanted, found = set(hidden), set(named)
+    if wanted == found:
+        return "right"
+    # A named effect that is not hidden itself stands for one hidden effect at most.
+    spare, missing = found - wanted, 0
+    for effect in sorted(wanted - found):
+        stand_in = next((name for name in sorted(spare) if effect in named[name]), None)
+        if stand_in is None:
+            missing += 1
+        else:
+            spare.discard(stand_in)
+    if missing:
+        return "both" if spare else "missed"
+    return "false" if spare else "class"
+
+
+def interval(hits: int, count: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a share."""
+    if count == 0:
+        return 0.0, 1.0
+    z, share = 1.96, hits / count
+    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(middle - half, 0.0), min(middle + half, 1.0)
