@@ -1,0 +1,198 @@
+"""Recordings: CSV files of one contiguous run each, read with every fault named, and written exactly.
+
+Header row; `t` [s], strictly increasing; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
+empty cell means that the channel was not sampled in that row, so streams of different rates fit in one file.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import nan
+from pathlib import Path
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from incsvr.signals import REQUIRED, RUN_PAUSE
+
+RATE_LIMIT = 6.0
+"""Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
+TYPICAL_STEP_LIMIT = 2.0
+"""Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
+_UNITS = {"t": "time [s]", "yaw_rate": "yaw rate [rad/s]", "torque": "yaw moment of the actuators [N m]"}
+
+Streams = dict[str, tuple[Array, Array]]
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """One run.
+
+    Attributes:
+        name: what people call it: the file's name.
+        time: (n,) stamps [s], strictly increasing, not negative.
+        columns: "yaw_rate" [rad/s], "torque" [N m] and further channels by name, each (n,), NaN where not sampled.
+    """
+
+    name: str
+    time: Array
+    columns: Mapping[str, Array]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of the channels beside yaw rate and torque."""
+        return tuple(name for name in self.columns if name not in REQUIRED)
+
+    def streams(self) -> Streams:
+        """Each column as a stream of its own: its stamps (m,) [s] and values (m,), without the empty cells."""
+        sampled = {name: ~np.isnan(values) for name, values in self.columns.items()}
+        return {name: (self.time[sampled[name]], values[sampled[name]]) for name, values in self.columns.items()}
+
+
+def from_streams(name: str, streams: Mapping[str, tuple[Array, Array]]) -> Recording:
+    """A recording of streams with stamps of their own: name → (stamps [s], strictly increasing, values)."""
+    time = np.unique(np.concatenate([stamps for stamps, _ in streams.values()]))
+    columns = {}
+    for column, (stamps, values) in streams.items():
+        columns[column] = np.full(time.size, np.nan)
+        columns[column][np.searchsorted(time, stamps)] = values
+    return Recording(name, time, columns)
+
+
+def sequence(runs: Sequence[Recording]) -> Recording:
+    """The runs one after the other as one recording, RUN_PAUSE apart, so that no sample reaches across two of them."""
+    names = list(dict.fromkeys(name for run in runs for name in run.columns))
+    times, end = [], 0.0
+    for run in runs:
+        times.append(run.time - run.time[0] + end)
+        end = float(times[-1][-1]) + RUN_PAUSE
+    columns = {
+        name: np.concatenate([run.columns.get(name, np.full(run.time.size, np.nan)) for run in runs]) for name in names
+    }
+    return Recording(" + ".join(run.name for run in runs), np.concatenate(times), columns)
+
+
+def write(path: Path, recording: Recording) -> None:
+    """Writes a CSV file from which `read` gives the same numbers to the last bit."""
+    columns = [recording.time.tolist(), *(values.tolist() for values in recording.columns.values())]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["t", *recording.columns])
+        writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
+
+
+def read(path: Path, *, rate_limit: float = RATE_LIMIT) -> Recording:
+    """The recording in a CSV file.
+
+    Args:
+        path: the file.
+        rate_limit: largest plausible magnitude of the yaw rate [rad/s].
+
+    Raises:
+        BadInput: naming the file, the row (the header is row 1) and the cure.
+    """
+    header, rows = _rows(path)
+    cells = list(zip(*rows, strict=True))
+    columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
+    time = columns.pop("t")
+    _check_time(path, time)
+    for name in REQUIRED:
+        if np.isnan(columns[name]).all():
+            raise BadInput(f"{path}: the column {name} is empty; it must hold the {_UNITS[name]}")
+    beyond = np.flatnonzero(np.abs(columns["yaw_rate"]) > rate_limit)
+    if beyond.size:
+        raise BadInput(
+            f"{path}, row {beyond[0] + 2}: yaw_rate is {columns['yaw_rate'][beyond[0]]:g}, beyond the plausible "
+            f"±{rate_limit:g} rad/s; if it is in degrees per second, multiply it by pi/180 = 0.0174533, "
+            "and if the vehicle really turns so fast, raise the limit"
+        )
+    return Recording(path.name, time, columns)
+
+
+def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Header and rows, all of the header's length."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except FileNotFoundError:
+        raise BadInput(f"{path}: there is no such file; give the path of a recording") from None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read ({error.strerror}); give the path of a CSV file") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
+    while rows and not any(rows[-1]):
+        rows.pop()
+    if not rows:
+        raise BadInput(f"{path}: the file is empty; a recording begins with the header t,yaw_rate,torque")
+    header = [name.strip() for name in rows[0]]
+    for name in ("t", *REQUIRED):
+        if name not in header:
+            raise BadInput(
+                f"{path}, row 1: there is no column {name} among {', '.join(header)}; "
+                f"name the column with the {_UNITS[name]} {name}"
+            )
+    for position, name in enumerate(header):
+        if not name or name in header[:position]:
+            raise BadInput(
+                f"{path}, row 1: column {position + 1} is named {name!r}; give every column a name of its own"
+            )
+    if len(rows) == 1:
+        raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(header):
+            raise BadInput(
+                f"{path}, row {number}: {len(row)} cells under a header of {len(header)}; "
+                "leave a cell empty where nothing was sampled, but keep its comma"
+            )
+    return header, rows[1:]
+
+
+def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
+    """A column as numbers, NaN for empty cells."""
+    try:
+        values = np.array([float(cell) if cell else nan for cell in cells])
+    except ValueError:
+        values = np.array([_number(path, name, row, cell) for row, cell in enumerate(cells, start=2)])
+    for row in np.flatnonzero(~np.isfinite(values)):
+        if cells[row].strip():
+            raise BadInput(
+                f"{path}, row {row + 2}: {name} is {cells[row].strip()!r}; "
+                "leave the cell empty where nothing was sampled, or remove the row"
+            )
+    return values
+
+
+def _number(path: Path, name: str, row: int, cell: str) -> float:
+    try:
+        return float(cell) if cell.strip() else nan
+    except ValueError:
+        raise BadInput(
+            f"{path}, row {row}: {name} is {cell.strip()!r}, which is no number; "
+            "correct it, or leave the cell empty where nothing was sampled"
+        ) from None
+
+
+def _check_time(path: Path, time: Array) -> None:
+    missing = np.flatnonzero(np.isnan(time))
+    if missing.size:
+        raise BadInput(f"{path}, row {missing[0] + 2}: t is empty; every row needs its time [s]")
+    if time[0] < 0.0:
+        raise BadInput(f"{path}, row 2: t is {time[0]:g}; let time begin at zero or later")
+    steps = np.diff(time)
+    backwards = np.flatnonzero(steps <= 0.0)
+    if backwards.size:
+        row = backwards[0] + 3
+        how = "stands still" if steps[backwards[0]] == 0.0 else "runs backwards"
+        raise BadInput(
+            f"{path}, row {row}: time {how}, from {time[row - 3]:.10g} to {time[row - 2]:.10g} s; "
+            "sort the rows by t, remove those that stand twice, and put each run into a file of its own"
+        )
+    typical = float(np.median(steps)) if steps.size else 0.0
+    if typical > TYPICAL_STEP_LIMIT:
+        raise BadInput(
+            f"{path}, row 3: t advances by {typical:g} in a typical row; "
+            "if the stamps are milliseconds, divide them by 1000"
+        )

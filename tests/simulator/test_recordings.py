@@ -1,0 +1,122 @@
+"""Recordings: exact there and back, and every fault named with file, row and cure."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from incsvr.errors import BadInput
+from incsvr.signals import RUN_PAUSE, SignalSettings, synchronise
+from simulator.recordings import Recording, from_streams, read, sequence, write
+
+GOOD = "t,yaw_rate,torque\n0.0,0.01,1.0\n0.1,0.02,1.5\n0.2,0.03,2.0\n"
+
+
+def save(folder: Path, text: str) -> Path:
+    path = folder / "run.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_streams_of_different_rates_fit_in_one_file(tmp_path: Path) -> None:
+    run = read(save(tmp_path, "t,torque,yaw_rate,depth\n0,1,0.1,\n0.5,,0.2,3.5\n1,2,0.3,\n\n"))
+    assert run.channels == ("depth",)
+    streams = run.streams()
+    np.testing.assert_array_equal(streams["torque"], ([0.0, 1.0], [1.0, 2.0]))
+    np.testing.assert_array_equal(streams["yaw_rate"], ([0.0, 0.5, 1.0], [0.1, 0.2, 0.3]))
+    np.testing.assert_array_equal(streams["depth"], ([0.5], [3.5]))
+
+
+@given(
+    st.lists(st.floats(0.0, 1.9), min_size=1, max_size=30, unique=True),
+    st.data(),
+)
+def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.DataObject) -> None:
+    cell = st.one_of(st.just(float("nan")), st.floats(-6.0, 6.0))
+    columns = {
+        name: np.array([0.0, *data.draw(st.lists(cell, min_size=len(times) - 1, max_size=len(times) - 1))])
+        for name in ("yaw_rate", "torque", "depth")
+    }
+    run = Recording("run.csv", np.array(sorted(times)), columns)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.csv"
+        write(path, run)
+        again = read(path)
+    assert again.name == run.name
+    assert again.time.tobytes() == run.time.tobytes()
+    for name, values in columns.items():
+        np.testing.assert_array_equal(again.columns[name], values)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "run.csv: the file is empty; a recording begins with the header"),
+        ("\n\n", "the file is empty"),
+        ("t,yaw_rate,torque\n", "there are no rows below the header"),
+        (
+            "t,yaw_rate\n0,1\n",
+            "row 1: there is no column torque among t, yaw_rate; name the column with the yaw moment",
+        ),
+        ("time,yaw_rate,torque\n0,1,1\n", "row 1: there is no column t among"),
+        ("t,yaw_rate,torque,torque\n0,1,1,1\n", "row 1: column 4 is named 'torque'"),
+        (GOOD + "0.3,0.1\n", "row 5: 2 cells under a header of 3"),
+        (GOOD + "0.3,0.1,1,1\n", "row 5: 4 cells under a header of 3"),
+        (GOOD + "0.3,fast,1\n", "row 5: yaw_rate is 'fast', which is no number"),
+        (GOOD + "0.3,nan,1\n", "row 5: yaw_rate is 'nan'; leave the cell empty"),
+        (GOOD + "0.3,0.1,-inf\n", "row 5: torque is '-inf'; leave the cell empty"),
+        (GOOD + "inf,0.1,1\n", "row 5: t is 'inf'"),
+        (GOOD + ",0.1,1\n", "row 5: t is empty; every row needs its time"),
+        (GOOD + "0.2,0.1,1\n", "row 5: time stands still, from 0.2 to 0.2 s; sort the rows"),
+        (GOOD + "0.15,0.1,1\n", "row 5: time runs backwards, from 0.2 to 0.15 s; sort the rows"),
+        ("t,yaw_rate,torque\n-1,0,0\n", "row 2: t is -1; let time begin at zero"),
+        (GOOD + "0.3,14.3,1\n", "row 5: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
+        ("t,yaw_rate,torque\n0,0,0\n20,0,0\n40,0,0\n", "t advances by 20 in a typical row; if the stamps are milli"),
+        ("t,yaw_rate,torque\n0,0.1,\n0.1,0.1,\n", "the column torque is empty"),
+    ],
+)
+def test_a_fault_is_named_with_its_row_and_its_cure(tmp_path: Path, text: str, message: str) -> None:
+    path = save(tmp_path, text)
+    with pytest.raises(BadInput) as caught:
+        read(path)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_file_or_no_text_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="there is no such file"):
+        read(tmp_path / "missing.csv")
+    with pytest.raises(BadInput, match="cannot be read"):
+        read(tmp_path)
+    binary = tmp_path / "binary.csv"
+    binary.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(BadInput, match="no CSV text"):
+        read(binary)
+
+
+def test_the_configured_range_decides_what_is_implausible(tmp_path: Path) -> None:
+    path = save(tmp_path, GOOD + "0.3,1.7,1\n")
+    assert read(path).columns["yaw_rate"][-1] == 1.7
+    with pytest.raises(BadInput, match="beyond the plausible ±1 rad/s"):
+        read(path, rate_limit=1.0)
+
+
+def test_no_sample_reaches_across_two_runs() -> None:
+    time = np.arange(0.0, 10.0, 0.05, dtype=np.float64)
+    run = from_streams("run", {"yaw_rate": (time, np.full(200, 0.1)), "torque": (time + 0.01, np.full(200, 40.0))})
+    other = from_streams("other", {**run.streams(), "depth": (time, time)})
+    joined = sequence([run, other])
+    assert joined.channels == ("depth",)
+    assert (np.diff(joined.time) > 0.0).all()
+    settings = SignalSettings()
+    alone = len(synchronise(settings, run.streams())[0])
+    samples, rejected = synchronise(settings, joined.streams())
+    assert not rejected
+    assert np.diff(samples.time).max() > RUN_PAUSE
+    assert abs(len(samples) - 2 * alone) <= 2  # the grid falls otherwise into the second run, and it lacks a successor
