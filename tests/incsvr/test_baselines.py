@@ -1,0 +1,102 @@
+"""The baselines: each right where the truth is known, all behind one interface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.baselines import (
+    GRID_C,
+    GRID_EPSILON,
+    GRID_GAMMA,
+    AdaptiveIdentifier,
+    Baseline,
+    Data,
+    LeastSquares,
+    OfflineSVR,
+    RecursiveLeastSquares,
+)
+from incsvr.plant import free_run
+from incsvr.samples import Array, Samples
+
+RATES = np.linspace(-0.22, 0.22, 45, dtype=np.float64)
+
+
+def truth(rate: Array) -> Array:
+    return rate * (120.0 + 900.0 * np.abs(rate))
+
+
+def data(duration: float, noise: float = 0.0, factor: float = 1.0) -> Data:
+    """A vehicle of 350 kg m² whose damping is linear + quadratic, driven by a sinusoid."""
+    time = np.arange(0.0, duration, 0.05, dtype=np.float64)
+    torque = 80.0 * np.sin(2.0 * np.pi * time / 40.0)
+    rate = free_run(time, torque, 0.0, inertia=350.0, damping=lambda r: factor * truth(r))
+    scatter = np.random.default_rng(1).normal(0.0, noise, time[::10].size)
+    return Data(Samples(time[::10], rate[::10], factor * truth(rate[::10]) + scatter), time, rate, torque)
+
+
+def worst(baseline: Baseline, learned: Data) -> float:
+    """Largest error of the learned curve [N m]."""
+    return float(np.abs(baseline.fit(learned).predict(RATES) - truth(RATES)).max())
+
+
+@pytest.mark.parametrize(
+    ("baseline", "duration", "bound"),
+    [
+        (OfflineSVR(epsilon=0.1), 80.0, 1.0),
+        (LeastSquares(), 80.0, 1e-9),
+        (RecursiveLeastSquares(), 80.0, 1e-3),
+        (AdaptiveIdentifier(), 3200.0, 1.0),  # a gradient takes long to tell r from r|r|
+    ],
+)
+def test_without_noise_the_curve_is_found(baseline: Baseline, duration: float, bound: float) -> None:
+    assert worst(baseline, data(duration)) < bound
+
+
+@pytest.mark.parametrize("baseline", [OfflineSVR(epsilon=1.0), LeastSquares(), RecursiveLeastSquares()])
+def test_with_noise_the_curve_is_near(baseline: Baseline) -> None:
+    assert 0.01 < worst(baseline, data(400.0, noise=4.0)) < 4.0
+
+
+def test_without_forgetting_recursive_is_ordinary_least_squares() -> None:
+    learned = data(200.0, noise=4.0)
+    recursive = RecursiveLeastSquares(forgetting=1.0, doubt=1e12).fit(learned)
+    ordinary = LeastSquares().fit(learned)
+    np.testing.assert_allclose(recursive.predict(RATES), ordinary.predict(RATES), atol=1e-4)
+
+
+@pytest.mark.parametrize("baseline", [RecursiveLeastSquares(forgetting=0.98), AdaptiveIdentifier()])
+def test_what_forgets_follows_a_change(baseline: Baseline) -> None:
+    before, after = data(400.0), data(2000.0, factor=1.3)
+    joined = Data(
+        Samples.concatenate([before.samples, after.samples]),
+        np.concatenate((before.time, after.time + 405.0)),
+        np.concatenate((before.yaw_rate, after.yaw_rate)),
+        np.concatenate((before.torque, after.torque)),
+    )
+    np.testing.assert_allclose(baseline.fit(joined).predict(RATES), 1.3 * truth(RATES), atol=1.5)
+
+
+def test_the_search_takes_the_best_of_the_whole_grid() -> None:
+    learned = data(60.0, noise=4.0).samples
+    seen = []
+    best = OfflineSVR.tuned(learned, advance=lambda: seen.append(1))
+    assert len(seen) == len(GRID_C) * len(GRID_EPSILON) * len(GRID_GAMMA)
+
+    def cross_validated(svr: OfflineSVR) -> float:
+        errors = []
+        for k in range(5):
+            left_out = np.arange(len(learned)) % 5 == k
+            curve = svr.fit(Data(learned.take(~left_out), *(np.empty(0),) * 3))
+            errors.append(np.mean(np.abs(curve.predict(learned.yaw_rate[left_out]) - learned.damping[left_out])))
+        return float(np.mean(errors))
+
+    reached = cross_validated(best)
+    rivals = [OfflineSVR(gamma, C, epsilon) for gamma in (5.0, 30.0) for C in (10.0, 1e4) for epsilon in (0.1, 5.0)]
+    assert all(reached <= cross_validated(rival) + 1e-9 for rival in rivals)
+
+
+def test_only_support_vectors_are_kept() -> None:
+    curve = OfflineSVR(epsilon=2.0).fit(data(200.0, noise=4.0))
+    assert 0.4 * 400 < curve.support_rate.size < 0.8 * 400  # a Gaussian of 4 N m leaves 62 % outside of ±2 N m
+    assert (np.abs(curve.weight) > 1e-6).all()
