@@ -22,28 +22,26 @@ def descend(K: Array, y: Array, bound: Array, tube: Array, start: Array, passes:
     """
     alpha, beta = np.maximum(start, 0.0).tolist(), np.maximum(-start, 0.0).tolist()
     f = K @ start
-    samples = list(zip(range(y.size), (tube - y).tolist(), (tube + y).tolist(), bound.tolist(), list(K), strict=True))
-    done = 0
-    while done < passes:
+    samples = list(zip(range(y.size), (y - tube).tolist(), (y + tube).tolist(), bound.tolist(), K, strict=True))
+    solution = certify(start, f, y, bound, tube, 0)
+    for done in range(1, passes + 1):
         change = 0.0
-        for j, below, above, limit, row in samples:
+        for j, lower, upper, limit, row in samples:
             f_j = f.item(j)
             a, b = alpha[j], beta[j]
-            new_a = min(max(a - below - f_j, 0.0), limit)
-            new_b = min(max(b - above + f_j + (new_a - a), 0.0), limit)
+            new_a = a + lower - f_j
+            new_a = 0.0 if new_a < 0.0 else limit if new_a > limit else new_a
+            new_b = b - upper + f_j + new_a - a
+            new_b = 0.0 if new_b < 0.0 else limit if new_b > limit else new_b
             if new_a != a or new_b != b:
                 alpha[j], beta[j] = new_a, new_b
                 step = new_a - a - new_b + b
                 f += step * row
                 change = max(change, abs(step))
-        done += 1
         if change == 0.0 or done % LOOK == 0 or done == passes:
             theta = np.subtract(alpha, beta)
             f = K @ theta  # anew: thousands of small steps leave rounding behind
             solution = certify(theta, f, y, bound, tube, done)
             if change == 0.0 or solution.gap <= gap * abs(solution.objective):
                 break
-    else:
-        if passes <= 0:
-            return certify(start, f, y, bound, tube, 0)
     return solution

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from incsvr.certificate import Solution, certify
 from incsvr.coordinate_descent import descend
+from incsvr.crossover import cross
 from incsvr.errors import BadInput
 from incsvr.factor import factor
-from incsvr.interior_point import minimise
+from incsvr.interior_point import path
 from incsvr.kernel import rbf
 from incsvr.samples import Array
 
@@ -34,11 +35,24 @@ def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: Ar
         BadInput: unequal lengths, a value that is not finite, a parameter out of its range.
     """
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
-    if y.size == 0:
-        return Solution(np.zeros(0), 0.0, 0.0, 0.0, 0)
-    L = factor(x, gamma)
-    theta, iterations = minimise(L, y, bound, tube)
-    return certify(theta, L @ (theta @ L), y, bound, tube, iterations)
+    nothing = np.zeros(y.size)
+    best = certify(nothing, nothing, y, bound, tube, 0)
+    if _exact(best):  # no samples, or all of them inside the tube around zero
+        return best
+    LT = factor(x, gamma)
+    for iterate in path(LT, y, bound, tube):
+        theta = cross(LT, y, bound, tube, iterate.theta, iterate.between)
+        found = certify(theta, LT.dot(theta).dot(LT), y, bound, tube, iterate.number)
+        if found.gap < best.gap:
+            best = found
+        if _exact(best):
+            break
+    return best
+
+
+def _exact(solution: Solution) -> bool:
+    """Nothing is left of the duality gap but rounding."""
+    return solution.gap <= 2.0 * solution.rounding
 
 
 def coordinate_descent(
