@@ -147,6 +147,7 @@ class Config(BaseSettings):
 
     prefix: Prefix = Field(default="leng/yaw", description="the keys begin with it")
     state: Path | None = Field(default=Path("state"), description="directory of the durable state; null keeps nothing")
+    history: int = Field(default=20_000, ge=1, le=10_000_000, description="published revisions kept in it")
     bus: Bus = Bus()
     vehicle: Vehicle = Vehicle()
     signals: Signals = Signals()

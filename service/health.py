@@ -1,0 +1,195 @@
+"""How the learner does, in one level and in sentences that say why.
+
+ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
+WARN: samples were rejected or lost, the vehicle moves where the model only extrapolates, the yaw rate stands still,
+an earlier state was set aside. Ages are wall time; the clock is injected.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.samples import Array
+from incsvr.signals import MAX_CHANNELS
+from service import wire
+from service.config import HealthLimits
+from service.node import LearnerNode
+
+#: What people call the streams that the learner cannot do without.
+NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
+
+
+@dataclass(slots=True)
+class _Stream:
+    received: int = 0  # values
+    lost: int = 0  # messages, by their numbers
+    sequence: int | None = None
+    at: float | None = None  # wall time of the newest message
+    t: float | None = None  # the vehicle's time of it
+    value: float | None = None
+    still_since: float | None = None  # the vehicle's time since which the value has been the same
+
+
+class HealthWatch:
+    """Follows one learner; every method may be called from any thread.
+
+    Args:
+        limits: when to warn.
+        started: of `clock`, when the process began [s].
+        clock: a monotonic clock [s].
+    """
+
+    def __init__(self, limits: HealthLimits, started: float, clock: Callable[[], float]) -> None:
+        self._limits, self._started, self._clock = limits, started, clock
+        self._lock = threading.Lock()
+        self._streams: dict[str, _Stream] = {name: _Stream() for name in NAMES}
+        self._refused: dict[str, int] = {}
+        self._seen: dict[str, int] = {}
+        self._fault: dict[str, tuple[float, int]] = {}  # counter → when it last grew, and by how much
+        self._failure: tuple[float, str] | None = None
+        self._unsaved: str | None = None
+        self.notice: str | None = None
+        self.queries = 0
+
+    def received(self, name: str, t: Array, value: Array) -> None:
+        """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
+        with self._lock:
+            stream = self._stream(name)
+            stream.received += t.size
+            stream.at = self._clock()
+            changed = np.flatnonzero(np.diff(value, prepend=math.nan if stream.value is None else stream.value))
+            if changed.size:
+                stream.still_since = float(t[changed[-1]])
+            stream.t, stream.value = float(t[-1]), float(value[-1])
+
+    def numbered(self, name: str, sequence: int) -> None:
+        """A message with this number came; those between it and the one before are lost."""
+        with self._lock:
+            stream = self._stream(name)
+            if stream.sequence is not None and sequence > stream.sequence + 1:
+                stream.lost += sequence - stream.sequence - 1
+            stream.sequence = sequence
+
+    def _stream(self, name: str) -> _Stream:
+        """The stream of that name; what comes after too many names is kept under one."""
+        if name not in self._streams and len(self._streams) >= MAX_CHANNELS:
+            name = "(further)"
+        return self._streams.setdefault(name, _Stream())
+
+    def refused(self, reason: str, count: int = 1) -> None:
+        """A message was no measurement."""
+        with self._lock:
+            self._refused[reason] = self._refused.get(reason, 0) + count
+
+    def failed(self, sentence: str) -> None:
+        """An iteration failed; its batch is lost."""
+        self.refused("failed_iteration")
+        with self._lock:
+            self._failure = (self._clock(), sentence)
+
+    def saved(self, problem: str | None) -> None:
+        """An iteration was saved, or why it could not be."""
+        self._unsaved = problem
+
+    def rejected(self, node: LearnerNode) -> dict[str, int]:
+        """What was not learned from since this start, by reason."""
+        with self._lock:
+            total = dict(self._refused)
+            lost = sum(stream.lost for stream in self._streams.values())
+        for reason, count in node.rejected.items():
+            total[reason] = total.get(reason, 0) + count
+        return total | {"lost": lost} if lost else total
+
+    def report(self, node: LearnerNode) -> wire.Health:
+        """The state of health now."""
+        now = self._clock()
+        rejected = self.rejected(node)
+        graded = [
+            *(("ERROR", sentence) for sentence in self._errors(now)),
+            *(("STALE", sentence) for sentence in self._stale(now)),
+            *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
+        ]
+        served = node.served
+        with self._lock:
+            streams = {
+                name: wire.StreamHealth(
+                    received=stream.received,
+                    lost=stream.lost,
+                    age_s=None if stream.at is None else round(now - stream.at, 3),
+                    t=stream.t,
+                )
+                for name, stream in self._streams.items()
+            }
+        return wire.Health(
+            level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
+            reasons=tuple(sentence for _, sentence in graded),
+            counters={
+                "samples": node.samples_seen,
+                "iterations": served.iteration,
+                "queries": self.queries,
+                "rejected": sum(rejected.values()),
+                **{f"rejected:{reason}": count for reason, count in sorted(rejected.items())},
+            },
+            learned=node.learned,
+            boot=node.boot,
+            revision=served.revision,
+            iteration=served.iteration,
+            t=served.t,
+            uptime_s=round(now - self._started, 3),
+            streams=streams,
+        )
+
+    def _errors(self, now: float) -> list[str]:
+        errors = [] if self._unsaved is None else [f"what was learned cannot be kept: {self._unsaved}"]
+        with self._lock:
+            if self._failure is not None and now - self._failure[0] <= self._limits.warn_for:
+                errors.append(self._failure[1])
+        return errors
+
+    def _stale(self, now: float) -> list[str]:
+        stale = []
+        with self._lock:
+            for name, called in NAMES.items():
+                at = self._streams[name].at
+                if at is None:
+                    if now - self._started > self._limits.stale_after:
+                        stale.append(f"no {called} has come yet")
+                elif now - at > self._limits.stale_after:
+                    stale.append(f"the last {called} came {now - at:.1f} s ago")
+        return stale
+
+    def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
+        warnings = [] if self.notice is None else [self.notice]
+        with self._lock:
+            for reason, count in rejected.items():
+                grown = count - self._seen.get(reason, 0)
+                if grown > 0:
+                    at, before = self._fault.get(reason, (now, 0))
+                    remembered = before if now - at <= self._limits.warn_for else 0
+                    self._fault[reason] = (now, remembered + grown)
+            self._seen = rejected
+            for reason, (at, count) in sorted(self._fault.items()):
+                if now - at <= self._limits.warn_for:
+                    warnings.append(
+                        f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}"
+                    )
+            rate = self._streams["yaw_rate"]
+            if rate.still_since is not None and rate.t is not None:
+                still = rate.t - rate.still_since
+                if still > self._limits.stuck_after:
+                    warnings.append(f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s")
+        rates, served = node.recent_rates, node.served.model
+        if rates and served.is_trained:
+            outside = served.predict(np.array(rates)).extrapolated
+            if 2 * np.count_nonzero(outside) > outside.size:
+                low, high = served.trained_range or (0.0, 0.0)
+                warnings.append(
+                    f"the vehicle turns at {rates[-1]:.3g} rad/s, where the model extrapolates "
+                    f"(learned {low:.3g} to {high:.3g} rad/s)"
+                )
+        return warnings

@@ -1,0 +1,148 @@
+"""A learner on the bus: its subscriptions, its answers, its publications and its durable state, held together.
+
+    measurements → Ingest → LearnerNode → (one training thread) → disk → bus
+                                 ↑ Answers
+
+The liveliness token is declared last: who sees it can ask.
+"""
+
+from __future__ import annotations
+
+import logging
+import sqlite3
+import threading
+import time
+import uuid
+from typing import Any, Self
+
+import zenoh
+from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
+
+from service import wire
+from service.answers import JSON, Answers
+from service.config import Config
+from service.health import HealthWatch
+from service.ingest import Ingest
+from service.node import LearnerNode, Outcome
+from service.store import Store
+from service.validation import read_validation
+
+log = logging.getLogger(__name__)
+
+HEALTH_PERIOD = 1.0
+"""Health is published this often [s], and whenever its level or its reasons change."""
+
+
+class Host:
+    """One learner on a session, from its construction until `close`; `tick` must be called a few times a second."""
+
+    def __init__(self, session: zenoh.Session, config: Config) -> None:
+        self.keys = wire.Keys(config.prefix)
+        validation = {name: read_validation(path) for name, path in config.validation.items()}
+        self._store = None if config.state is None else Store(config.state, config)
+        self.node = LearnerNode(
+            config,
+            boot=uuid.uuid4().hex[:12],
+            memory=None if self._store is None else self._store.memory,
+            validation=validation,
+        )
+        self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
+        if self._store is not None:
+            self.watch.notice = self._store.refusal
+        self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
+        self._health_publisher = session.declare_publisher(self.keys.health, encoding=JSON)
+        self._said: tuple[Any, ...] = ()
+        self._next_health = self._next_log = 0.0
+        self._rejected = 0
+        self._wake, self._stopping = threading.Event(), threading.Event()
+        latest = self.node.latest()
+        if latest is not None:
+            log.info("%s: resumes after revision %d", config.prefix, latest.revision)
+            self._publishers[self.keys.model].put(wire.encode(latest))
+        self._trainer = threading.Thread(target=self._train, name=f"train {config.prefix}", daemon=True)
+        self._trainer.start()
+        self._wake.set()  # a batch may have been waiting when the process before ended
+        self._answers = Answers(session, self.keys, self.node, self.watch, self._store)
+        self._ingest = Ingest(session, self.keys, self.node, self.watch, on_batch=self._wake.set)
+        self.tick()
+        self._token: Any = session.liveliness().declare_token(self.keys.alive)
+
+    def tick(self) -> None:
+        """Publishes health when it is due or has changed, and says in the log what was rejected."""
+        now = time.monotonic()
+        health = self.watch.report(self.node)
+        # The reasons tell figures that change all the time: what counts as a change is their number and the level.
+        says = (health.level, len(health.reasons))
+        if now >= self._next_health or says != self._said:
+            self._health_publisher.put(wire.encode(health))
+            self._next_health, self._said = now + HEALTH_PERIOD, says
+        rejected = health.counters["rejected"]
+        if rejected > self._rejected and now >= self._next_log:
+            reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
+            log.warning("%s: %d values rejected so far: %s", self.keys.prefix, rejected, reasons)
+            self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
+
+    def close(self) -> None:
+        """Says goodbye, takes what came, and saves."""
+        self._token.undeclare()
+        self._ingest.close()
+        self._stopping.set()
+        self._wake.set()
+        self._trainer.join(timeout=1.0)
+        self._answers.close()
+        publishers: list[Any] = [*self._publishers.values(), self._health_publisher]
+        for publisher in publishers:
+            publisher.undeclare()
+        if self._store is not None:
+            try:
+                self._store.save_memory(self.node.memory(whole=True))
+            except sqlite3.Error as error:
+                log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
+            self._store.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _train(self) -> None:
+        while True:
+            self._wake.wait()
+            self._wake.clear()
+            while not self._stopping.is_set():
+                try:
+                    outcome = self.node.learn()
+                except Exception as error:  # one bad batch must not end the learning
+                    log.exception("%s: an iteration failed; its batch is lost", self.keys.prefix)
+                    self.watch.failed(f"an iteration failed and its batch is lost: {error}")
+                    continue
+                if outcome is None:
+                    break
+                self._announce(outcome)
+            if self._stopping.is_set():
+                return
+
+    def _announce(self, outcome: Outcome) -> None:
+        """Disk first, then bus: what was published is never unknown after a crash."""
+        snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
+        if self._store is not None:
+            try:
+                self._store.save(outcome.memory, outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
+                self.watch.saved(None)
+            except sqlite3.Error as error:
+                self.watch.saved(str(error))
+        self._publishers[self.keys.model].put(snapshot)
+        self._publishers[self.keys.iteration].put(report)
+
+
+def _late_joiners_too(session: zenoh.Session, key: str) -> Any:
+    """A publisher whose latest publication reaches those who subscribe later (with an advanced subscriber)."""
+    return declare_advanced_publisher(
+        session,
+        key,
+        encoding=JSON,
+        cache=CacheConfig(max_samples=1),
+        sample_miss_detection=MissDetectionConfig(heartbeat=None, sporadic_heartbeat=1.0),
+        publisher_detection=True,
+    )

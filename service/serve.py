@@ -1,0 +1,62 @@
+"""`incsvr serve`: the learner on the bus, until SIGTERM or Ctrl-C."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import logging
+import signal
+import sys
+import threading
+
+from service.config import Config, add_config_arguments, from_arguments
+from service.host import Host
+from service.session import connecting, from_file, listening, open_session
+
+log = logging.getLogger(__name__)
+
+TICK = 0.2
+"""How often health is looked at [s]."""
+SWITCH = 0.0002
+"""A thread that computes hands over to one that answers after this time [s]; Python's own is 5 ms."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_config_arguments(parser)
+    parser.add_argument("--listen", metavar="ENDPOINT", help="where to listen, such as tcp/127.0.0.1:7447")
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.listen is not None:
+        args.set.append(f"bus.listen={args.listen}")
+    config = from_arguments(args)
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
+    sys.setswitchinterval(SWITCH)
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())
+    serve(config, stop)
+    return 0
+
+
+def serve(config: Config, stop: threading.Event) -> None:
+    """Runs every learner of the configuration until `stop` is set.
+
+    Raises:
+        BadInput: the port is taken, or the state cannot be kept where it is configured.
+    """
+    if config.bus.zenoh_file is not None:
+        zenoh_config = from_file(config.bus.zenoh_file)
+    elif config.bus.connect is not None:
+        zenoh_config = connecting(config.bus.connect)
+    else:
+        zenoh_config = listening(config.bus.listen)
+    patience = float("inf") if config.bus.connect is not None else 0.0
+    with contextlib.ExitStack() as stack:
+        session = stack.enter_context(open_session(zenoh_config, patience, stop))
+        hosts = [stack.enter_context(Host(session, each)) for each in config.each()]
+        log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
+        while not stop.wait(TICK):
+            for host in hosts:
+                host.tick()
+        log.info("stopping")

@@ -1,0 +1,153 @@
+"""Plays streams onto the keys of a learner at their own pace, or faster.
+
+Every value is a message of its own, as a vehicle's drivers send them, with the vehicle's time in the payload and a
+number by which the learner counts what was lost. The learner goes by the stamps alone, so the speed changes nothing but
+the time it takes.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import zenoh
+from numpy.typing import NDArray
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from service.wire import Keys, measurement
+
+LONGEST_WAIT = 0.05
+"""How long the player sleeps at most before it looks whether to stop [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Messages:
+    """What is sent, in the order in which it is sent.
+
+    Attributes:
+        names: of the streams.
+        stream: (n,) position in `names`.
+        send: (n,) the vehicle's time at which a message is sent [s], not decreasing.
+        t: (n,) the stamp in it [s].
+        value: (n,) in the stream's unit.
+    """
+
+    names: tuple[str, ...]
+    stream: NDArray[np.intp]
+    send: Array
+    t: Array
+    value: Array
+
+    def __len__(self) -> int:
+        return self.t.size
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """What goes wrong between a sensor and the bus.
+
+    Attributes:
+        drop_outs: of each stream in a minute.
+        drop_out_length: their mean length [s].
+        jitter: a message comes late by up to this [s], and so out of order.
+        duplicates: part of the messages that come twice.
+    """
+
+    drop_outs: float = 0.0
+    drop_out_length: float = 1.0
+    jitter: float = 0.0
+    duplicates: float = 0.0
+
+
+def messages(streams: Mapping[str, tuple[Array, Array]], faults: Faults = Faults(), seed: int = 0) -> Messages:
+    """The messages of streams, name → (stamps [s], values), with the faults that the seed draws."""
+    rng = np.random.default_rng(seed)
+    parts = []
+    for number, (t, value) in enumerate(streams.values()):
+        kept = ~_dropped(t, faults, rng)
+        index = np.flatnonzero(kept)
+        index = np.concatenate((index, index[rng.random(index.size) < faults.duplicates]))
+        send = t[index] + rng.uniform(0.0, faults.jitter, index.size) if faults.jitter else t[index]
+        parts.append((np.full(index.size, number), send, t[index], value[index]))
+    stream, send, t, value = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    order = np.argsort(send, kind="stable")
+    return Messages(tuple(streams), stream[order], send[order], t[order], value[order])
+
+
+def _dropped(t: Array, faults: Faults, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Which of the stamps fall into a drop-out."""
+    lost = np.zeros(t.size, dtype=bool)
+    if not t.size:
+        return lost
+    for start in rng.uniform(t[0], t[-1], rng.poisson(faults.drop_outs * (t[-1] - t[0]) / 60.0)):
+        lost |= (t >= start) & (t < start + rng.exponential(faults.drop_out_length))
+    return lost
+
+
+def wait_for_learner(session: zenoh.Session, keys: Keys, patience_s: float, stop: threading.Event) -> None:
+    """Returns once a learner says that it is ready.
+
+    Raises:
+        BadInput: none did within the time [s].
+    """
+    alive = threading.Event()
+    until = time.monotonic() + patience_s
+    watcher = session.liveliness().declare_subscriber(keys.alive, lambda _: alive.set(), history=True)
+    try:
+        while not alive.wait(LONGEST_WAIT):
+            if stop.is_set():
+                return
+            if time.monotonic() > until:
+                raise BadInput(f"no learner answers for {keys.prefix}; start `incsvr serve`, or play with --wait 0")
+    finally:
+        watcher.undeclare()  # type: ignore[no-untyped-call]
+
+
+def play(
+    session: zenoh.Session,
+    keys: Keys,
+    what: Messages,
+    *,
+    speed: float,
+    stop: threading.Event,
+    progress: Callable[[int, float], None] = lambda count, t: None,
+) -> int:
+    """Sends the messages, `speed` times as fast as the vehicle did, until all are sent or `stop` is set.
+
+    A message waits for room where the bus is slower than that; nothing is dropped on this side.
+
+    Returns:
+        How many were sent.
+    """
+    publishers = [
+        session.declare_publisher(
+            keys.stream(name),
+            encoding=zenoh.Encoding.APPLICATION_JSON,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+        )
+        for name in what.names
+    ]
+    sequence = [0] * len(publishers)
+    streams, stamps, values = what.stream.tolist(), what.t.tolist(), what.value.tolist()
+    began, first, sent = time.monotonic(), float(what.send[0]) if len(what) else 0.0, 0
+    while sent < len(what) and not stop.is_set():
+        now = first + (time.monotonic() - began) * speed
+        due = int(np.searchsorted(what.send, now, side="right"))
+        for index in range(sent, due):
+            number = streams[index]
+            publishers[number].put(measurement(stamps[index], values[index], sequence[number]))
+            sequence[number] += 1
+        sent = max(sent, due)
+        progress(sent, now - first)
+        if sent < len(what):
+            stop.wait(min(LONGEST_WAIT, max(0.001, (float(what.send[sent]) - now) / speed)))
+    # A question and its answer travel behind the measurements: when it is there, they have arrived.
+    for _ in session.get(keys.health, timeout=2.0):
+        pass
+    for publisher in publishers:
+        publisher.undeclare()  # type: ignore[no-untyped-call]
+    return sent

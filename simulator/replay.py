@@ -1,0 +1,67 @@
+"""`incsvr replay`: plays recorded runs onto the keys, at their own pace or faster."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import threading
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from incsvr.errors import BadInput
+from service.config import Config, add_config_arguments, from_arguments
+from service.session import connecting, from_file, open_session
+from service.wire import Keys
+from simulator.player import Messages, messages, play, wait_for_learner
+from simulator.recordings import read, sequence
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recordings", metavar="RECORDING", nargs="+", type=Path, help="CSV files, one run each")
+    add_player_arguments(parser)
+
+
+def add_player_arguments(parser: argparse.ArgumentParser) -> None:
+    """The flags that `simulate` and `replay` share."""
+    add_config_arguments(parser)
+    parser.add_argument("--speed", type=float, default=1.0, help="how many times as fast as the vehicle (default 1)")
+    parser.add_argument("--wait", type=float, default=30.0, help="how long to wait for a learner [s] (default 30)")
+
+
+def run(args: argparse.Namespace) -> int:
+    config = from_arguments(args)
+    recording = sequence([read(path) for path in args.recordings])
+    return play_to_learner(args, config, messages(recording.streams()), recording.name)
+
+
+def play_to_learner(args: argparse.Namespace, config: Config, what: Messages, name: str) -> int:
+    """Plays messages to the learner of the configuration with a progress bar; exit status."""
+    if not (math.isfinite(args.speed) and args.speed > 0.0):
+        raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())
+    bus, keys = config.bus, Keys(config.prefix)
+    zenoh_config = connecting(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[t]:.0f} s"),
+    )
+    with open_session(zenoh_config, args.wait, stop) as session:
+        if args.wait > 0.0:
+            wait_for_learner(session, keys, args.wait, stop)
+        with Progress(*columns, console=Console(stderr=True)) as bar:
+            task = bar.add_task(name, total=len(what), t=0.0)
+            sent = play(
+                session,
+                keys,
+                what,
+                speed=args.speed,
+                stop=stop,
+                progress=lambda count, t: bar.update(task, completed=count, t=t),
+            )
+    return 0 if sent == len(what) else 1

@@ -1,0 +1,37 @@
+"""`incsvr simulate`: plays the Leng plant onto the keys; the configuration's `simulation` is the scenario."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from service.config import from_arguments
+from simulator import leng
+from simulator.player import Faults, messages
+from simulator.recordings import sequence, write
+from simulator.replay import add_player_arguments, play_to_learner
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_player_arguments(parser)
+    parser.add_argument("--write", metavar="DIR", type=Path, help="write the recordings there instead of playing them")
+
+
+def run(args: argparse.Namespace) -> int:
+    config = from_arguments(args)
+    scenario = config.simulation
+    runs = [leng.recording(name, scenario.seed) for name in scenario.runs]
+    if args.write is not None:
+        try:
+            args.write.mkdir(parents=True, exist_ok=True)
+            for recording in runs:
+                write(args.write / f"{recording.name}.csv", recording)
+        except OSError as error:
+            raise BadInput(
+                f"the recordings cannot be written to {args.write} ({error}); name another folder"
+            ) from error
+        return 0
+    faults = Faults(scenario.drop_outs, scenario.drop_out_length, scenario.jitter, scenario.duplicates)
+    what = messages(sequence(runs).streams(), faults, scenario.seed)
+    return play_to_learner(args, config, what, " + ".join(scenario.runs))
