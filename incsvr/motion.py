@@ -1,0 +1,76 @@
+"""Runs as motions: the torque as input, the measured yaw rate as what a simulation must meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.plant import Damping, free_run
+from incsvr.samples import Array
+from incsvr.signals import TORQUE, YAW_RATE
+
+SHORTEST = 1.0
+"""A motion shorter than this [s] shows nothing of a vehicle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """One stretch of time without a gap in either stream.
+
+    Attributes:
+        torque_time: (n,) stamps of the torque [s], strictly increasing.
+        torque: (n,) [N m]; before its first stamp its first value is taken.
+        rate_time: (m,) stamps of the yaw rate [s], strictly increasing, none after the torque ends.
+        yaw_rate: (m,) [rad/s].
+    """
+
+    torque_time: Array
+    torque: Array
+    rate_time: Array
+    yaw_rate: Array
+
+    def error(self, simulate: Callable[[Array, Array, float], Array]) -> Array:
+        """(m,) simulated minus measured yaw rate [rad/s], started from the first measured yaw rate.
+
+        Args:
+            simulate: (stamps (k,), torque (k,), first yaw rate) → yaw rate (k,).
+        """
+        begin = self.rate_time[0]
+        time = np.concatenate(([begin], self.torque_time[self.torque_time > begin]))
+        torque = np.interp(time, self.torque_time, self.torque)
+        simulated = simulate(time, torque, float(self.yaw_rate[0]))
+        return np.asarray(np.interp(self.rate_time, time, simulated) - self.yaw_rate)
+
+
+def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Motion]:
+    """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
+    (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
+    found = []
+    for begin, end in _stretches(rate_time, gap):
+        for torque_begin, torque_end in _stretches(torque_time, gap):
+            start = begin if torque_begin <= begin + gap else torque_begin
+            stop = min(end, torque_end)
+            rates = (rate_time >= start) & (rate_time <= stop)
+            torques = (torque_time >= torque_begin) & (torque_time <= torque_end)
+            if stop - start >= SHORTEST and rates.any():
+                found.append(Motion(torque_time[torques], torque[torques], rate_time[rates], rate[rates]))
+    return found
+
+
+def free_run_rmse(runs: Sequence[Motion], inertia: float, damping: Damping) -> float | None:
+    """RMSE of the free runs [rad/s]; None where there is none, or one runs away."""
+    errors = [run.error(lambda t, tau, r0: free_run(t, tau, r0, inertia=inertia, damping=damping)) for run in runs]
+    together = np.concatenate(errors) if errors else np.array([np.nan])
+    value = float(np.sqrt(np.mean(together**2)))
+    return value if np.isfinite(value) else None
+
+
+def _stretches(time: Array, gap: float) -> list[tuple[float, float]]:
+    """First and last stamp of each stretch without a longer pause."""
+    if time.size == 0:
+        return []
+    breaks = np.flatnonzero(np.diff(time) > gap)
+    begins, ends = np.concatenate(([0], breaks + 1)), np.concatenate((breaks, [time.size - 1]))
+    return [(float(time[first]), float(time[last])) for first, last in zip(begins, ends, strict=True)]
