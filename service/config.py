@@ -148,18 +148,16 @@ class Config(BaseSettings):
     prefix: Prefix = Field(default="leng/yaw", description="the keys begin with it")
     state: Path | None = Field(default=Path("state"), description="directory of the durable state; null keeps nothing")
     history: int = Field(default=20_000, ge=1, le=10_000_000, description="published revisions kept in it")
+    validation: dict[Name, Path] = Field(default={}, description="recordings to measure the error on, by name")
+    also: tuple[dict[str, Any], ...] = Field(
+        default=(), max_length=1000, description="further learners in this process"
+    )
     bus: Bus = Bus()
     vehicle: Vehicle = Vehicle()
     signals: Signals = Signals()
     learner: Learner = Learner()
     health: HealthLimits = HealthLimits()
     simulation: Simulation = Simulation()
-    validation: dict[Name, Path] = Field(
-        default={}, description="CSV files with columns yaw_rate [rad/s] and damping [N m]"
-    )
-    also: tuple[dict[str, Any], ...] = Field(
-        default=(), max_length=1000, description="further learners in this process"
-    )
 
     @classmethod
     def settings_customise_sources(

@@ -38,7 +38,7 @@ class Host:
 
     def __init__(self, session: zenoh.Session, config: Config) -> None:
         self.keys = wire.Keys(config.prefix)
-        validation = {name: read_validation(path) for name, path in config.validation.items()}
+        validation = {name: read_validation(path, config.signal_settings()) for name, path in config.validation.items()}
         self._store = None if config.state is None else Store(config.state, config)
         self.node = LearnerNode(
             config,

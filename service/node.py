@@ -136,10 +136,10 @@ class LearnerNode:
             raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
         prediction = served.model.predict(rates)
         return wire.DampingReply.model_construct(
-            rate=rates.tolist(),
-            damping=prediction.damping.tolist(),
-            sigma=prediction.sigma.tolist(),
-            extrapolated=prediction.extrapolated.tolist(),
+            rate=tuple(rates.tolist()),
+            damping=tuple(prediction.damping.tolist()),
+            sigma=tuple(prediction.sigma.tolist()),
+            extrapolated=tuple(prediction.extrapolated.tolist()),
             iteration=served.iteration,
             revision=served.revision,
         )

@@ -82,8 +82,9 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
 
 
 def _first_line(error: Exception) -> str:
-    """Zenoh's message without the places in its own source that it appends."""
-    return str(error).partition(" at /")[0].partition("\n")[0].strip()
+    """Zenoh's message without its brackets and the places in its own source."""
+    message = str(error).partition(" at /")[0].partition("\n")[0].strip()
+    return message.replace("any of [Single(", "").replace(")]!", "")
 
 
 def free_endpoint() -> str:

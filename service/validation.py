@@ -1,43 +1,40 @@
-"""Validation data: damping samples that the learner never learns from, read once at the start."""
+"""Validation data: recordings that the learner never learns from, read once at the start."""
 
 from __future__ import annotations
 
-import csv
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Samples
+from incsvr.signals import REQUIRED, SignalSettings, synchronise
 
-COLUMNS = ("yaw_rate", "damping")
 
-
-def read_validation(path: Path) -> Samples:
-    """The samples in a CSV file with the columns yaw_rate [rad/s] and damping [N m]; further columns are ignored.
+def read_validation(path: Path, settings: SignalSettings) -> Samples:
+    """The damping samples of a recording (CSV with t, yaw_rate and torque), made as the learner makes its own.
 
     Raises:
-        BadInput: naming the file, the row and the cure.
+        BadInput: naming the file and the cure.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise BadInput(f"{path}: cannot be read as CSV ({error})") from None
-    if not rows or any(name not in rows[0] for name in COLUMNS):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            table = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8-sig", dtype=np.float64)
+    except (OSError, ValueError, UserWarning) as error:
+        raise BadInput(f"{path}: this is no recording ({str(error).splitlines()[0]})") from None
+    columns = {name: np.atleast_1d(table[name]) for name in table.dtype.names or ()}
+    for name in ("t", *REQUIRED):
+        if name not in columns:
+            raise BadInput(f"{path}: there is no column {name}; a recording has t [s], yaw_rate [rad/s], torque [N m]")
+    streams = {}
+    for name in REQUIRED:
+        sampled = ~np.isnan(columns[name])
+        streams[name] = (columns["t"][sampled], columns[name][sampled])
+    samples, rejected = synchronise(settings, streams)
+    if not len(samples):
         raise BadInput(
-            f"{path}: validation data has the columns yaw_rate [rad/s] and damping [N m] and at least one row"
+            f"{path}: no sample could be made of it (rejected: {dict(rejected)}); is it longer than its gaps?"
         )
-    values = []
-    for number, row in enumerate(rows, start=2):
-        try:
-            values.append([float(row[name]) for name in COLUMNS])
-        except (TypeError, ValueError):
-            raise BadInput(
-                f"{path}, row {number}: yaw_rate and damping must be numbers; correct or remove it"
-            ) from None
-    rate, damping = np.array(values).T
-    beyond = np.flatnonzero(~np.isfinite(rate + damping))
-    if beyond.size:
-        raise BadInput(f"{path}, row {beyond[0] + 2}: yaw_rate and damping must be finite; correct or remove it")
-    return Samples(np.arange(rate.size, dtype=np.float64), rate, damping)
+    return samples
