@@ -1,10 +1,10 @@
 """Peers of the tracer: what general methods for missing terms name on the same recordings.
 
 Each gets the same help, more than its manual gives: spikes taken off the torque; every term through one Gaussian filter
-with its derivative, so that filtering commutes with the model; the damping curve (a spline, as flexible as ours)
-projected out beforehand; the whole vocabulary as candidate terms, the inner parameters on a small grid, a wave at the
-best period of the residual; and thresholds chosen by BIC. What a peer's selected term means is read off TERMS' names.
-Terms that are one column (lag and delay to first order) count as a class.
+with its derivative, so that filtering commutes with the model; the damping curve (a spline) projected out beforehand;
+the whole vocabulary as candidate terms, the inner parameters on a small grid, a wave only where the residual has a
+spectral line; thresholds by BIC. Terms that are one column (lag and delay to first order) count as a class. The target
+is τ − I ṙ; with I ṙ as the target and the torque among the terms all four named fewer effects rightly.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ CLASSES = {"torque_lag": ("torque_delay",)}
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """A linear problem for sparse regression, columns and target with zero mean and unit deviation.
+    """A linear problem for sparse regression: target = columns · coefficients, all of unit deviation.
 
     Attributes:
         names: (m,) which effect a column means; several columns may mean the same.
-        columns: (n, m).
-        target: (n,).
+        columns, target: (n, m), (n,); the damping projected out.
     """
 
     names: tuple[str, ...]
@@ -42,7 +41,7 @@ class Terms:
 
 
 def terms(run: Run, inertia: float) -> Terms:
-    """The candidate terms of one recording against τ − I ṙ, all filtered alike, d(r) projected out.
+    """The candidate terms of one recording, all filtered alike.
 
     Args:
         run: a recording.
@@ -62,16 +61,17 @@ def terms(run: Run, inertia: float) -> Terms:
         filtered = gaussian_filter1d(values, width, order=order) / PERIOD**order
         return np.asarray(filtered[keep], np.float64)
 
-    base = np.column_stack([smooth(column) for column in _spline(rate).T])
-    target = smooth(torque) - inertia * smooth(rate, 1)
-    residual = target - base @ np.linalg.lstsq(base, target, rcond=None)[0]
-    named: list[tuple[str, Array]] = [(name, smooth(values)) for name, values in _raw(time, rate, torque, channels)]
+    curve = np.column_stack([smooth(column) for column in _spline(rate).T])
+    residual = _without(curve, smooth(torque) - inertia * smooth(rate, 1))
+    named = [(name, smooth(values)) for name, values in _raw(time, rate, torque, channels)]
     named += [("inertia", smooth(rate, 1)), ("torque_lag", smooth(torque, 1))]
-    named += [("wave", part) for part in _best_wave(time[keep], residual)]
+    named += [("wave", part) for part in _wave(time[keep], residual)]
     columns = np.column_stack([values for _, values in named])
-    columns = columns - base @ np.linalg.lstsq(base, columns, rcond=None)[0]
+    columns /= np.std(columns, axis=0) + 1e-12
+    columns = _without(curve, columns)
     deviation = np.std(columns, axis=0)
-    alive = deviation > 1e-6 * np.max(deviation)
+    # What the damping curve already says is no term of its own.
+    alive = deviation > 1e-3
     return Terms(
         names=tuple(name for (name, _), use in zip(named, alive, strict=True) if use),
         columns=columns[:, alive] / deviation[alive],
@@ -174,7 +174,7 @@ def frols(problem: Terms) -> set[int]:
         warnings.simplefilter("ignore")
         model = FROLS(
             order_selection=True,
-            n_info_values=min(count, 15),
+            n_info_values=min(count, 12),
             info_criteria="bic",
             model_type="NFIR",
             xlag=[[1]] * count,
@@ -237,12 +237,22 @@ def _lagged(values: Array, time_constant: float) -> Array:
     return np.asarray(lfilter([1 - keep], [1, -keep], values))
 
 
-def _best_wave(time: Array, residual: Array) -> tuple[Array, Array]:
-    """Sine and cosine at the residual's strongest period."""
-    step = float(time[1] - time[0])
-    count = 4 * time.size
-    frequencies = np.fft.rfftfreq(count, step)
-    power = np.abs(np.fft.rfft(residual, count))
-    power[frequencies < 1 / 60.0] = 0.0
-    angle = 2 * np.pi * frequencies[int(np.argmax(power))] * time
+def _without(base: Array, values: Array) -> Array:
+    """What of the values (n,) or (n, m) the base's columns (n, k) do not say."""
+    return np.asarray(values - base @ np.linalg.lstsq(base, values, rcond=None)[0])
+
+
+def _wave(time: Array, residual: Array) -> tuple[Array, ...]:
+    """Sine and cosine at the residual's strongest line, or nothing where none stands out of its neighbours at 1 %."""
+    frequencies = np.fft.rfftfreq(time.size, float(time[1] - time[0]))
+    power = np.abs(np.fft.rfft(residual * np.hanning(time.size))) ** 2
+    # An exponential variable's median is ln 2 of its mean; the neighbours' tell the noise's colour.
+    contrast = power * np.log(2) / median_filter(power, 41)
+    contrast[frequencies < 1 / 60.0] = 0.0
+    best = int(np.argmax(contrast))
+    if contrast[best] < np.log(power.size / 0.01):
+        return ()
+    fine = np.linspace(frequencies[max(best - 1, 0)], frequencies[min(best + 1, frequencies.size - 1)], 41)
+    strength = [abs(np.vdot(np.exp(2j * np.pi * f * time), residual)) for f in fine]
+    angle = 2 * np.pi * fine[int(np.argmax(strength))] * time
     return np.sin(angle), np.cos(angle)
