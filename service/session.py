@@ -77,7 +77,7 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
             if time.monotonic() >= until or stop.wait(0.2):
                 raise BadInput(f"the bus cannot be opened: {_first_line(error)}") from error
             if not said:
-                log.warning("waiting for the bus: %s", _first_line(error))
+                log.info("waiting for the bus: %s", _first_line(error))
                 said = True
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ def read_validation(path: Path, settings: SignalSettings) -> Samples:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            table = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8-sig", dtype=np.float64)
+            table: Any = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8-sig", dtype=np.float64)
     except (OSError, ValueError, UserWarning) as error:
         raise BadInput(f"{path}: this is no recording ({str(error).splitlines()[0]})") from None
     columns = {name: np.atleast_1d(table[name]) for name in table.dtype.names or ()}

@@ -1,0 +1,268 @@
+"""`incsvr demo`: simulator, learner and viewer as processes of their own; one recording, one report.
+
+The learner starts empty on a free port. The simulator plays both of Leng's experiments, first without and then with the
+hull; the validation runs V1 and V2 are never learned from. Whatever happens, no process is left behind.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import queue
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from incsvr.errors import BadInput
+from service.output import add_json_argument, emit
+from service.session import connecting, free_endpoint, open_session
+from service.wire import Health, IterationReport, Keys, decode
+
+SPEED = 25.0
+"""757 s of the vehicle's time then take half a minute."""
+PAPER = {"V1": ("IncSVR1", 3.26, 4.36, 60), "V2": ("IncSVR2", 3.52, 4.61, 60)}
+"""Table I: regressor, MAE and RMSE [N m], active support vectors, by validation run."""
+KEYS = Keys("leng/yaw")
+_LONGEST_START = 30.0
+_LONGEST_STOP = 10.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("out"), help="where the recording goes (out)")
+    parser.add_argument("--speed", type=float, default=SPEED, help=f"times the vehicle's own pace (default {SPEED:g})")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    if not (math.isfinite(args.speed) and args.speed > 0.0):
+        raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
+    began = time.monotonic()
+    signal.signal(signal.SIGTERM, _interrupt)
+    people = sys.stderr if args.json == "-" else sys.stdout
+    try:
+        result = _demo(args.out, args.speed, people)
+    except KeyboardInterrupt:
+        print("incsvr demo: interrupted; nothing is left running", file=sys.stderr)
+        return 1
+    except Failed as error:
+        print(f"incsvr demo: {error}", file=sys.stderr)
+        return 1
+    result["seconds"] = round(time.monotonic() - began, 1)
+    (args.out / "report.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    emit(args, result, _summary(result, args.out))
+    return 0
+
+
+class Failed(Exception):
+    """A process of the demo did not do its part; the message is one sentence."""
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
+    endpoint, recording = free_endpoint(), out / "leng.rrd"
+    shutil.rmtree(out / "state", ignore_errors=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        recording.unlink(missing_ok=True)
+    except OSError as error:
+        raise BadInput(f"nothing can be written to {out} ({error}); name another folder with --out") from error
+    runs = ["simulate", "--set", "simulation.runs=[V1, T1, V2, T2]", "--write", str(out)]
+    if subprocess.run(_command(*runs), check=False).returncode:
+        raise Failed("the simulator could not write the experiment")
+    hull_comes = _last_time(out / "T1.csv")
+    validation = [f"validation.{name}={out / name}.csv" for name in PAPER]
+    settings = [f"state={out / 'state'}", f"bus.listen={endpoint}", *validation]
+    with ExitStack() as stack:
+        learner = stack.enter_context(_process(out, "serve", *(word for each in settings for word in ("--set", each))))
+        session = stack.enter_context(open_session(connecting(endpoint), _LONGEST_START))
+        reports: queue.Queue[IterationReport] = queue.Queue()
+        session.declare_subscriber(
+            KEYS.iteration, lambda sample: reports.put(decode(IterationReport, sample.payload.to_bytes()))
+        )
+        _wait_until_alive(session, learner)
+        viewer = None
+        if find_spec("viewer.view") is not None and find_spec("rerun") is not None:
+            viewer = stack.enter_context(
+                _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint)
+            )
+        player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed)))
+        print(f"learner at {endpoint}; playing T1 and T2 at {speed:g} times the vehicle's pace", file=people)
+        print(_HEAD, file=people)
+        history = []
+        for report in _iterations(session, reports, player, learner):
+            history.append(report)
+            print(_line(report, hull_comes), file=people, flush=True)
+        if viewer is not None:
+            _end(viewer)
+    verified = _verify(recording, people) if recording.exists() else None
+    return _result(history, hull_comes, recording if recording.exists() else None, verified)
+
+
+def _iterations(
+    session: zenoh.Session,
+    reports: queue.Queue[IterationReport],
+    player: subprocess.Popen[bytes],
+    learner: subprocess.Popen[bytes],
+) -> Iterator[IterationReport]:
+    """The reports as they come, until the simulator has played everything and the learner has learned it."""
+    done = None
+    while True:
+        try:
+            report = reports.get(timeout=0.2)
+            yield report
+            if done is not None and report.iteration >= done:
+                return
+        except queue.Empty:
+            if learner.poll() is not None:
+                raise Failed("the learner ended; see serve.log") from None
+            if player.poll() not in (None, 0):
+                raise Failed("the simulator failed; see simulate.log") from None
+            if player.poll() == 0 and reports.empty():
+                # All that was played has arrived; every whole batch of it becomes an iteration.
+                health = _health(session)
+                done = health.counters["samples"] // 50
+                if health.iteration >= done and reports.empty():
+                    return
+
+
+def _health(session: zenoh.Session) -> Health:
+    for reply in session.get(KEYS.health, timeout=2.0):
+        if reply.ok is not None:
+            return decode(Health, reply.ok.payload.to_bytes())
+    raise Failed("the learner does not answer for its health; see serve.log")
+
+
+def _wait_until_alive(session: zenoh.Session, learner: subprocess.Popen[bytes]) -> None:
+    alive: queue.Queue[bool] = queue.Queue()
+    session.liveliness().declare_subscriber(KEYS.alive, lambda _: alive.put(True), history=True)
+    until = time.monotonic() + _LONGEST_START
+    while time.monotonic() < until and learner.poll() is None:
+        try:
+            alive.get(timeout=0.2)
+            return
+        except queue.Empty:
+            continue
+    raise Failed("the learner did not start; see serve.log")
+
+
+def _command(*words: str) -> list[str]:
+    return [sys.executable, "-m", "service.cli", *words]
+
+
+@contextmanager
+def _process(out: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A command as a process that ends with the block; what it says goes to a log."""
+    with (out / f"{words[0]}.log").open("wb") as log:
+        # In a session of its own Ctrl-C reaches us alone, and we end the others in their order.
+        process = subprocess.Popen(_command(*words), stdout=log, stderr=log, start_new_session=True)
+        try:
+            yield process
+        finally:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    try:
+        process.wait(_LONGEST_STOP)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _last_time(path: Path) -> float:
+    return float(path.read_text(encoding="utf-8").rstrip().rpartition("\n")[2].partition(",")[0])
+
+
+def _verify(recording: Path, people: Any) -> bool:
+    """Whether Rerun's own check finds the recording whole."""
+    tool = Path(sys.executable).with_name("rerun")
+    done = subprocess.run([tool, "rrd", "verify", recording], capture_output=True, text=True, check=False)
+    if done.returncode:
+        print(done.stdout + done.stderr, file=people)
+    return done.returncode == 0
+
+
+_COLUMNS = ("new", "discarded_tube", "discarded_near", "forgotten", "outliers", "support")
+_HEAD = (
+    "iteration    time [s]    new  tube  near  forgotten  outliers  vectors   ms     bound   fresh    V1    V2  [N m]"
+)
+
+
+def _line(report: IterationReport, hull_comes: float) -> str:
+    """One iteration: its counts, training time, certificate, and errors on the fresh batch, on V1 and on V2."""
+    widths = (5, 5, 5, 10, 9, 8)
+    counts = " ".join(f"{report.counts[name]:{width}d}" for name, width in zip(_COLUMNS, widths, strict=True))
+    error = {each.name: each.mae for each in report.validation}
+    fresh = "    –" if report.progressive_mae is None else f"{report.progressive_mae:5.1f}"
+    return (
+        f"{report.iteration:9d} {report.time_span[0]:5.0f}–{report.time_span[1]:<5.0f} {counts} {report.training_ms:5.1f} "
+        f"{report.certified_error or 0.0:8.0e}   {fresh} {error['V1']:5.1f} {error['V2']:5.1f}"
+        f"{'  hull' if report.t > hull_comes else ''}{'  ' + report.change if report.change else ''}"
+    )
+
+
+def _result(
+    history: list[IterationReport], hull_comes: float, recording: Path | None, verified: bool | None
+) -> dict[str, Any]:
+    rows = []
+    bare = [report for report in history if report.t <= hull_comes]
+    for name, part in (("V1", bare), ("V2", history[len(bare) :])):
+        if not part:
+            raise Failed("an experiment ended before its first iteration; see serve.log")
+        regressor, mae, rmse, vectors = PAPER[name]
+        error = next(each for each in part[-1].validation if each.name == name)
+        rows.append(
+            {
+                "regressor": regressor,
+                "validation": name,
+                "mae": error.mae,
+                "rmse": error.rmse,
+                "support_vectors": part[-1].counts["support"],
+                "paper": {"mae": mae, "rmse": rmse, "support_vectors": vectors},
+            }
+        )
+    return {
+        "iterations": len(history),
+        "iterations_without_hull": len(bare),
+        "rows": rows,
+        "mae_per_iteration": {
+            name: [next(each.mae for each in report.validation if each.name == name) for report in history]
+            for name in PAPER
+        },
+        "recording": None
+        if recording is None
+        else {"file": str(recording), "bytes": recording.stat().st_size, "verified": verified},
+    }
+
+
+def _summary(result: dict[str, Any], out: Path) -> str:
+    lines = ["", "Table I            MAE    RMSE [N m]   support vectors      (the paper's)"]
+    for row in result["rows"]:
+        paper = row["paper"]
+        name = f"{row['regressor']} on {row['validation']}"
+        reached = f"{row['mae']:6.2f}  {row['rmse']:6.2f} {row['support_vectors']:17d}"
+        lines.append(f"{name}  {reached}      ({paper['mae']:.2f}, {paper['rmse']:.2f}, {paper['support_vectors']})")
+    if result["recording"] is not None:
+        file = result["recording"]
+        state = "verified" if file["verified"] else "NOT verified"
+        lines.append(
+            f"recording: {file['file']}, {file['bytes'] / 1e6:.1f} MB, {state}; open it with `rerun {file['file']}`"
+        )
+    else:
+        lines.append("no recording: the viewer is not installed (pip install '.[viewer]')")
+    lines.append(f"{result['iterations']} iterations; {result['seconds']} s; report in {out / 'report.json'}")
+    return "\n".join(lines)
