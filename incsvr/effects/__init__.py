@@ -1,0 +1,54 @@
+"""The catalogue of effects: what a yaw model may lack, one physical effect a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from incsvr.effects.bias_drift import BiasDrift
+from incsvr.effects.bias_torque import BiasTorque
+from incsvr.effects.coulomb import Coulomb
+from incsvr.effects.coupling import Coupling
+from incsvr.effects.dead_zone import DeadZone
+from incsvr.effects.drag_drift import DragDrift
+from incsvr.effects.drag_step import DragStep
+from incsvr.effects.effect import Effect, Term
+from incsvr.effects.heading_current import HeadingCurrent
+from incsvr.effects.inertia import Inertia
+from incsvr.effects.inflow import Inflow
+from incsvr.effects.memory import Memory
+from incsvr.effects.modulation import DampingModulation, LevelledThrustModulation, ThrustModulation
+from incsvr.effects.signals import Signals
+from incsvr.effects.smooth_term import SmoothTerm
+from incsvr.effects.tether import Tether
+from incsvr.effects.thrust_efficiency import ThrustEfficiency
+from incsvr.effects.torque_asymmetry import TorqueAsymmetry
+from incsvr.effects.torque_delay import TorqueDelay
+from incsvr.effects.torque_lag import TorqueLag
+from incsvr.effects.torque_saturation import HardSaturation, SoftSaturation
+from incsvr.effects.wave import Wave
+
+__all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
+
+
+def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
+    """Every effect that may be named, with a coupling and the modulations of each of the `channels`."""
+    fixed: list[Effect] = [
+        BiasTorque(), Inertia(), TorqueLag(), TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(),
+        HardSaturation(), SoftSaturation(), Inflow(), HeadingCurrent(1), HeadingCurrent(2), Tether(), Wave(),
+        DragDrift(), DragStep(), Memory(), Coulomb(), BiasDrift(),
+    ]  # fmt: skip
+    for channel in channels:
+        fixed += [
+            Coupling(channel),
+            ThrustModulation(channel),
+            LevelledThrustModulation(channel),
+            DampingModulation(channel),
+        ]
+    return tuple(fixed)
+
+
+def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
+    """All effects by key, with the rivals and the smooth terms that are never named as effects."""
+    names = list(channels)
+    smooth = [SmoothTerm(name) for name in (*names, "time", "heading")]
+    return {effect.key: effect for effect in (*candidates(names), ThrustEfficiency(), *smooth)}

@@ -1,0 +1,54 @@
+"""Dead band of the thrusters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+
+class DeadZone(Effect):
+    """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`).
+
+    Inside the band the rate side knows nothing of the command, so the column looks at the command foretold from earlier
+    samples (the recorded torque itself where that is free of noise).
+    """
+
+    name = "dead_zone"
+    sentence = "the thrusters have a dead band: they give nothing while the commanded moment is small"
+    source = "D. R. Yoerger, J. G. Cooke, J.-J. E. Slotine, IEEE J. Oceanic Eng. 15(3), 1990"
+    acts = "thrust"
+    stage = 1
+    searched = True
+    looks = 12.0
+
+    def __init__(self, variant: str) -> None:
+        self.variant = variant
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        low, high = self.bounds(s)
+        return [(float(w),) for w in np.geomspace(low, high, 9)]
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        largest = float(np.quantile(np.abs(s.torque), 0.99))
+        return 0.02 * largest, 0.5 * largest
+
+    def lost(self, command: Array, width: float) -> Array:
+        if self.variant == "shifted":
+            return np.clip(command, -width, width)
+        return np.where(np.abs(command) < width, command, 0.0)
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        return stack(self.lost(s.expected, inner[-1]))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"half_width_nm": term.inner[-1]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        if not 0.5 < term.coefficients[0] < 1.6:
+            return f"inside the band {term.coefficients[0]:.0%} of the command would be lost, a dead band loses all"
+        return ""
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        return command - term.coefficients[0] * self.lost(command, term.inner[-1])

@@ -1,0 +1,37 @@
+"""Damping that drifts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+
+def _progress(s: Signals) -> Array:
+    begin, end = s.origin
+    progress: Array = (s.time - begin) / (end - begin)
+    return progress
+
+
+class DragDrift(Effect):
+    """d(r) grows by the factor 1 + f (t − t₀)/(t₁ − t₀) over the fitted recordings."""
+
+    name = "drag_drift"
+    sentence = "the damping N_r, N_{r|r|} drifts over the recording, as with fouling"
+    source = "M. P. Schultz, Biofouling 23(5), 2007 (drag of fouled hulls)"
+    acts = "damping"
+    needs_clock = True
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        return stack(s.damping * _progress(s))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"fraction": term.coefficients[0]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        fraction = term.coefficients[0]
+        return f"the damping would change by {fraction:.0%}" if not -0.9 < fraction < 5.0 else ""
+
+    def factor(self, s: Signals, term: Term) -> Array:
+        return np.maximum(1.0 + term.coefficients[0] * _progress(s), 0.05)

@@ -1,0 +1,115 @@
+"""What every effect of the catalogue says about itself.
+
+An effect is what the declared model I ṙ + d(r) = τ lacks. Each one writes the torque that it takes as regressors,
+
+    τ = I ṙ + d(r) + Σ_k θ_k φ_k(signals; inner parameters),
+
+so that θ is found by linear regression and only the inner parameters are searched. The regressors of thrust effects are
+built from the rate side (the moment that must have acted), because one built from the recorded torque shares its noise.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from incsvr.effects.signals import Array, Signals
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """An effect as it stands in a model.
+
+    Attributes:
+        effect: its name in the catalogue, with the channel if it has one.
+        variant: which form of the effect (see `Effect.variant`).
+        coefficients: θ, one for each column.
+        inner: the parameters that are searched, the continuous one (if any) last.
+    """
+
+    effect: str
+    variant: str
+    coefficients: tuple[float, ...]
+    inner: tuple[float, ...] = ()
+
+
+class Effect(ABC):
+    """One physical effect; stateless.
+
+    Attributes:
+        name: as in the contract's vocabulary.
+        variant: tells apart several forms under one name; empty for the only form.
+        sentence: the physics, in one sentence in the field's words.
+        source: where the physics is written down.
+        acts: how it enters a simulation: `outside` a moment of time and channels alone; `motion` a moment that follows
+            from rate, heading or thrust; `damping` a factor on d(r); `thrust` between command and thrust; `inertia`.
+        stage: the order of thrust effects, from command to thrust.
+        core: how many of the columns carry the effect; the others only place its zero (an offset, a reference).
+        searched: whether the last inner parameter is continuous and searched.
+        looks: about how many independent values of the inner parameters a search tries (paid for in evidence).
+        curved: whether the columns change with θ, so that the fit is repeated.
+        channels: extra streams that it reads.
+        needs_clock: whether it refers to the recording's absolute time.
+    """
+
+    name: str
+    variant: str = ""
+    sentence: ClassVar[str]
+    source: ClassVar[str]
+    acts: Literal["outside", "motion", "damping", "thrust", "inertia"]
+    stage: ClassVar[int] = 0
+    core: int = 1
+    searched: ClassVar[bool] = False
+    looks: float = 1.0
+    curved: ClassVar[bool] = False
+    channels: tuple[str, ...] = ()
+    needs_clock: bool = False
+
+    @property
+    def key(self) -> str:
+        """Unique in a catalogue: name and variant."""
+        return f"{self.name}/{self.variant}" if self.variant else self.name
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        """Inner parameters from which the search begins."""
+        return [()]
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        """Range of the searched inner parameter; only asked when `searched`."""
+        raise NotImplementedError(f"{self.key} has no searched parameter")
+
+    def bracket(self, s: Signals, inner: tuple[float, ...]) -> tuple[float, float]:
+        """Where the searched parameter is refined: between the neighbours of its start."""
+        low, high = self.bounds(s)
+        starts = sorted(start[-1] for start in self.starts(s))
+        below = [start for start in starts if start < inner[-1] * (1.0 - 1e-9)]
+        above = [start for start in starts if start > inner[-1] * (1.0 + 1e-9)]
+        return (below[-1] if below else low), (above[0] if above else high)
+
+    @abstractmethod
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        """φ(t), (n, c) [N m per unit of θ]; `coefficients` are those of the last pass (empty in the first)."""
+
+    @abstractmethod
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        """The contract's parameters of a fitted term; `inertia` is the declared one [kg m²]."""
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        """Why physics forbids this term; empty if it does not."""
+        return ""
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        """Moment after this stage of the actuators; for `acts == "thrust"`."""
+        raise NotImplementedError(f"{self.key} is no stage of the actuators")
+
+    def factor(self, s: Signals, term: Term) -> Array:
+        """(n,) factor on d(r); for `acts == "damping"`."""
+        raise NotImplementedError(f"{self.key} does not scale the damping")
+
+
+def stack(*columns: Array) -> Array:
+    """Columns side by side, (n, c)."""
+    return np.stack(columns, axis=1)

@@ -1,0 +1,30 @@
+"""Another moment of inertia than the declared one."""
+
+from __future__ import annotations
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+
+class Inertia(Effect):
+    """(I₀ + ΔI) ṙ + d(r) = τ: dry inertia and added mass −N_ṙ.
+
+    The whole thrust scaled by g explains the same data with I/g and d/g: the two tie exactly.
+    """
+
+    name = "inertia"
+    sentence = "the moment of inertia with its added mass, I_z − N_ṙ, differs from the declared one"
+    source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (added mass)"
+    acts = "inertia"
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        return stack(s.acceleration)
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"inertia_kg_m2": inertia + term.coefficients[0]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        ratio = 1.0 + term.coefficients[0] / s.inertia
+        if not 0.2 < ratio < 5.0:
+            return f"the inertia would be {ratio:.2g} times the declared one"
+        return ""

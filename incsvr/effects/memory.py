@@ -1,0 +1,38 @@
+"""Damping that depends on the past."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+
+class Memory(Effect):
+    """A moment g m with T m' = r − m: co-rotating water gives g < 0 against the drag, unsteady flow g > 0."""
+
+    name = "memory"
+    sentence = "the damping depends on the past of the yaw rate: co-rotating water or unsteady flow (fluid memory)"
+    source = "W. E. Cummins, Schiffstechnik 9, 1962 (memory of the fluid); T. I. Fossen, 2011, ch. 5"
+    acts = "motion"
+    searched = True
+    looks = 8.0
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        low, high = self.bounds(s)
+        return [(float(constant),) for constant in np.geomspace(low, high, 8)]
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        return max(0.1 * s.scale, s.block), 10.0 * s.scale
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        return stack(s.lowpass(s.rate, inner[-1]))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"gain_nm_s": -term.coefficients[0], "time_constant_s": term.inner[-1]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        gain = term.coefficients[0] * float(np.std(s.rate))
+        if abs(gain) > 3.0 * float(np.std(s.torque)) + 3.0 * float(np.std(s.damping)):
+            return "the moment of the moving water would exceed thrust and damping"
+        return ""

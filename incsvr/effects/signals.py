@@ -1,0 +1,112 @@
+"""What an effect may look at: the signals of all runs on one fine grid, and the thrust as seen from both sides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+Array = NDArray[np.float64]
+
+
+def _empty() -> Array:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """All runs, one after the other, on a uniform grid.
+
+    Attributes:
+        step: of the grid [s].
+        start: (runs + 1,) index at which each run begins, and the end.
+        time: (n,) the recording's own stamps [s].
+        rate: (n,) yaw rate [rad/s].
+        torque: (n,) commanded yaw moment, as recorded [N m].
+        channels: further streams, (n,) each.
+        heading: (n,) unwrapped [rad]; the integral of the yaw rate where no heading was recorded.
+        damping: (n,) d(r) of the model as fitted so far [N m].
+        acceleration: (n,) ṙ [rad/s²], free of the torque's noise.
+        applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
+        command: (n,) moment seen from the torque side, before the stage in question [N m].
+        expected: (n,) the command as foretold from earlier samples, so far as the torque's noise requires it [N m].
+        residual: (n,) what the model so far leaves of the torque, held over each block [N m].
+        share: part of the equation's noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
+        inertia: I₀, the declared moment of inertia [kg m²].
+        scale: T_c, the time in which the yaw rate forgets itself [s].
+        block: T_b [s].
+        origin: first and last stamp of the fitted recordings, to which drifts refer [s].
+    """
+
+    step: float
+    start: NDArray[np.intp]
+    time: Array
+    rate: Array
+    torque: Array
+    channels: Mapping[str, Array] = field(default_factory=dict)
+    heading: Array = field(default_factory=_empty)
+    damping: Array = field(default_factory=_empty)
+    acceleration: Array = field(default_factory=_empty)
+    applied: Array = field(default_factory=_empty)
+    command: Array = field(default_factory=_empty)
+    expected: Array = field(default_factory=_empty)
+    residual: Array = field(default_factory=_empty)
+    share: float = 0.0
+    inertia: float = 1.0
+    scale: float = 1.0
+    block: float = 1.0
+    origin: tuple[float, float] = (0.0, 1.0)
+
+    def __len__(self) -> int:
+        return self.time.size
+
+    def runs(self) -> list[slice]:
+        return [slice(int(a), int(b)) for a, b in zip(self.start[:-1], self.start[1:], strict=True)]
+
+    def pieces(self, slices: Sequence[slice]) -> Signals:
+        """These pieces of the grid as runs of their own."""
+        index = np.concatenate([np.arange(piece.start, piece.stop) for piece in slices])
+        start = np.concatenate([[0], np.cumsum([piece.stop - piece.start for piece in slices])]).astype(np.intp)
+        cut = {
+            f.name: getattr(self, f.name)[index]
+            for f in fields(self)
+            if f.name != "start" and isinstance(getattr(self, f.name), np.ndarray) and getattr(self, f.name).size
+        }
+        return replace(self, start=start, channels={k: v[index] for k, v in self.channels.items()}, **cut)
+
+    def integral(self, values: Array) -> Array:
+        """Cumulative trapezoid of `values` over time, from zero at the start of each run."""
+        out = np.zeros_like(values)
+        for run in self.runs():
+            x = values[run]
+            np.cumsum(0.5 * self.step * (x[1:] + x[:-1]), out=out[run][1:])
+        return out
+
+    def lowpass(self, values: Array, time_constant: float) -> Array:
+        """First-order lag: T x' = values − x (trapezoid rule), settled at the start of each run."""
+        out = np.empty_like(values)
+        half = 0.5 * self.step / time_constant
+        gain, pole = half / (1.0 + half), (1.0 - half) / (1.0 + half)
+        for run in self.runs():
+            x = values[run]
+            out[run], _ = lfilter([gain, gain], [1.0, -pole], x, zi=np.array([(1.0 - gain) * x[0]]))
+        return out
+
+    def later(self, values: Array, delay: float) -> Array:
+        """values(t + delay), held at the ends of each run; a negative delay looks back."""
+        out = np.empty_like(values)
+        for run in self.runs():
+            x = values[run]
+            index = np.arange(x.size)
+            out[run] = np.interp(index + delay / self.step, index, x)
+        return out
+
+    def slope(self, values: Array) -> Array:
+        """d(values)/dt by central differences within each run."""
+        out = np.empty_like(values)
+        for run in self.runs():
+            out[run] = np.gradient(values[run], self.step)
+        return out

@@ -1,0 +1,36 @@
+"""Reverse thrust that differs from forward thrust."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+
+class TorqueAsymmetry(Effect):
+    """a = e τ for τ < 0: seen from the rate side τ − a = (1/e − 1) min(a, 0); θ = 1/e − 1."""
+
+    name = "torque_asymmetry"
+    sentence = "the thrust efficiency of the negative (reverse) direction differs from that of the positive one"
+    source = "J. Carlton, Marine Propellers and Propulsion, 2018, ch. 6 (four-quadrant characteristics)"
+    acts = "thrust"
+    stage = 3
+    curved = True
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        theta = max(coefficients[0], -0.8) if coefficients else 0.0
+        seen = s.share * np.minimum(s.applied, 0.0)
+        return stack(seen + (1.0 - s.share) * np.minimum(s.command, 0.0) / (1.0 + theta))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"reverse_efficiency": 1.0 / (1.0 + term.coefficients[0])}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        efficiency = 1.0 / max(1.0 + term.coefficients[0], 1e-3)
+        if not 0.2 < efficiency < 3.0:
+            return f"reverse thrust would have {efficiency:.2g} times the efficiency of forward thrust"
+        return ""
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        return np.where(command < 0.0, command / (1.0 + term.coefficients[0]), command)

@@ -1,0 +1,81 @@
+"""Thrust that falls short at high command."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+
+class HardSaturation(Effect):
+    """a = τ clipped at ±L. At the limit the rate side no longer knows the command; the foretold one is used."""
+
+    name = "torque_saturation"
+    variant = "limit"
+    sentence = "the thrust saturates: it does not follow the command beyond a limit"
+    source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (saturation)"
+    acts = "thrust"
+    stage = 2
+    searched = True
+    looks = 12.0
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        low, high = self.bounds(s)
+        return [(float(limit),) for limit in np.linspace(low, high, 9)]
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        largest = float(np.quantile(np.abs(s.torque), 0.99))
+        return 0.3 * largest, 0.97 * largest
+
+    def lost(self, command: Array, limit: float) -> Array:
+        lost: Array = np.sign(command) * np.maximum(np.abs(command) - limit, 0.0)
+        return lost
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        return stack(self.lost(s.expected, inner[-1]))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"limit_nm": term.inner[-1]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        if not 0.5 < term.coefficients[0] < 1.3:
+            return f"beyond the limit {term.coefficients[0]:.0%} of the command would be lost, saturation loses all"
+        return ""
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        return command - term.coefficients[0] * self.lost(command, term.inner[-1])
+
+
+class SoftSaturation(Effect):
+    """a = τ (1 − c |τ|): thrust falls short gradually (sagging supply, cavitation)."""
+
+    name = "torque_saturation"
+    variant = "coefficient"
+    sentence = "the thrust falls short more and more at high command: a ≈ τ (1 − c |τ|)"
+    source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (thruster models with voltage sag)"
+    acts = "thrust"
+    stage = 2
+    curved = True
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        c = float(np.clip(coefficients[0] if coefficients else 0.0, -0.2, 1.0)) if coefficients else 0.0
+        root = np.sqrt(np.maximum(1.0 - 4.0 * c * np.abs(s.applied), 0.04))
+        command = 2.0 * s.applied / (1.0 + root)  # inverse of a = τ (1 − c |τ|)
+        return stack(s.share * command * np.abs(command) + (1.0 - s.share) * s.command * np.abs(s.command))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"coefficient": term.coefficients[0]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        lost = term.coefficients[0] * float(np.quantile(np.abs(s.torque), 0.99))
+        if lost <= 0.0:
+            return "the thrust would gain, not lose, at high command"
+        if lost > 0.6:
+            return f"{lost:.0%} of the highest command would be lost"
+        return ""
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        top = 0.5 / max(term.coefficients[0], 1e-12)  # the parabola's top: more command never gives less thrust
+        bounded = np.clip(command, -top, top)
+        return bounded * (1.0 - term.coefficients[0] * np.abs(bounded))

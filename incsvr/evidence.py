@@ -1,0 +1,136 @@
+"""The statistics that keep the tracer honest: p-values, intervals, and the bootstrap of a change in error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from incsvr.effects import Effect, Term
+from incsvr.hypothesis import Hypothesis, views
+from incsvr.problem import Problem
+from incsvr.run import Array
+from incsvr.whitening import DEGREES, fit, whiten
+
+NORMAL_95 = 1.959964
+"""Half width of a 95 % interval in deviations."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Of an error from before to after, with its 95 % interval."""
+
+    estimate: float
+    low: float
+    high: float
+
+    def to_dict(self) -> dict[str, float]:
+        return {"estimate": self.estimate, "low": self.low, "high": self.high}
+
+
+def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew."""
+    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
+    less = fit(problem.y, np.delete(hypothesis.columns, core, axis=1), problem.blocks, rounds=5)
+    return 2.0 * (hypothesis.fit.log_likelihood - less.log_likelihood)
+
+
+def p_value(gain: float, freedom: int, looks: float) -> float:
+    """χ² tail of a likelihood ratio, times the number of looks that the search took (Bonferroni), at most 1.
+
+    The likelihood is that of whitened residuals, so that autocorrelation up to AR(3) is in it; S. S. Wilks, Ann. Math.
+    Stat. 9 (1938).
+    """
+    return float(min(1.0, looks * chi2.sf(max(gain, 0.0), freedom)))
+
+
+def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[float, float]]]:
+    """95 % intervals of every parameter of every term, from the Fisher information of the whole regression.
+
+    Inner parameters and the bend of curved columns enter by numerical derivatives; physical parameters follow by the
+    delta method. Student-t innovations carry (ν + 1)/(ν + 3) of the Gaussian information.
+    """
+    base = problem.coarse.shape[1]
+    seen = views(problem, hypothesis)
+    design = [hypothesis.columns[:, :base]]
+    for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
+        s = seen.of(effect)
+        values = [*term.coefficients, *(term.inner[-1:] if effect.searched else ())]
+        for j, value in enumerate(values):
+            sides = []
+            nudge = 1e-3 * abs(value) + 1e-9
+            for sign in (1.0, -1.0):
+                moved = list(values)
+                moved[j] += sign * nudge
+                coefficients = tuple(moved[: len(term.coefficients)])
+                inner = (*term.inner[:-1], moved[-1]) if effect.searched else term.inner
+                sides.append(problem.blocks.mean(effect.columns(s, inner, coefficients) @ np.array(coefficients)))
+            design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
+    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks)
+    scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-300
+    information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
+    covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    out, at = [], base
+    for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
+        count = len(term.coefficients) + (1 if effect.searched else 0)
+        out.append(_delta(effect, term, covariance[at : at + count, at : at + count], problem.signals.inertia))
+        at += count
+    return out
+
+
+def _delta(effect: Effect, term: Term, covariance: Array, inertia: float) -> dict[str, tuple[float, float]]:
+    centre = effect.parameters(term, inertia)
+    gradient: dict[str, list[float]] = {name: [] for name in centre}
+    values = [*term.coefficients, *(term.inner[-1:] if effect.searched else ())]
+    for j, value in enumerate(values):
+        nudge = 1e-4 * abs(value) + 1e-9
+        moved = list(values)
+        moved[j] += nudge
+        inner = (*term.inner[:-1], moved[-1]) if effect.searched else term.inner
+        there = effect.parameters(
+            replace(term, coefficients=tuple(moved[: len(term.coefficients)]), inner=inner), inertia
+        )
+        for name in centre:
+            gradient[name].append((there[name] - centre[name]) / nudge)
+    out = {}
+    for name, slope in gradient.items():
+        deviation = float(np.sqrt(max(np.array(slope) @ covariance @ np.array(slope), 0.0)))
+        out[name] = (centre[name] - NORMAL_95 * deviation, centre[name] + NORMAL_95 * deviation)
+    return out
+
+
+def change_of_rms(before: Sequence[Array], after: Sequence[Array], length: int, seed: int = 0) -> Change:
+    """Change of the root mean square with a 95 % interval: moving-block bootstrap over paired errors.
+
+    Args:
+        before: errors of each held-out piece.
+        after: the same instants.
+        length: of a block [samples]; well above the errors' correlation time (H. R. Künsch, Ann. Stat. 17, 1989).
+    """
+    pieces = [(b**2, a**2) for b, a in zip(before, after, strict=True)]
+    sums_before, sums_after, counts = [], [], []
+    for b, a in pieces:
+        size = min(length, b.size)
+        total = np.concatenate([[0.0], np.cumsum(b)]), np.concatenate([[0.0], np.cumsum(a)])
+        # overlapping blocks, at most a few hundred a piece
+        first = np.unique(np.linspace(0, b.size - size, max(1, min(b.size - size + 1, 400))).astype(int))
+        sums_before.append(total[0][first + size] - total[0][first])
+        sums_after.append(total[1][first + size] - total[1][first])
+        counts.append(np.full(first.size, float(size)))
+    all_before, all_after, count = (np.concatenate(x) for x in (sums_before, sums_after, counts))
+    weight = np.concatenate([np.full(c.size, b.size / c.size) for c, (b, _) in zip(counts, pieces, strict=True)])
+    samples = sum(b.size for b, _ in pieces)
+    draws = max(2, round(samples / float(np.mean(count))))
+    index = np.random.default_rng(seed).choice(count.size, size=(2000, draws), p=weight / weight.sum())
+    n = count[index].sum(axis=1)
+    change = np.sqrt(all_after[index].sum(axis=1) / n) - np.sqrt(all_before[index].sum(axis=1) / n)
+    estimate = rms(after) - rms(before)
+    low, high = (float(q) for q in np.quantile(change, [0.025, 0.975]))
+    return Change(estimate, min(low, estimate), max(high, estimate))
+
+
+def rms(errors: Sequence[Array]) -> float:
+    """Root mean square over all pieces together."""
+    return float(np.sqrt(sum(float(e @ e) for e in errors) / max(sum(e.size for e in errors), 1)))

@@ -1,0 +1,49 @@
+"""What these recordings can answer at all: excitation, sign of the torque, and effects that need either."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from incsvr.effects import Effect
+from incsvr.errors import BadInput
+from incsvr.problem import Problem
+
+TORQUE_FREE = ("outside", "motion", "damping")
+"""How effects act that can be seen without a varying torque."""
+
+
+def demand(problem: Problem, effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects that these recordings can speak about.
+
+    Raises:
+        BadInput: the torque never changes and there is no channel to explain the motion; the torque has the wrong sign.
+    """
+    s = problem.signals
+    swing = float(np.std(s.torque))
+    needed = s.inertia * float(np.std(s.acceleration)) + float(np.std(problem.y))
+    if swing <= 1e-6 * max(needed, 1e-12):
+        usable = tuple(e for e in effects if e.acts in TORQUE_FREE and e.name != "inflow")
+        if not s.channels:
+            raise BadInput(
+                f"the torque is constant ({float(np.mean(s.torque)):.3g} N m), so nothing can be traced: record a "
+                "run with varied commands, or add the channels that turn the vehicle"
+            )
+        return usable
+    _check_sign(problem)
+    return tuple(effects)
+
+
+def _check_sign(problem: Problem) -> None:
+    """τ ≈ a ṙ + b r with a and b both clearly negative means that torque and yaw rate count in opposite directions."""
+    torque = problem.blocks.mean(problem.signals.torque)
+    design = np.column_stack([problem.blocks.slope(problem.signals.rate), problem.blocks.mean(problem.signals.rate)])
+    theta, *_ = np.linalg.lstsq(design, torque, rcond=None)
+    residual = torque - design @ theta
+    explained = 1.0 - float(residual @ residual) / max(float(torque @ torque), 1e-300)
+    if explained > 0.3 and theta[0] < 0.0 and theta[1] < 0.0:
+        raise BadInput(
+            "torque and yaw rate count in opposite directions (the vehicle turns against its thrust): multiply the torque "
+            "by −1, it must be positive the way yaw_rate is"
+        )

@@ -1,0 +1,242 @@
+"""The model with its effects as one value: it predicts, simulates, is saved, and splits every prediction into parts.
+
+    I₀ ṙ + d(r) + Σ effects = τ
+
+The free run integrates the yaw rate from its first measured value with the torque and the other channels alone;
+heading, memory, lag and delay run on the simulated rate. Integrator: exponential Rosenbrock–Euler (second order, stable
+for stiff friction; M. Hochbruck, A. Ostermann, Acta Numerica 19, 2010).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from incsvr.effects import Effect, Signals, Term, catalogue
+from incsvr.hypothesis import Hypothesis
+from incsvr.problem import Problem
+from incsvr.run import Array
+
+FASTEST = 5.0
+"""A free run is held within this many times the fastest rate of the fitted recordings: divergence stays finite."""
+
+
+@dataclass(frozen=True, slots=True)
+class TracedModel:
+    """The declared model, its learned damping and the effects that were added.
+
+    Attributes:
+        inertia: I₀, as declared [kg m²].
+        rate: (m,) increasing rates of the damping table [rad/s]; the trained range.
+        damping: (m,) d(r) there [N m].
+        terms: the effects with their values.
+        sigma: deviation of a block residual [N m].
+        block: T_b, the length of such a block [s].
+        scale: T_c, the time scale of the vehicle's motion [s].
+        origin: first and last stamp of the fitted recordings, to which drifts refer [s].
+    """
+
+    inertia: float
+    rate: Array
+    damping: Array
+    terms: tuple[Term, ...]
+    sigma: float
+    block: float
+    scale: float
+    origin: tuple[float, float]
+
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue's effects of the terms, in their order."""
+        channels = {term.effect.split(":", 1)[1] for term in self.terms if ":" in term.effect}
+        known = catalogue(sorted(channels))
+        return tuple(known[f"{t.effect}/{t.variant}" if t.variant else t.effect] for t in self.terms)
+
+    def damping_at(self, rate: Array) -> Array:
+        """d(r) [N m]; beyond the trained range the edge's drag continues quadratically."""
+        inside = np.interp(rate, self.rate, self.damping)
+        edge = np.where(rate > 0.0, self.rate[-1], self.rate[0])
+        beyond = np.maximum(np.abs(rate / np.where(edge == 0.0, 1.0, edge)), 1.0)
+        continued: Array = inside * beyond**2
+        return continued
+
+    def parts(self, signals: Signals) -> dict[str, Array]:
+        """The torque ledger: what each part takes of the torque, (n,) each [N m].
+
+        `inertia` and `damping` of the declared model first, then each effect under its name; `signals.acceleration` and
+        `signals.rate` are the measured motion. Their sum is the predicted torque.
+        """
+        damping = self.damping_at(signals.rate)
+        parts = {"declared inertia": self.inertia * signals.acceleration, "damping": damping}
+        thrust = self.thrust(signals)
+        seen = replace(
+            signals, damping=damping, applied=thrust, inertia=self.inertia, scale=self.scale, block=self.block
+        )
+        command = signals.torque
+        staged = sorted(zip(self.effects(), self.terms, strict=True), key=lambda pair: pair[0].stage)
+        for effect, term in staged:
+            if effect.acts == "thrust":
+                after = effect.thrust(command, seen, term)
+                parts[term.effect], command = command - after, after
+            else:
+                parts[term.effect] = effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients)
+        return {name: parts[name] for name in ("declared inertia", "damping", *(term.effect for term in self.terms))}
+
+    def predict(self, signals: Signals) -> Array:
+        """The torque that the measured motion takes, (n,) [N m]."""
+        total: Array = np.sum(list(self.parts(signals).values()), axis=0)
+        return total
+
+    def thrust(self, signals: Signals) -> Array:
+        """(n,) the moment behind all thrust effects that do not depend on the motion [N m]."""
+        command = signals.torque
+        seen = replace(signals, scale=self.scale, block=self.block, origin=self.origin)
+        for effect, term in sorted(zip(self.effects(), self.terms, strict=True), key=lambda pair: pair[0].stage):
+            if effect.acts == "thrust":
+                command = effect.thrust(command, seen, term)
+        return command
+
+    def simulate(self, signals: Signals, step: float | None = None) -> tuple[Array, Array]:
+        """Free runs of all runs in `signals` side by side.
+
+        Args:
+            signals: torque, channels, and of the motion the first rate and heading of each run alone.
+            step: of the integration [s], rounded to whole grid steps; T_c/40 if not given.
+
+        Returns:
+            indices into the grid and the simulated rate there [rad/s].
+        """
+        hop = max(round((step or self.scale / 40.0) / signals.step), 1)
+        plan = _Plan(self, signals, hop)
+        rate = np.array([signals.rate[run.start] for run in signals.runs()])
+        heading = np.array([signals.heading[run.start] for run in signals.runs()])
+        limit = FASTEST * max(abs(float(self.rate[0])), abs(float(self.rate[-1])), 1e-9)
+        trace = np.empty((plan.length + 1, rate.size))
+        trace[0] = rate
+        nudge = 1e-4 * limit / FASTEST
+        water = {constant: rate.copy() for constant in plan.constants}
+        for k in range(plan.length):
+            push = plan.acceleration(k, rate, heading, water)
+            slope = (plan.acceleration(k, rate + nudge, heading, water) - push) / nudge
+            z = plan.step * slope
+            small = np.abs(z) < 1e-6
+            gain = np.where(
+                small, 1.0, np.expm1(np.where(small, 0.0, np.clip(z, -50.0, 50.0))) / np.where(small, 1.0, z)
+            )
+            new = np.clip(rate + plan.step * gain * push, -limit, limit)
+            heading = heading + 0.5 * plan.step * (rate + new)
+            for constant in plan.constants:
+                keep = np.exp(-plan.step / constant)
+                water[constant] = keep * water[constant] + (1.0 - keep) * 0.5 * (rate + new)
+            rate = new
+            trace[k + 1] = rate
+        index, column, row = plan.index()
+        return index, trace[row, column]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, exact to the last bit through JSON."""
+        plain = asdict(self)
+        plain["rate"], plain["damping"] = self.rate.tolist(), self.damping.tolist()
+        return plain
+
+    @staticmethod
+    def from_dict(plain: Mapping[str, Any]) -> TracedModel:
+        terms = tuple(
+            Term(t["effect"], t["variant"], tuple(t["coefficients"]), tuple(t["inner"])) for t in plain["terms"]
+        )
+        low, high = plain["origin"]
+        return TracedModel(
+            plain["inertia"], np.array(plain["rate"]), np.array(plain["damping"]), terms,
+            plain["sigma"], plain["block"], plain["scale"], (low, high),
+        )  # fmt: skip
+
+
+class _Plan:
+    """What a free run may know beforehand: thrust, outside moments and drag factors, averaged over its steps."""
+
+    def __init__(self, model: TracedModel, signals: Signals, hop: int) -> None:
+        self._model = model
+        self.step = hop * signals.step
+        self._runs = signals.runs()
+        self._hop = hop
+        self.length = max((run.stop - run.start - 1) // hop for run in self._runs)
+        seen = replace(
+            signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin,
+            damping=np.ones(len(signals)), acceleration=np.ones(len(signals)),
+        )  # fmt: skip
+        outside = model.thrust(signals)
+        thrust = outside
+        factor = np.ones(len(signals))
+        self.constants: list[float] = []
+        self._motion: list[tuple[Effect, Term]] = []
+        self._inertia = model.inertia
+        for effect, term in zip(model.effects(), model.terms, strict=True):
+            if effect.acts == "outside":
+                outside = outside - effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients)
+            elif effect.acts == "damping":
+                factor = factor * effect.factor(seen, term)
+            elif effect.acts == "inertia":
+                self._inertia += term.coefficients[0]
+            elif effect.acts == "motion":
+                self._motion.append((effect, term))
+                if effect.searched:
+                    self.constants.append(term.inner[-1])
+        self._drive, self._factor, self._thrust = (self._cells(values) for values in (outside, factor, thrust))
+        self._table = np.linspace(-1.0, 1.0, 2001) * FASTEST * float(np.max(np.abs(model.rate)))
+        self._drag = model.damping_at(self._table)
+        self._seen = seen
+
+    def _cells(self, values: Array) -> Array:
+        """(length, runs): means between successive integration steps; a run that ended holds its last value."""
+        out = np.empty((self.length, len(self._runs)))
+        for k, run in enumerate(self._runs):
+            x = values[run]
+            whole = (x.size - 1) // self._hop
+            total = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]))])[:: self._hop]
+            out[:whole, k] = np.diff(total[: whole + 1]) / self._hop
+            out[whole:, k] = out[whole - 1, k] if whole else x[0]
+        return out
+
+    def acceleration(self, k: int, rate: Array, heading: Array, water: Mapping[float, Array]) -> Array:
+        drag = self._factor[k] * np.interp(rate, self._table, self._drag)
+        moment = self._drive[k] - drag
+        if self._motion:
+            now = _Instant(rate, heading, self._thrust[k], water)
+            for effect, term in self._motion:
+                columns = effect.columns(now, term.inner, term.coefficients)  # type: ignore[arg-type]
+                moment = moment - columns @ np.array(term.coefficients)
+        acceleration: Array = moment / self._inertia
+        return acceleration
+
+    def index(self) -> tuple[Array, Array, Array]:
+        """Grid index of every simulated rate, its run and its step."""
+        counts = [(run.stop - run.start - 1) // self._hop + 1 for run in self._runs]
+        rows = [np.arange(count) for count in counts]
+        index = np.concatenate([run.start + self._hop * r for run, r in zip(self._runs, rows, strict=True)])
+        return index, np.repeat(np.arange(len(counts)), counts), np.concatenate(rows)
+
+
+@dataclass(frozen=True, slots=True)
+class _Instant:
+    """What `motion` effects may look at during a free run, one value for each run."""
+
+    rate: Array
+    heading: Array
+    applied: Array
+    water: Mapping[float, Array]
+
+    def lowpass(self, values: Array, time_constant: float) -> Array:
+        """The moving water's rate: of the simulated rate, the only signal that an effect filters while it moves."""
+        return self.water[time_constant]
+
+
+def model_of(problem: Problem, hypothesis: Hypothesis) -> TracedModel:
+    """A fitted hypothesis as a model."""
+    curve = problem.grid_columns @ hypothesis.fit.theta[: problem.grid_columns.shape[1]]
+    s = problem.signals
+    sigma = 1.4826 * float(np.median(np.abs(hypothesis.fit.residual - np.median(hypothesis.fit.residual))))
+    return TracedModel(
+        s.inertia, problem.grid, curve, hypothesis.terms, sigma, problem.blocks.period, s.scale, s.origin
+    )

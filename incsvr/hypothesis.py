@@ -1,0 +1,228 @@
+"""A set of effects settled on the data: damping, coefficients and inner parameters fitted together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from incsvr.effects import Effect, Signals, Term
+from incsvr.problem import Problem
+from incsvr.run import Array
+from incsvr.whitening import Fit, fit
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A set of effects as fitted to a problem.
+
+    Attributes:
+        terms: the effects with their values, in the order in which they were added.
+        effects: the same effects of the catalogue.
+        fit: of the whole regression: damping first, then the columns of each term.
+        columns: (n_b, p) of that regression.
+        losses: (n,) the torque that each term takes [N m].
+        criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
+        position: first column of each term.
+    """
+
+    terms: tuple[Term, ...]
+    effects: tuple[Effect, ...]
+    fit: Fit
+    columns: Array
+    losses: tuple[Array, ...]
+    criterion: float
+    position: tuple[int, ...]
+
+    def names(self) -> tuple[str, ...]:
+        return tuple(term.effect for term in self.terms)
+
+
+class Views:
+    """The signals as each effect must see them, given what the others take: from command to thrust, stage by stage."""
+
+    def __init__(self, problem: Problem, fitted: Fit, terms: Sequence[tuple[Effect, Array, tuple[float, ...]]]) -> None:
+        s = problem.signals
+        share = s.share
+        residual = problem.blocks.spread(fitted.residual, len(s))
+        rate = s.rate
+        if share < 1.0:  # as in Problem.columns: what the residual itself did to the rate within its block
+            index = problem.blocks.first[:, None] + np.arange(problem.blocks.size)[None, :]
+            since = np.zeros(len(s))
+            since[index.ravel()] = np.tile(np.arange(problem.blocks.size) * s.step, len(problem.blocks))
+            rate = rate + (1.0 - share) * residual * since / s.inertia
+        curve = problem.grid_columns @ fitted.theta[: problem.grid_columns.shape[1]]
+        damping = np.interp(rate, problem.grid, curve)
+        outside, inertia = np.zeros(len(s)), s.inertia
+        self._stages: list[tuple[int, Array]] = []
+        for effect, loss, coefficients in terms:
+            if effect.acts == "thrust":
+                self._stages.append((effect.stage, loss))
+            elif effect.acts == "inertia":
+                inertia += coefficients[0]
+            else:
+                outside = outside + loss
+        lost = sum((loss for _, loss in self._stages), np.zeros(len(s)))
+        self._needed = inertia * s.acceleration + damping + outside
+        self._problem = problem
+        given = s.torque - lost
+        acceleration = s.acceleration
+        if share < 1.0:
+            acceleration = share * acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
+        # command as foretold from earlier blocks, so far as the torque is noisy: what is left shares nothing with u
+        self._expected = s.torque
+        if share > 0.02:
+            mean = problem.blocks.mean(s.torque) - share * fitted.residual
+            expected = share * problem.foretold + (1.0 - share) * mean
+            self._expected = problem.blocks.spread(expected, len(s))
+        self._plain = replace(
+            s, rate=rate, damping=damping, acceleration=acceleration, residual=residual,
+            applied=share * self._needed + (1.0 - share) * given,
+        )  # fmt: skip
+        self._cache: dict[int, Signals] = {}
+
+    def of(self, effect: Effect) -> Signals:
+        """The signals for one effect."""
+        if effect.acts != "thrust":
+            return self._plain
+        if effect.stage not in self._cache:
+            s = self._problem.signals
+            before = sum((loss for stage, loss in self._stages if stage < effect.stage), np.zeros(len(s)))
+            after = sum((loss for stage, loss in self._stages if stage > effect.stage), np.zeros(len(s)))
+            self._cache[effect.stage] = replace(
+                self._plain,
+                applied=self._needed + after,
+                command=s.torque - before,
+                expected=self._expected - before,
+            )
+        return self._cache[effect.stage]
+
+
+def views(problem: Problem, hypothesis: Hypothesis) -> Views:
+    """The signals as a further effect sees them under a hypothesis."""
+    known = zip(hypothesis.effects, hypothesis.losses, hypothesis.terms, strict=True)
+    return Views(problem, hypothesis.fit, [(e, loss, term.coefficients) for e, loss, term in known])
+
+
+def nothing(problem: Problem) -> Hypothesis:
+    """The declared model with its learned damping."""
+    columns = problem.coarse
+    fitted = fit(problem.y, columns, problem.blocks)
+    for _ in range(2 if problem.signals.share < 1.0 else 0):
+        columns = problem.columns(fitted.residual)
+        fitted = fit(problem.y, columns, problem.blocks, fitted, rounds=3)
+    return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, ())
+
+
+def price(effect: Effect, columns: int, problem: Problem) -> float:
+    """What an effect pays in 2 ℓ for its freedom (BIC) and for the looks of the search over its inner parameter."""
+    freedom = columns + (1 if effect.searched else 0)
+    return freedom * float(np.log(len(problem.blocks))) + 2.0 * float(np.log(effect.looks))
+
+
+def settle(
+    problem: Problem,
+    terms: Sequence[tuple[Effect, tuple[float, ...], tuple[float, ...]]],
+    start: Hypothesis,
+    refine: frozenset[str] = frozenset(),
+    passes: int = 4,
+) -> Hypothesis:
+    """Fit damping and effects together until thrust as seen from the rate side agrees with itself.
+
+    Args:
+        terms: (effect, inner parameters, coefficients so far or empty) of each effect.
+        start: where to begin: its damping, its AR and what its terms take.
+        refine: keys of the effects whose searched parameter is refined on the way.
+    """
+    known: Mapping[str, Array] = {e.key: loss for e, loss in zip(start.effects, start.losses, strict=True)}
+    effects = [effect for effect, _, _ in terms]
+    inner = [i for _, i, _ in terms]
+    coefficients = [c for _, _, c in terms]
+    zero = np.zeros(len(problem.signals))
+    losses = [known.get(effect.key, zero) for effect in effects]
+    fitted, before = start.fit, -np.inf
+    columns = problem.coarse
+    position: list[int] = []
+    for turn in range(passes):
+        seen = Views(
+            problem, fitted, [(e, x, c or (0.0,)) for e, x, c in zip(effects, losses, coefficients, strict=True)]
+        )
+        fine = [e.columns(seen.of(e), i, c) for e, i, c in zip(effects, inner, coefficients, strict=True)]
+        coarse = [problem.blocks.mean(f) for f in fine]
+        base = problem.columns(fitted.residual)
+        if turn in (1, 2):
+            for k, effect in enumerate(effects):
+                if effect.searched and effect.key in refine:
+                    inner[k] = _refined(
+                        problem, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted
+                    )
+                    fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
+                    coarse[k] = problem.blocks.mean(fine[k])
+        columns = np.column_stack([base, *coarse])
+        fitted = fit(problem.y, columns, problem.blocks, fitted, rounds=3)
+        position, at = [], problem.coarse.shape[1]
+        for k, part in enumerate(coarse):
+            position.append(at)
+            coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
+            losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]]
+            at += part.shape[1]
+        settled = abs(fitted.log_likelihood - before) < 0.05 and turn > 1
+        if settled or (turn > 0 and not any(e.curved or e.searched for e in effects) and problem.signals.share >= 1.0):
+            break
+        before = fitted.log_likelihood
+    found = tuple(Term(e.name, e.variant, c, i) for e, c, i in zip(effects, coefficients, inner, strict=True))
+    paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
+    return Hypothesis(
+        found, tuple(effects), fitted, columns, tuple(losses), 2.0 * fitted.log_likelihood - paid, tuple(position)
+    )
+
+
+def _refined(
+    problem: Problem,
+    effect: Effect,
+    seen: Signals,
+    inner: tuple[float, ...],
+    coefficients: tuple[float, ...],
+    coarse: list[Array],
+    k: int,
+    start: Fit,
+) -> tuple[float, ...]:
+    others = [*coarse[:k], *coarse[k + 1 :]]
+
+    def lost(value: float) -> float:
+        column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
+        return -fit(problem.y, np.column_stack([*others, column]), problem.blocks, start, rounds=2).log_likelihood
+
+    low, high = effect.bracket(seen, inner)
+    best = minimize_scalar(
+        lost, bounds=(low, high), method="bounded", options={"xatol": 0.01 * (high - low), "maxiter": 12}
+    )
+    return (*inner[:-1], float(best.x)) if best.fun <= lost(inner[-1]) else inner
+
+
+def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tuple[Array, dict[str, Array]]:
+    """What a fitted hypothesis leaves of other blocks than it was fitted to, nothing fitted again.
+
+    Returns:
+        (n_b,) residual with the measured motion [N m], and the torque that each effect takes, (n,) each.
+    """
+    theta = hypothesis.fit.theta
+    base = problem.y - problem.coarse @ theta[: problem.coarse.shape[1]]
+    losses = [np.zeros(len(problem.signals)) for _ in hypothesis.terms]
+    residual = base
+    known = list(zip(hypothesis.effects, hypothesis.terms, strict=True))
+    for _ in range(passes if known else 0):
+        fitted = replace(hypothesis.fit, residual=residual)
+        terms = [(e, x, t.coefficients) for (e, t), x in zip(known, losses, strict=True)]
+        seen = Views(problem, fitted, terms)
+        residual = base
+        for k, (effect, term) in enumerate(known):
+            columns = effect.columns(seen.of(effect), term.inner, term.coefficients)
+            losses[k] = columns @ np.array(term.coefficients)
+            if effect.acts == "inertia":
+                residual = residual - term.coefficients[0] * problem.blocks.slope(problem.signals.rate)
+            else:
+                residual = residual - problem.blocks.mean(losses[k])
+    return residual, {term.effect: loss for (_, term), loss in zip(known, losses, strict=True)}

@@ -1,0 +1,239 @@
+"""What the tracer solves: the block equations of all runs, their damping basis and the share of noise in the torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from incsvr.effects import Signals
+from incsvr.errors import BadInput
+from incsvr.run import Array, Run, stream
+from incsvr.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_grid, smoothed, split, time_scale
+from incsvr.whitening import Fit, fit
+
+INTERVALS = 8
+"""Of the cubic spline of d(r): 6 or 16 were worse on simulated vehicles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Damping:
+    """d(r) = Σ cⱼ (Bⱼ(r) − Bⱼ(0)) + c r|r|: a cubic B-spline that vanishes at rest, as Section III-A demands.
+
+    Attributes:
+        knots: of the spline [rad/s].
+    """
+
+    knots: Array
+
+    @staticmethod
+    def over(rate: Array) -> Damping:
+        """A basis over the rates that occurred (rest included)."""
+        low, high = (float(q) for q in np.quantile(rate, [0.001, 0.999]))
+        low, high = min(low, -1e-3 * (high - low)), max(high, 1e-3 * (high - low))
+        inner = np.linspace(low, high, INTERVALS + 1)
+        return Damping(np.concatenate([[low] * 3, inner, [high] * 3]))
+
+    def columns(self, rate: Array) -> Array:
+        """(n, 11) basis at `rate` (n,); beyond the knots the spline stays and r|r| goes on."""
+        low, high = self.knots[0], self.knots[-1]
+        basis = BSpline.design_matrix(np.clip(rate, low, high), self.knots, 3).toarray()
+        rest = BSpline.design_matrix(np.zeros(1), self.knots, 3).toarray()
+        columns: Array = np.column_stack([(basis - rest)[:, :-1], rate * np.abs(rate)])
+        return columns
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Block equations y = mean(d(r)) + Σ θ mean(φ) + u over all runs.
+
+    Attributes:
+        signals: on the fine grid; `acceleration` is the derivative of the rate, as little smoothed as the gyro allows.
+        blocks: the blocks.
+        y: (n_b,) mean(τ) − I₀ Δr/T_b [N m].
+        damping: the basis of d(r); `coarse` (n_b, 11) its columns, `grid` (201,) and `grid_columns` a table of it.
+        steep: (n_b, 11) derivative of `coarse` by the rate.
+        resolution: [s] sample period of the slower of the two streams: no delay below it can be told from the sampling.
+        held: whether the torque is taken as held between its stamps (else as linear).
+        width: of the Gaussian derivative that gives ṙ [fine steps].
+        foretold: (n_b,) the torque of each block as foretold from earlier blocks.
+    """
+
+    signals: Signals
+    blocks: Blocks
+    y: Array
+    damping: Damping
+    grid: Array
+    grid_columns: Array
+    coarse: Array
+    steep: Array
+    foretold: Array
+    resolution: float
+    held: bool
+    width: float
+
+    def columns(self, residual: Array) -> Array:
+        """(n_b, 11) of the damping, freed of what this very residual did to the rate.
+
+        A disturbance w in the water turns the vehicle within the block in which it acts: the mean rate holds
+        w T_b/(2 I), and E[w | u] = −(1 − share) u. Without this correction drag is underestimated, and other effects
+        make up for it.
+        """
+        s = self.signals
+        if s.share >= 1.0:
+            return self.coarse
+        turned = 0.5 * self.blocks.period / s.inertia * (1.0 - s.share) * residual
+        freed: Array = self.coarse + self.steep * turned[:, None]
+        return freed
+
+
+def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
+    """Set the block length and build the equations.
+
+    T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
+    at most 0.2 of the innovations' deviation, at most T_c/4.5. The torque is taken as held or as linear between its
+    stamps, whichever explains more: a command is held, a measured moment is not.
+    """
+    scale = time_scale(runs)
+    period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
+    sigma = gyro_noise(runs)
+    best: tuple[float, Problem, Fit] | None = None
+    for held in (False, True):
+        block = max(scale / 18.0, 1.5 * period)
+        while True:
+            problem = _equations(runs, inertia, channels, scale, block, period, held)
+            base = fit(problem.y, problem.coarse, problem.blocks)
+            noise = inertia * sigma * np.sqrt(min(period / problem.signals.step, 1.0)) / problem.blocks.period
+            noise *= float(np.linalg.norm(np.convolve(np.concatenate([[1.0], -base.ar]), [1.0, -1.0])))
+            longer = 1.3 * problem.blocks.period
+            if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
+                break
+            block = longer
+        if best is None or base.log_likelihood / len(problem.blocks) > best[0] + 2.0 / len(problem.blocks):
+            best = base.log_likelihood / len(problem.blocks), problem, base
+    assert best is not None
+    _, problem, base = best
+    s = problem.signals
+    width = _derivative_width(problem, sigma * np.sqrt(min(period / s.step, 1.0)), base.scale)
+    acceleration = smoothed(s.rate, s.start, width, order=1) / s.step
+    share = noise_share(problem, base.residual)
+    return replace(problem, signals=replace(s, acceleration=acceleration, share=share), width=width)
+
+
+def _derivative_width(problem: Problem, sigma: float, innovation: float) -> float:
+    """Of a Gaussian derivative just wide enough that the gyro's noise in I r̈ T_b is 0.3 of the innovations' deviation.
+
+    Wider than that it would smear the instants at which the command jumps; narrower, the noise would hide a lag.
+    """
+    s = problem.signals
+    # deviation of a second Gaussian derivative of width w samples: σ √(3/(8 √π w⁵)) per step²
+    noise = s.inertia * sigma * problem.blocks.period / s.step**2 * np.sqrt(0.375 / np.sqrt(np.pi))
+    width = (noise / max(0.3 * innovation, 1e-300)) ** 0.4
+    return float(np.clip(width, 0.6, 0.6 * problem.blocks.size))
+
+
+def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
+    """The equations of other runs, with the grid, blocks, damping basis and noise share of `problem`."""
+    s = problem.signals
+    names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
+    signals = on_fine_grid(runs, s.step, names, problem.held)
+    blocks = split(signals.start, problem.blocks.size, s.step)
+    acceleration = smoothed(signals.rate, signals.start, problem.width, order=1) / s.step
+    signals = replace(
+        signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share,
+        acceleration=acceleration,
+    )  # fmt: skip
+    y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.rate)
+    return replace(
+        problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
+        steep=_steep(problem.damping, signals.rate, blocks), foretold=_foretell(blocks.mean(signals.torque), blocks),
+    )  # fmt: skip
+
+
+def _steep(damping: Damping, rate: Array, blocks: Blocks) -> Array:
+    nudge = 1e-3 * float(damping.knots[-1] - damping.knots[0])
+    return blocks.mean(damping.columns(rate + nudge) - damping.columns(rate - nudge)) / (2.0 * nudge)
+
+
+def gyro_noise(runs: Sequence[Run]) -> float:
+    """Deviation of the yaw rate's white noise [rad/s], from its third differences (which no motion survives)."""
+    third = np.concatenate([np.diff(stream(run, run.yaw_rate)[1], 3) for run in runs])
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+
+
+def _equations(
+    runs: Sequence[Run], inertia: float, channels: Sequence[str], scale: float, block: float, period: float, held: bool
+) -> Problem:
+    step = max(block / SUBSTEPS, period)
+    size = max(round(block / step), 1)
+    signals = on_fine_grid(runs, step, ["heading", *channels] if _has_heading(runs) else channels, held)
+    blocks = split(signals.start, size, step)
+    if len(blocks) < FEWEST_BLOCKS:
+        raise BadInput(
+            f"the recordings hold {len(blocks)} time scales' worth of motion (blocks of {blocks.period:.2g} s), too "
+            f"few to trace anything; record at least {FEWEST_BLOCKS * blocks.period:.0f} s of varied turning"
+        )
+    rate = signals.rate
+    y = blocks.mean(signals.torque) - inertia * blocks.slope(rate)
+    damping = Damping.over(rate)
+    spans = signals.time[signals.start[:-1]], signals.time[signals.start[1:] - 1]
+    signals = replace(
+        signals, inertia=inertia, scale=scale, block=blocks.period,
+        origin=(float(np.min(spans[0])), float(np.max(spans[1]))),
+    )  # fmt: skip
+    foretold = _foretell(blocks.mean(signals.torque), blocks)
+    torque_period = float(np.median(np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])))
+    resolution = max(period, torque_period)
+    grid = np.linspace(float(np.min(rate)), float(np.max(rate)), 201)
+    coarse = blocks.mean(damping.columns(rate))
+    table = damping.columns(grid)
+    steep = _steep(damping, rate, blocks)
+    return Problem(signals, blocks, y, damping, grid, table, coarse, steep, foretold, resolution, held, 0.0)
+
+
+def _has_heading(runs: Sequence[Run]) -> bool:
+    return all("heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 10 for run in runs)
+
+
+def _foretell(torque: Array, blocks: Blocks, order: int = 6) -> Array:
+    """(n_b,) each block's mean torque from the six blocks before it by least squares; near a run's start the last."""
+    position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
+    usable = np.flatnonzero(position >= order)
+    past = np.stack([torque[usable - k] for k in range(1, order + 1)], axis=1)
+    ridge = 1e-6 * float(np.sum(past**2)) + 1e-300
+    weights = np.linalg.solve(past.T @ past + ridge * np.eye(order), past.T @ torque[usable])
+    foretold = np.where(position > 0, np.concatenate([[0.0], torque[:-1]]), torque)
+    foretold[usable] = past @ weights
+    return foretold
+
+
+def noise_share(problem: Problem, residual: Array) -> float:
+    """Which part of the equation's noise sits in the recorded torque, 0…1.
+
+    With e = n − w (torque noise n, disturbance in the water w) and both cut to their fastest part by third differences,
+    where no excitation is left but steps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Blocks with a step of the
+    command, which stand out of F τ, are left out.
+    """
+    torque = problem.blocks.mean(problem.signals.torque)
+    kernel = np.array([1.0, -3.0, 3.0, -1.0])
+    fast_e, fast_t = [], []
+    for a, b in zip(problem.blocks.start[:-1], problem.blocks.start[1:], strict=True):
+        if b - a > 4:
+            fast_e.append(np.convolve(residual[a:b], kernel, "valid"))
+            fast_t.append(np.convolve(torque[a:b], kernel, "valid"))
+    e, t = np.concatenate(fast_e), np.concatenate(fast_t)
+    calm = (np.abs(t) <= 4.0 * 1.4826 * float(np.median(np.abs(t))) + 1e-12) & (
+        np.abs(e) <= 4.0 * 1.4826 * float(np.median(np.abs(e))) + 1e-12
+    )
+    power = float(e[calm] @ e[calm])
+    return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0)) if power > 0.0 else 0.0
+
+
+def torque_scatter(runs: Sequence[Run], problem: Problem) -> float:
+    """Deviation of the torque samples within a block that no motion follows [N m], from their third differences."""
+    third = np.concatenate([np.diff(despiked(stream(run, run.torque)[1]), 3) for run in runs])
+    period = float(np.median(np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])))
+    white = 1.4826 * np.median(np.abs(third)) / np.sqrt(20.0)
+    return float(white * np.sqrt(max(1.0 - period / problem.blocks.period, 0.0)))

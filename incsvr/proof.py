@@ -1,0 +1,140 @@
+"""Proof on data that was not used for the fit: torque error and free-run error of a hypothesis, before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.special import erf
+
+from incsvr.evidence import rms
+from incsvr.forward import model_of
+from incsvr.hypothesis import Hypothesis, left_over, nothing, settle
+from incsvr.problem import Problem
+from incsvr.run import Array
+
+FOLDS = 5
+"""Held-out folds where no validation recordings are given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Errors on unseen data, piece by piece.
+
+    Attributes:
+        time: stamps of the free run [s].
+        measured: yaw rate there [rad/s].
+        simulated: free run of the hypothesis [rad/s].
+        free_run: simulated − measured.
+        block_time: stamps of the block residuals [s].
+        block_rate: mean yaw rate of each block [rad/s].
+        torque: (n_b,) block residuals [N m].
+    """
+
+    time: tuple[Array, ...]
+    measured: tuple[Array, ...]
+    simulated: tuple[Array, ...]
+    free_run: tuple[Array, ...]
+    block_time: tuple[Array, ...]
+    block_rate: tuple[Array, ...]
+    torque: tuple[Array, ...]
+
+    def free_run_rmse(self) -> float:
+        """[rad/s]."""
+        return rms(self.free_run)
+
+
+@dataclass(frozen=True, slots=True)
+class Court:
+    """Where hypotheses are proven: validation recordings, or held-out pieces of the fitted ones.
+
+    Attributes:
+        problem: the fitted recordings.
+        validation: the validation recordings, posed alike; None for held-out pieces.
+        pieces: blocks of each held-out piece.
+    """
+
+    problem: Problem
+    validation: Problem | None
+    pieces: tuple[slice, ...]
+
+    @staticmethod
+    def of(problem: Problem, validation: Problem | None) -> Court:
+        """Held-out pieces are about a twentieth of the recordings and at least eight time scales long."""
+        blocks = problem.blocks
+        length = max(len(blocks) / 20.0, 8.0 * problem.signals.scale / blocks.period)
+        length = min(length, len(blocks) / 4.0)
+        pieces = []
+        for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
+            edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
+            pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
+        return Court(problem, validation, tuple(pieces))
+
+    @property
+    def validated_on(self) -> str:
+        return "blocks" if self.validation is None else "recordings"
+
+    def try_(self, hypothesis: Hypothesis) -> Errors:
+        """Errors of a hypothesis; on held-out pieces after a refit without them."""
+        if self.validation is not None:
+            runs = self.validation.blocks
+            spans = [slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]
+            return _errors(self.problem, self.validation, hypothesis, spans)
+        folds = min(FOLDS, len(self.pieces))
+        parts = []
+        for fold in range(folds):
+            held = self.pieces[fold::folds]
+            used = np.ones(len(self.problem.blocks), dtype=bool)
+            for piece in held:
+                used[piece] = False
+            less = replace(self.problem, blocks=self.problem.blocks.only(used))
+            parts.append(_errors(self.problem, self.problem, refit(less, hypothesis), held))
+        return Errors(*(tuple(x for part in parts for x in getattr(part, name)) for name in Errors.__slots__))
+
+
+def refit(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """The same effects fitted to other blocks."""
+    if not hypothesis.terms:
+        return nothing(problem)
+    terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
+    return settle(problem, terms, hypothesis, frozenset(e.key for e in hypothesis.effects), passes=3)
+
+
+def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:
+    residual, _ = left_over(problem, hypothesis)
+    blocks = problem.blocks
+    size = blocks.size
+    slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
+    signals = problem.signals.pieces(slices)
+    index, simulated = model_of(fitted, hypothesis).simulate(signals)
+    run = np.searchsorted(signals.start, index, side="right") - 1
+    groups = [np.flatnonzero(run == k) for k in range(len(slices))]
+    measured = signals.rate[index]
+    mean_rate = blocks.mean(problem.signals.rate)
+    middle = problem.signals.time[blocks.first + size // 2]
+    return Errors(
+        time=tuple(signals.time[index[g]] for g in groups),
+        measured=tuple(measured[g] for g in groups),
+        simulated=tuple(simulated[g] for g in groups),
+        free_run=tuple(simulated[g] - measured[g] for g in groups),
+        block_time=tuple(middle[p] for p in spans),
+        block_rate=tuple(mean_rate[p] for p in spans),
+        torque=tuple(residual[p] for p in spans),
+    )
+
+
+def sample_errors(torque: Sequence[Array], scatter: float) -> tuple[float, float]:
+    """Mean absolute and root mean square torque error of single samples [N m].
+
+    Args:
+        torque: block residuals.
+        scatter: deviation of the torque samples within a block that no motion of the vehicle follows.
+    """
+    e = np.concatenate([*torque])
+    if scatter <= 0.0:
+        return float(np.mean(np.abs(e))), float(np.sqrt(np.mean(e**2)))
+    spread = scatter * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (e / scatter) ** 2)
+    mae = float(np.mean(spread + e * erf(e / (scatter * np.sqrt(2.0)))))
+    return mae, float(np.sqrt(np.mean(e**2) + scatter**2))

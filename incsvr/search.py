@@ -1,0 +1,225 @@
+"""The search: which set of effects explains the recordings, no more and no less."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.effects import Effect, Term
+from incsvr.hypothesis import Hypothesis, nothing, price, settle, views
+from incsvr.problem import Problem
+from incsvr.whitening import whiten
+
+THRESHOLD = 16.0
+"""Least gain of the criterion by which an effect is added."""
+
+CONTRIBUTION = 0.3
+"""Least deviation of what an effect alone explains, in deviations of the block residual."""
+
+LEADERS = 6
+"""How many of the first scan's effects are tried in pairs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lead:
+    """A candidate that a scan holds for promising: its best inner parameters, its 2 Δℓ and that less its price."""
+
+    effect: Effect
+    inner: tuple[float, ...]
+    score: float
+    gain: float = 0.0
+
+
+def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect], coloured: bool = True) -> list[Lead]:
+    """Score test of every effect and every start of its inner parameter, best first.
+
+    What the columns gain in 2 ℓ over `base`, its AR and weights held; with `coloured` off, as if the residual were
+    white (an AR estimated on a residual that still holds an effect hides it).
+    """
+    ar = base.fit.ar if coloured else np.zeros(3)
+    root = np.sqrt(base.fit.weight)[:, None]
+    q, _ = np.linalg.qr(root * whiten(base.columns, ar, problem.blocks))
+    z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
+    z = z - q @ (q.T @ z)
+    variance = float(z @ z) / z.size
+    seen = views(problem, base)
+    leads = []
+    for effect in effects:
+        best: Lead | None = None
+        s = seen.of(effect)
+        for inner in effect.starts(s):
+            columns = problem.blocks.mean(effect.columns(s, inner, ()))
+            if not np.all(np.isfinite(columns)):
+                continue
+            c = root * whiten(columns, ar, problem.blocks)
+            size = np.einsum("ij,ij->j", c, c)
+            c = c - q @ (q.T @ c)
+            normal = c.T @ c
+            if np.any(np.diag(normal) <= 1e-9 * size + 1e-300):
+                continue
+            right = c.T @ z
+            gain = float(right @ np.linalg.solve(normal + 1e-9 * np.diag(np.diag(normal)), right))
+            gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
+            score = gain - price(effect, columns.shape[1], problem)
+            if best is None or score > best.score:
+                best = Lead(effect, inner, score, gain)
+        if best is not None:
+            leads.append(best)
+    return sorted(leads, key=lambda lead: -lead.score)
+
+
+def with_lead(problem: Problem, base: Hypothesis, lead: Lead) -> Hypothesis:
+    """`base` with one more effect, settled."""
+    terms = [(e, t.inner, t.coefficients) for e, t in zip(base.effects, base.terms, strict=True)]
+    return settle(problem, [*terms, (lead.effect, lead.inner, ())], base, frozenset({lead.effect.key}))
+
+
+def without(problem: Problem, base: Hypothesis, k: int) -> Hypothesis:
+    """`base` with its k-th effect taken out, settled."""
+    if len(base.terms) == 1:
+        return nothing(problem)
+    terms = [(e, t.inner, t.coefficients) for e, t in zip(base.effects, base.terms, strict=True)]
+    return settle(problem, [*terms[:k], *terms[k + 1 :]], base, passes=3)
+
+
+def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], width: int) -> list[Lead]:
+    """The `width` best of the coloured scan and of the white one, once each."""
+    first = scan(problem, base, effects)[:width]
+    second = scan(problem, base, effects, coloured=False)[:width]
+    keys = {lead.effect.key for lead in first}
+    return first + [lead for lead in second if lead.effect.key not in keys]
+
+
+def sound(problem: Problem, hypothesis: Hypothesis) -> str:
+    """Why a hypothesis cannot be accepted (physics, size, a residual that rose); empty if it can."""
+    seen = views(problem, hypothesis)
+    for k, (effect, term) in enumerate(zip(hypothesis.effects, hypothesis.terms, strict=True)):
+        if not np.all(np.isfinite(term.coefficients)):
+            return f"{term.effect}: no finite fit"
+        reason = effect.implausible(term, seen.of(effect))
+        if reason:
+            return f"{term.effect}: {reason}"
+        if unique_share(problem, hypothesis, k) < CONTRIBUTION:
+            return f"{term.effect}: what it alone explains is lost in the noise"
+    return ""
+
+
+def unique_share(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """Deviation of what the k-th effect alone explains, in (robust) deviations of the block residual."""
+    core = _core(hypothesis, k)
+    rest = np.delete(hypothesis.columns, core, axis=1)
+    part = hypothesis.columns[:, core] @ hypothesis.fit.theta[core]
+    alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
+    residual = hypothesis.fit.residual
+    deviation = min(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), float(np.std(residual)))
+    return float(np.std(alone)) / max(deviation, 1e-300)
+
+
+def _core(hypothesis: Hypothesis, k: int) -> NDArray[np.intp]:
+    at = hypothesis.position[k]
+    return np.arange(at, at + hypothesis.effects[k].core)
+
+
+Gate = Callable[[Hypothesis, Hypothesis], str]
+"""(with the effect, without it) → why the effect fails in free run; empty if it passes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What the search found.
+
+    Attributes:
+        hypothesis: the effects that stand.
+        gains: criterion gained by each when it was added or last confirmed.
+        refused: effect → why it was not added though the equation error asked for it.
+        first: the candidates as the first scan ranked them, settled: (hypothesis with it alone, reason it is unsound).
+    """
+
+    hypothesis: Hypothesis
+    refused: dict[str, str]
+    first: tuple[tuple[Hypothesis, str], ...]
+
+
+def search(problem: Problem, effects: Sequence[Effect], gate: Gate | None = None, most: int = 5) -> Outcome:
+    """Add, drop and swap effects until nothing gains; then try all pairs of the first leaders."""
+    base = nothing(problem)
+    refused: dict[str, str] = {}
+    singles = [with_lead(problem, base, lead) for lead in best_leads(problem, base, effects, 5)]
+    judged = [(h, sound(problem, h)) for h in sorted(singles, key=lambda h: -h.criterion)]
+    usable = [h for h, reason in judged if not reason and h.criterion > base.criterion + THRESHOLD]
+    best = _climb(problem, effects, usable[0] if usable else base, most)
+    if usable:
+        best = _pairs(problem, effects, best, usable, most)
+    best = _clean(problem, best)
+    return Outcome(best, refused, tuple(judged))
+
+
+def _climb(problem: Problem, effects: Sequence[Effect], base: Hypothesis, most: int) -> Hypothesis:
+    while True:
+        grown = _grow(problem, effects, base) if len(base.terms) < most else base
+        changed = _swap(problem, effects, _clean(problem, grown))
+        if changed.criterion <= base.criterion + 1e-6 or len(changed.terms) >= most:
+            return max(base, changed, key=lambda h: h.criterion)
+        base = changed
+
+
+def _grow(problem: Problem, effects: Sequence[Effect], base: Hypothesis) -> Hypothesis:
+    taken = set(base.names())
+    open_ = [e for e in effects if e.name not in taken]
+    tried = [with_lead(problem, base, lead) for lead in best_leads(problem, base, open_, 4) if lead.score > -20.0]
+    for grown in sorted(tried, key=lambda h: -h.criterion):
+        if grown.criterion < base.criterion + THRESHOLD:
+            break
+        if not sound(problem, grown) and not _rose(grown, base):
+            return grown
+    return base
+
+
+def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
+    return float(np.median(np.abs(grown.fit.residual))) > 1.02 * float(np.median(np.abs(base.fit.residual)))
+
+
+def _clean(problem: Problem, base: Hypothesis) -> Hypothesis:
+    """Drop effects that others made idle."""
+    while base.terms:
+        less = [without(problem, base, k) for k in range(len(base.terms))]
+        best = max(less, key=lambda h: h.criterion)
+        if best.criterion < base.criterion - THRESHOLD:
+            return base
+        base = best
+    return base
+
+
+def _swap(problem: Problem, effects: Sequence[Effect], base: Hypothesis) -> Hypothesis:
+    """Replace one effect by a rival that explains more in the presence of the others."""
+    for k in range(len(base.terms)):
+        less = without(problem, base, k)
+        taken = set(less.names())
+        rivals = [e for e in effects if e.name not in taken and e.key != base.effects[k].key]
+        for lead in best_leads(problem, less, rivals, 3):
+            swapped = with_lead(problem, less, lead)
+            if swapped.criterion > base.criterion + 1.0 and not sound(problem, swapped):
+                return _swap(problem, effects, swapped)
+    return base
+
+
+def _pairs(
+    problem: Problem, effects: Sequence[Effect], best: Hypothesis, singles: Sequence[Hypothesis], most: int
+) -> Hypothesis:
+    leaders = singles[:LEADERS]
+    champion = best
+    for one, two in combinations(leaders, 2):
+        if one.names() == two.names():
+            continue
+        terms = [(h.effects[0], h.terms[0].inner, h.terms[0].coefficients) for h in (one, two)]
+        both = settle(problem, terms, one, frozenset(e.key for e, _, _ in terms), passes=5)
+        if both.criterion > champion.criterion + 2.0 and not sound(problem, both):
+            champion = both
+    return best if champion is best else _climb(problem, effects, champion, most)
+
+
+__all__ = ["Lead", "Outcome", "Term", "best_leads", "scan", "search", "sound", "unique_share", "with_lead", "without"]

@@ -1,0 +1,46 @@
+"""The scan for what no effect explains: does any channel, time or heading still predict the residual?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from incsvr.effects import SmoothTerm
+from incsvr.evidence import gain_of, p_value
+from incsvr.hypothesis import Hypothesis
+from incsvr.problem import Problem
+from incsvr.search import CONTRIBUTION, THRESHOLD, scan, unique_share, with_lead
+
+LEVEL = 1e-3
+"""Largest p-value, corrected for the number of terms tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """A smooth term of a channel that the residual follows."""
+
+    channel: str
+    p_value: float
+
+
+def smooth_terms(
+    problem: Problem, hypothesis: Hypothesis, channels: Sequence[str]
+) -> tuple[Hypothesis, tuple[Unexplained, ...]]:
+    """`hypothesis` with smooth terms of what still predicts its residual, and their names."""
+    found: list[Unexplained] = []
+    tried = [*channels, "time", "heading"]
+    for _ in range(3):
+        taken = {term.effect for term in hypothesis.terms}
+        terms = [SmoothTerm(name) for name in tried if f"unexplained:{name}" not in taken]
+        leads = [lead for lead in scan(problem, hypothesis, terms) if lead.score > 0.0]
+        if not leads:
+            break
+        grown = with_lead(problem, hypothesis, leads[0])
+        last = len(grown.terms) - 1
+        p = p_value(gain_of(problem, grown, last), grown.effects[last].core, len(tried))
+        large = unique_share(problem, grown, last) > CONTRIBUTION
+        if not (large and p < LEVEL and grown.criterion > hypothesis.criterion + THRESHOLD):
+            break
+        hypothesis = grown
+        found.append(Unexplained(leads[0].effect.name.split(":", 1)[1], p))
+    return hypothesis, tuple(found)

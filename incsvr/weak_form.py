@@ -1,0 +1,233 @@
+"""From recordings to block equations: the weak (integrated) form of I ṙ + d(r) = τ.
+
+Over a block of length T_b the equation of motion integrates to mean(τ) − I₀ Δr/T_b = mean(d(r)) + Σ mean(losses): no
+signal is differentiated, and no filter has to commute with the curved d(r). The method is that of weak-form system
+identification (D. A. Messenger, D. M. Bortz, "Weak SINDy", Multiscale Model. Simul. 19, 2021), with constant test
+functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, median_filter
+
+from incsvr.effects.signals import Signals
+from incsvr.errors import BadInput
+from incsvr.run import Array, Run, stream
+
+SUBSTEPS = 8
+"""Fine steps in the shortest block."""
+
+FEWEST_BLOCKS = 60
+"""Fewest block equations from which anything is concluded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """Which fine samples form which block.
+
+    Attributes:
+        first: (n_b,) index of each block's first fine sample.
+        size: fine steps in a block.
+        period: T_b [s].
+        whole: (m,) the blocks that have three predecessors in the same run (an AR(3) reaches that far).
+        previous: (3, m) those predecessors.
+        start: (runs + 1,) first block of each run, and the end.
+        used: (n_b,) whether a block counts in a fit.
+    """
+
+    first: NDArray[np.intp]
+    size: int
+    period: float
+    whole: NDArray[np.intp]
+    previous: NDArray[np.intp]
+    start: NDArray[np.intp]
+    used: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return self.first.size
+
+    def only(self, used: NDArray[np.bool_]) -> Blocks:
+        """The same blocks where only some count in a fit, (n_b,); the others are held out."""
+        keep = used[self.whole] & used[self.previous].all(axis=0)
+        return replace(self, whole=self.whole[keep], previous=self.previous[:, keep], used=used)
+
+    def mean(self, values: Array) -> Array:
+        """Trapezoid mean over every block; `values` (n,) or (n, k) on the fine grid."""
+        total = np.zeros_like(values)
+        np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0, out=total[1:])
+        mean: Array = (total[self.first + self.size] - total[self.first]) / self.size
+        return mean
+
+    def slope(self, values: Array) -> Array:
+        """(x(end) − x(start)) / T_b of every block."""
+        slope: Array = (values[self.first + self.size] - values[self.first]) / self.period
+        return slope
+
+    def spread(self, values: Array, length: int) -> Array:
+        """(length,) a block value held over the block's fine samples."""
+        index = np.clip(np.searchsorted(self.first, np.arange(length), side="right") - 1, 0, len(self) - 1)
+        held: Array = values[index]
+        return held
+
+
+def split(start: NDArray[np.intp], size: int, step: float) -> Blocks:
+    """Blocks of `size` fine steps over runs that begin at `start` (with the end as last entry)."""
+    firsts = [np.arange(a, b - size, size, dtype=np.intp) for a, b in pairwise(start)]
+    edges = np.concatenate([[0], np.cumsum([f.size for f in firsts])]).astype(np.intp)
+    position = np.concatenate([np.arange(f.size) for f in firsts])
+    whole = np.flatnonzero(position >= 3)
+    return Blocks(
+        np.concatenate(firsts),
+        size,
+        size * step,
+        whole,
+        np.stack([whole - 1, whole - 2, whole - 3]),
+        edges,
+        np.ones(position.size, dtype=bool),
+    )
+
+
+def despiked(values: Array, threshold: float = 6.0) -> Array:
+    """`values` with isolated spikes replaced by the median of their neighbourhood of five.
+
+    Only samples whose neighbours agree are touched: a step of the command stays where it is.
+    """
+    if values.size < 7:
+        return values
+    calm = median_filter(values, 5, mode="nearest")
+    away = np.abs(values - calm)
+    scale = 1.4826 * float(np.median(away))
+    if scale <= 0.0:  # a held command: its usual deviation is zero, take that of the deviating samples
+        scale = float(np.quantile(away, 0.995)) / threshold
+    spike = away > threshold * max(scale, 1e-12)
+    spike[1:] &= ~(spike[:-1] & (away[:-1] > 0.5 * away[1:]))  # two in a row are no spike
+    return np.where(spike, calm, values)
+
+
+def time_scale(runs: Sequence[Run]) -> float:
+    """T_c [s]: the lag at which the autocorrelation of the yaw rate falls below one half, over all runs together."""
+    period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
+    grids = []
+    for run in runs:
+        at, rate = stream(run, run.yaw_rate)
+        grids.append(np.interp(np.arange(at[0], at[-1], period), at, rate))
+    mean = float(np.mean(np.concatenate(grids)))
+    length = max(g.size for g in grids)
+    covariance, count = np.zeros(length), np.zeros(length)
+    for grid in grids:
+        spectrum = np.abs(np.fft.rfft(grid - mean, 2 * grid.size)) ** 2
+        covariance[: grid.size] += np.fft.irfft(spectrum)[: grid.size]
+        count[: grid.size] += np.arange(grid.size, 0, -1)
+    correlation = covariance / count / max(covariance[0] / count[0], 1e-300)
+    below = np.flatnonzero(correlation < 0.5)
+    return period * float(below[0] if below.size else length // 2)
+
+
+def _cells(at: Array, values: Array, centres: Array, width: float, held: bool) -> Array:
+    """Mean of a stream over cells of `width` around `centres`: exact for its linear (or held) interpolation."""
+    steps = (values[:-1] if held else 0.5 * (values[1:] + values[:-1])) * np.diff(at)
+    total = np.concatenate([[0.0], np.cumsum(steps)])
+
+    def integral(when: Array) -> Array:
+        where = np.clip(when, at[0], at[-1])
+        index = np.clip(np.searchsorted(at, where, side="right") - 1, 0, at.size - 2)
+        past = where - at[index]
+        slope = 0.0 if held else (values[index + 1] - values[index]) / (at[index + 1] - at[index])
+        inside = total[index] + past * (values[index] + 0.5 * slope * past)
+        outside: Array = inside + np.minimum(when - at[0], 0) * values[0] + np.maximum(when - at[-1], 0) * values[-1]
+        return outside
+
+    mean: Array = (integral(centres + 0.5 * width) - integral(centres - 0.5 * width)) / width
+    return mean
+
+
+def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: bool) -> Signals:
+    """All runs on one uniform grid of `step` seconds: each stream averaged over cells of one step.
+
+    Averaging every stream with the same kernel commutes with the (linear) equation of motion; streams of other rates,
+    uneven stamps and missing cells need no case of their own.
+    """
+    parts: list[dict[str, Array]] = []
+    starts = [0]
+    for run in runs:
+        for piece in _pieces(run):
+            at, rate = stream(piece, piece.yaw_rate)
+            when, torque = stream(piece, piece.torque)
+            begin, end = max(at[0], when[0]), min(at[-1], when[-1])
+            centres = np.arange(begin, end + 0.25 * step, step)
+            if centres.size < 5:
+                continue
+            part = {
+                "time": centres,
+                "rate": _cells(at, despiked(rate, 12.0), centres, step, False),
+                "torque": _cells(when, despiked(torque), centres, step, held),
+            }
+            for name in names:
+                part[name] = _channel(piece, name, centres, step)
+            parts.append(part)
+            starts.append(starts[-1] + centres.size)
+    if not parts:
+        raise BadInput("yaw_rate and torque never overlap in time: check the stamps of the two streams")
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    start = np.array(starts, dtype=np.intp)
+    heading = joined.pop("heading", None)
+    signals = Signals(
+        step=step,
+        start=start,
+        time=joined.pop("time"),
+        rate=joined.pop("rate"),
+        torque=joined.pop("torque"),
+        channels=joined,
+    )
+    return replace(signals, heading=signals.integral(signals.rate) if heading is None else heading)
+
+
+def _channel(run: Run, name: str, centres: Array, step: float) -> Array:
+    at, values = stream(run, run.channels.get(name, np.full(run.time.size, np.nan)))
+    if at.size < 2:
+        return np.full(centres.size, np.nan)
+    return _cells(
+        at, np.asarray(np.unwrap(values) if name == "heading" else values, dtype=np.float64), centres, step, False
+    )
+
+
+def _pieces(run: Run) -> list[Run]:
+    """The run cut where one of the two streams pauses for more than a second and ten of its periods."""
+    cuts = []
+    for values in (run.yaw_rate, run.torque):
+        at, _ = stream(run, values)
+        gaps = np.diff(at)
+        cuts += [(at[k], at[k + 1]) for k in np.flatnonzero(gaps > max(1.0, 10.0 * float(np.median(gaps))))]
+    if not cuts:
+        return [run]
+    pieces = []
+    begin = run.time[0]
+    for gap_begin, gap_end in sorted(cuts):
+        if gap_begin > begin:
+            pieces.append(_part(run, begin, gap_begin))
+        begin = max(begin, gap_end)
+    pieces.append(_part(run, begin, run.time[-1]))
+    return [piece for piece in pieces if all(np.isfinite(v).sum() > 5 for v in (piece.yaw_rate, piece.torque))]
+
+
+def _part(run: Run, begin: float, end: float) -> Run:
+    here = (run.time >= begin) & (run.time <= end)
+    channels = {name: values[here] for name, values in run.channels.items()}
+    return Run(run.name, run.time[here], run.yaw_rate[here], run.torque[here], channels)
+
+
+def smoothed(values: Array, start: NDArray[np.intp], sigma: float, order: int = 0) -> Array:
+    """Gaussian smoothing (or its derivative, per sample) run by run, mirrored through the end points."""
+    out = np.empty_like(values)
+    for a, b in pairwise(start):
+        pad = min(int(4 * sigma) + 1, b - a - 1)
+        x = values[a:b]
+        wide = np.concatenate([2 * x[0] - x[pad:0:-1], x, 2 * x[-1] - x[-2 : -pad - 2 : -1]])
+        out[a:b] = gaussian_filter1d(wide, sigma, order=order)[pad : pad + b - a]
+    return out

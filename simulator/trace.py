@@ -1,0 +1,83 @@
+"""`incsvr trace`: reads recordings, traces what the model lacks, prints it for people or for programs."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from incsvr.run import Run
+from incsvr.tracing import Trace, trace
+from service.output import add_json_argument, emit
+from simulator.recordings import read
+
+LENG_INERTIA = 350.0
+"""I about yaw of the AUV Leng, dry and added mass [kg m²] (Section IV-A)."""
+
+REPORT_WRITER = "viewer.report"
+"""Writes the HTML report; loaded when asked for, so that tracing needs no drawing library."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV file of one run")
+    parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
+    parser.add_argument("--inertia", type=float, default=LENG_INERTIA, help="declared I [kg m²] (default: %(default)s)")
+    parser.add_argument("--report", type=Path, metavar="FILE.html", help="one self-contained file to keep")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    if not args.inertia > 0.0:
+        raise BadInput(f"--inertia is {args.inertia:g}; give the moment of inertia in kg m², a positive number")
+    found = trace(_runs(args.recordings), inertia=args.inertia, validate=_runs(args.validate))
+    if args.report:
+        import_module(REPORT_WRITER).write(found, args.report)
+    emit(args, found.to_dict(), text(found))
+    return 0
+
+
+def _runs(paths: Sequence[Path]) -> list[Run]:
+    runs = []
+    for path in paths:
+        recording = read(path)
+        columns = dict(recording.columns)
+        runs.append(Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns))
+    return runs
+
+
+def text(found: Trace) -> str:
+    """The findings for people."""
+    lines = [f"declared inertia {found.inertia:g} kg m²: {_headline(found)}"]
+    for finding in found.effects:
+        lines.append(f"  {finding.sentence}")
+        if finding.cannot_tell_from:
+            lines.append(f"    these recordings cannot tell it from: {', '.join(finding.cannot_tell_from)}")
+        if finding.next_manoeuvre:
+            lines.append(f"    next: {finding.next_manoeuvre}")
+    lines += [f"  {item.channel} still predicts the residual (p = {item.p_value:.2g})" for item in found.unexplained]
+    error = found.error
+    where = (
+        "the validation recordings" if error["validated_on"] == "recordings" else "held-out pieces of the recordings"
+    )
+    lines.append(f"  on {where}:            before       after    change (95 %)")
+    for key, unit in (("torque_rmse", "N m"), ("free_run_rmse", "rad/s")):
+        change = error["change"][key]
+        lines.append(
+            f"    {key:14s} [{unit:5s}]   {error['before'][key]:10.4g}  {error['after'][key]:10.4g}    "
+            f"{change['estimate']:+.3g} ({change['low']:+.3g} to {change['high']:+.3g})"
+        )
+    lines.append(f"    noise floor of the torque {error['floor']['torque_rmse']:.4g} N m")
+    lines += [f"  not added: {r.effect}: {r.reason}" for r in found.rejected if "free run" in r.reason]
+    lines += [f"  ignored channel {name}: {reason}" for name, reason in found.ignored_channels.items()]
+    lines += [f"  note: {note}" for note in found.notes]
+    return "\n".join(lines)
+
+
+def _headline(found: Trace) -> str:
+    if found.verdict == "effects":
+        return "the model lacks " + ", ".join(finding.effect for finding in found.effects)
+    if found.verdict == "unexplained":
+        return "something is missing that no known effect explains"
+    return "nothing is missing that these recordings could show"
