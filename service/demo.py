@@ -208,8 +208,9 @@ def _line(report: IterationReport, hull_comes: float) -> str:
     counts = " ".join(f"{report.counts[name]:{width}d}" for name, width in zip(_COLUMNS, widths, strict=True))
     error = {each.name: each.mae for each in report.validation}
     fresh = "    –" if report.progressive_mae is None else f"{report.progressive_mae:5.1f}"
+    first, last = report.time_span
     return (
-        f"{report.iteration:9d} {report.time_span[0]:5.0f}–{report.time_span[1]:<5.0f} {counts} {report.training_ms:5.1f} "
+        f"{report.iteration:9d} {first:5.0f}–{last:<5.0f} {counts} {report.training_ms:5.1f} "
         f"{report.certified_error or 0.0:8.0e}   {fresh} {error['V1']:5.1f} {error['V2']:5.1f}"
         f"{'  hull' if report.t > hull_comes else ''}{'  ' + report.change if report.change else ''}"
     )
