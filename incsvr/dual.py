@@ -6,6 +6,8 @@ f(x) = Σ θⱼ κ(xⱼ, x). It has no bias because no drag acts on a vehicle at
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -35,24 +37,20 @@ def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: Ar
         BadInput: unequal lengths, a value that is not finite, a parameter out of its range.
     """
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
-    nothing = np.zeros(y.size)
-    best = certify(nothing, nothing, y, bound, tube, 0)
-    if _exact(best):  # no samples, or all of them inside the tube around zero
-        return best
-    LT = factor(x, gamma)
-    for iterate in path(LT, y, bound, tube):
-        theta = cross(LT, y, bound, tube, iterate.theta, iterate.between)
-        found = certify(theta, LT.dot(theta).dot(LT), y, bound, tube, iterate.number)
-        if found.gap < best.gap:
-            best = found
-        if _exact(best):
-            break
+    best = None
+    if (np.abs(y) > tube).any():
+        LT = factor(x, gamma)
+        for iterate in path(LT, y, bound, tube):
+            theta = cross(LT, y, bound, tube, iterate.theta, iterate.between)
+            found = certify(theta, LT.dot(theta).dot(LT), y, bound, tube, iterate.number)
+            if best is None or found.gap < best.gap:
+                best = found
+            if found.gap <= 2.0 * found.rounding:
+                break
+    if best is None:  # no samples, or all of them inside the tube around zero
+        nothing = np.zeros(y.size)
+        best = certify(nothing, nothing, y, bound, tube, 0)
     return best
-
-
-def _exact(solution: Solution) -> bool:
-    """Nothing is left of the duality gap but rounding."""
-    return solution.gap <= 2.0 * solution.rounding
 
 
 def coordinate_descent(
@@ -88,13 +86,23 @@ def _checked(
     x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     if y.ndim != 1 or x.ndim not in (1, 2) or x.shape[0] != y.size:
         raise BadInput(f"x has shape {x.shape} and y {y.shape}: give one row of x for each y")
-    bound, tube = np.asarray(C, dtype=np.float64), np.asarray(epsilon, dtype=np.float64)
-    for name, values in (("C", bound), ("epsilon", tube)):
-        if values.shape not in ((), y.shape):
-            raise BadInput(f"{name} has shape {values.shape}: give one number, or one for each of the {y.size} samples")
+    if not 0.0 < gamma < math.inf:
+        raise BadInput(f"gamma is {gamma}: give a positive, finite number")
+    bound, tube = _each("C", C, y.size), _each("epsilon", epsilon, y.size)
+    # A sum is finite when its terms are, and one call where np.isfinite needs two.
     for name, values in (("x", x), ("y", y), ("C", bound), ("epsilon", tube)):
-        if not np.isfinite(values).all():
-            raise BadInput(f"{name} holds NaN or infinity: strike such samples out first")
-    if not (0.0 < gamma < np.inf and (bound > 0.0).all() and (tube >= 0.0).all()):
-        raise BadInput("gamma and C must be positive and finite, epsilon zero or more")
-    return x, y, np.broadcast_to(bound, y.shape), np.broadcast_to(tube, y.shape)
+        if not math.isfinite(float(values.sum())):
+            raise BadInput(f"{name} holds NaN or infinity (or sums to it): strike such samples out first")
+    if y.size and not (float(bound.min()) > 0.0 and float(tube.min()) >= 0.0):
+        raise BadInput("C must be positive and epsilon zero or more for every sample")
+    return x, y, bound, tube
+
+
+def _each(name: str, values: ArrayLike, n: int) -> Array:
+    """One value for each of n samples."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim == 0:
+        return np.full(n, array)
+    if array.shape != (n,):
+        raise BadInput(f"{name} has shape {array.shape}: give one number, or one for each of the {n} samples")
+    return array

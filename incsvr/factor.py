@@ -12,7 +12,8 @@ from incsvr.samples import Array
 
 SMALL = 256  # samples up to which the kernel matrix itself is formed: at most half a megabyte
 NARROW = 8.0  # 2γh² up to which the series is used; there it has at most 41 terms
-TOLERANCE = 1e-16  # of κ(x, x) = 1: what is left out is rounding
+TOLERANCE = 1e-16  # of κ(x, x) = 1, left out of the series
+LEFT = 2e-15  # of κ(x, x) = 1, left out by the pivots; with less they would take up rounding
 
 
 def factor(x: Array, gamma: float) -> Array:
@@ -52,7 +53,7 @@ def _pivoted(x: Array, gamma: float) -> Array:
     """Cholesky with diagonal pivots; beyond `SMALL` samples K's rows are computed one by one as pivots need them."""
     n = x.shape[0]
     if n <= SMALL:
-        lower, pivots, rank, _ = lapack.dpstrf(rbf(x, x, gamma), tol=TOLERANCE, lower=1)
+        lower, pivots, rank, _ = lapack.dpstrf(rbf(x, x, gamma), tol=LEFT, lower=1)
         LT = np.empty((rank, n))
         LT[:, pivots - 1] = np.tril(lower[:, :rank]).T
         return LT
@@ -60,7 +61,7 @@ def _pivoted(x: Array, gamma: float) -> Array:
     left = np.ones(n)
     for rank in range(n):
         pivot = int(left.argmax())
-        if left[pivot] <= TOLERANCE * n:
+        if left[pivot] <= LEFT:
             return LT[:rank]
         if rank == LT.shape[0]:
             LT = np.concatenate([LT, np.empty((min(rank, n - rank), n))])

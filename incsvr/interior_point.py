@@ -12,7 +12,7 @@ from scipy.linalg import lapack
 from incsvr.samples import Array
 
 ITERATIONS = 60  # at most; 8 to 13 is usual, whatever the data
-NEAR = 1e-2  # part of the first complementarity that is left when an iterate is worth looking at
+NEAR = 3e-4  # part of the first complementarity that is left when an iterate is worth looking at
 RIDGE = 0.1  # of mean|y| / mean(C), the scale between a residual and a weight; fewest iterations in a trial
 CENTRE = 0.1  # of mean(C)·mean|residual|, the first complementarity; likewise
 
@@ -44,33 +44,36 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
         y, bound, tube: (n,) damping, Cᵢ and εᵢ [N m].
     """
     rank, n = LT.shape
-    L, both = LT.T, np.concatenate([LT, -LT], axis=1)
     point, w = _start(LT, y, bound, tube)
-    x, s = point[:2], point[2:]  # rows α|β and C − α|C − β; rows s and ξ
+    x, s = point[:2], point[2:]  # (α, β) and (C − α, C − β); their s and ξ
     step = np.empty_like(point)
     dx, ds = step[:2], step[2:]
     quotient, u, t, v = (np.empty_like(x) for _ in range(4))
-    freedom, g = np.empty(2 * n), np.empty(2 * n)
+    freedom, g, h = np.empty((2, n)), np.empty((2, n)), np.empty((2, n))
+    (g_alpha, g_beta), (h_alpha, h_beta) = g, h
+    relative = np.empty_like(point)
     scaled, normal = np.empty_like(LT), np.empty((rank, rank))
     diagonal = normal.reshape(-1)[:: rank + 1]
     flat_x, flat_s = x.reshape(-1), s.reshape(-1)
-    off = both.dot(x[0]) - w
+    off = LT.dot(x[0, 0] - x[0, 1]) - w
     mu = first = float(flat_x.dot(flat_s)) / (4 * n)
     for number in range(1, ITERATIONS + 1):
         np.divide(s, x, out=quotient)
         np.add(quotient[0], quotient[1], out=freedom)
         np.reciprocal(freedom, out=freedom)
-        d = freedom[:n] + freedom[n:]
-        np.multiply(LT, d, out=scaled)
-        np.dot(scaled, L, out=normal)
+        np.multiply(LT, np.sqrt(freedom[0] + freedom[1]), out=scaled)
+        np.dot(scaled, scaled.T, out=normal)
         diagonal += 1.0
-        cholesky, failed = lapack.dpotrf(normal.T, lower=1, overwrite_a=1)
+        cholesky, failed = lapack.dpotrf(normal.T, 1, 0, 1)  # lower, its upper part left as it is, in place
         if failed:
             return
         # Predictor: straight at the solution. Here dx/x + ds/s = −1, so one quotient tells both step lengths.
         np.subtract(s[1], s[0], out=g)
-        dw = lapack.dpotrs(cholesky, both.dot(freedom * g) + off, lower=1)[0]
-        g -= dw.dot(both)
+        np.multiply(freedom, g, out=h)
+        dw = lapack.dpotrs(cholesky, LT.dot(h_alpha - h_beta) + off, 1)[0]
+        q = dw.dot(LT)
+        g_alpha -= q
+        g_beta += q
         g *= freedom
         np.divide(g, x, out=t)
         np.negative(t[1], out=t[1])
@@ -85,13 +88,16 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
         v *= s
         u += v
         np.subtract(u[0], u[1], out=g)
-        dw = lapack.dpotrs(cholesky, both.dot(freedom * g) + off, lower=1)[0]
-        g -= dw.dot(both)
+        np.multiply(freedom, g, out=h)
+        dw = lapack.dpotrs(cholesky, LT.dot(h_alpha - h_beta) + off, 1)[0]
+        q = dw.dot(LT)
+        g_alpha -= q
+        g_beta += q
         np.multiply(g, freedom, out=dx[0])
         np.negative(dx[0], out=dx[1])
         np.multiply(quotient, dx, out=t)
         np.subtract(u, t, out=ds)
-        relative = step / point
+        np.divide(step, point, out=relative)
         longest = -float(relative.min())
         length = 1.0 if longest <= 0.995 else 0.995 / longest
         step *= length
@@ -104,7 +110,7 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
             # Of two whose product goes to zero, the one that shrinks less is the one that stays (Tapia's indicator).
             stays = relative[:2] > relative[2:]
             loose = stays[0] & stays[1]
-            yield Iterate(number, x[0, :n] - x[0, n:], loose[:n] | loose[n:])
+            yield Iterate(number, x[0, 0] - x[0, 1], loose[0] | loose[1])
             if mu <= 1e-16 * first or length < 1e-6:
                 return
 
@@ -114,22 +120,23 @@ def _start(LT: Array, y: Array, bound: Array, tube: Array) -> tuple[Array, Array
 
     Ridge least squares tell the residuals; then every complementarity product is made the same μ.
     """
-    size, limit = float(np.abs(y).mean()), float(bound.mean())
+    n = y.size
+    size, limit = float(np.abs(y).sum()) / n, float(bound.sum()) / n
     normal = LT.dot(LT.T)
     normal.reshape(-1)[:: normal.shape[0] + 1] += RIDGE * size / limit
     w = lapack.dposv(normal, LT.dot(y), lower=1)[1]
     residual = y - w.dot(LT)
-    scale = float(np.abs(residual).mean() + tube.mean()) + 1e-3 * size
-    mu = CENTRE * limit * scale
+    mu = CENTRE * limit * (float(np.abs(residual).sum() + tube.sum()) / n + 1e-3 * size)
     # α s = (C − α) ξ = μ and s − ξ = t make a quadratic in s and one in ξ.
-    c = np.concatenate([bound, bound])
-    t = np.concatenate([tube - residual, tube + residual])
-    t *= c
+    t = np.empty((2, n))
+    np.subtract(tube, residual, out=t[0])
+    np.add(tube, residual, out=t[1])
+    t *= bound
     root = np.sqrt(t * t + 4.0 * mu * mu)
     root += 2.0 * mu
-    point = np.empty((4, t.size))
+    point = np.empty((4, 2, n))
     np.add(root, t, out=point[2])
     np.subtract(root, t, out=point[3])
-    point[2:] /= 2.0 * c
+    point[2:] /= 2.0 * bound
     np.divide(mu, point[2:], out=point[:2])
     return point, w
