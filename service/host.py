@@ -83,7 +83,9 @@ class Host:
             self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
 
     def close(self) -> None:
-        """Says goodbye, takes what came, and saves."""
+        """Says goodbye, takes what came, and saves; a second time it does nothing."""
+        if self._stopping.is_set():
+            return
         self._token.undeclare()
         self._ingest.close()
         self._stopping.set()

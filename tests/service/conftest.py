@@ -1,0 +1,92 @@
+"""What the tests of the bus share: real Zenoh sessions over TCP on loopback, on a free port each."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+import zenoh
+
+from service import wire
+from service.config import Config, read
+from service.host import Host
+from service.session import connecting, free_endpoint, listening, open_session
+from simulator.player import Messages, messages, play
+from simulator.recordings import Recording
+
+PATIENCE = 20.0
+"""How long a test waits for what must come [s]."""
+
+FormType = TypeVar("FormType", bound=wire.Form)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A learner on the bus and a client beside it."""
+
+    host: Host
+    session: zenoh.Session
+    keys: wire.Keys
+
+    def follow(self, key: str, form: type[FormType]) -> queue.Queue[FormType]:
+        """What is published on a key from now on."""
+        found: queue.Queue[FormType] = queue.Queue()
+        self.session.declare_subscriber(key, lambda sample: found.put(wire.decode(form, sample.payload.to_bytes())))
+        return found
+
+    def get(self, selector: str, payload: bytes | None = None) -> tuple[bytes | None, wire.ErrorReply | None]:
+        """The answer to a query: a payload, or an error reply."""
+        (reply,) = list(self.session.get(selector, payload=payload, timeout=PATIENCE))
+        if reply.ok is not None:
+            assert str(reply.ok.encoding) == "application/json"
+            return reply.ok.payload.to_bytes(), None
+        assert reply.err is not None
+        return None, wire.decode(wire.ErrorReply, reply.err.payload.to_bytes())
+
+    def health(self) -> wire.Health:
+        payload, _ = self.get(self.keys.health)
+        assert payload is not None
+        return wire.decode(wire.Health, payload)
+
+    def play(self, what: Messages | Recording, speed: float = 1e6) -> None:
+        """Plays as fast as the bus takes it; when this returns all has arrived."""
+        if isinstance(what, Recording):
+            what = messages(what.streams())
+        play(self.session, self.keys, what, speed=speed, stop=threading.Event())
+
+
+StartBench = Callable[..., Bench]
+
+
+@pytest.fixture
+def start() -> Iterator[StartBench]:
+    """Starts learners on the bus; settings are those of the configuration, with dots in the names."""
+    with ExitStack() as stack:
+
+        def begin(**settings: Any) -> Bench:
+            config = configured(**settings)
+            endpoint = free_endpoint()
+            server = stack.enter_context(open_session(listening(endpoint)))
+            host = stack.enter_context(Host(server, config))
+            client = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+            return Bench(host, client, host.keys)
+
+        yield begin
+
+
+def configured(**settings: Any) -> Config:
+    """The defaults without durable state, changed by settings such as learner__batch=10."""
+    flags: dict[str, Any] = {"state": None}
+    for name, value in settings.items():
+        section, _, field = name.rpartition("__")
+        if section:
+            flags.setdefault(section, {})[field] = value
+        else:
+            flags[field] = str(value) if isinstance(value, Path) else value
+    return read(None, flags)

@@ -1,0 +1,119 @@
+"""Durable state: all of an iteration or nothing, and never somebody else's."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from incsvr.errors import BadInput
+from service.config import Config
+from service.node import LearnerNode, Outcome
+from service.store import Store
+from service.wire import encode
+from simulator import leng
+from tests.service.conftest import configured
+
+
+@pytest.fixture(scope="module")
+def outcomes() -> list[Outcome]:
+    node = LearnerNode(configured(), boot="b")
+    for name, (t, value) in leng.recording("T1", seed=2).streams().items():
+        node.push(name, t[t < 100.0], value[t < 100.0])
+    found = []
+    while (outcome := node.learn()) is not None:
+        found.append(outcome)
+    return found
+
+
+def save(store: Store, outcome: Outcome) -> None:
+    snapshot = outcome.snapshot
+    store.save(outcome.memory, snapshot.revision, snapshot.t, encode(snapshot), encode(outcome.report))
+
+
+def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[Outcome]) -> None:
+    store = Store(tmp_path, configured())
+    assert store.memory is None
+    for outcome in outcomes:
+        save(store, outcome)
+    store.close()
+    again = Store(tmp_path, configured())
+    assert again.refusal is None
+    assert again.memory == outcomes[-1].memory
+    assert again.revision(2) == encode(outcomes[1].snapshot)
+    assert again.at(outcomes[1].snapshot.t + 0.1) == encode(outcomes[1].snapshot)
+    assert again.at(-1.0) is None
+    assert again.reports(0, 10) == [encode(outcome.report) for outcome in outcomes]
+    again.close()
+
+
+def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[Outcome]) -> None:
+    config = configured()
+    streams = leng.recording("T1", seed=2).streams()
+    node = LearnerNode(config, boot="b")
+    snapshots = []
+    for start in range(0, 100, 7):
+        # Written down and taken up again every seven seconds, wherever a batch or a window happens to be.
+        node = LearnerNode(config, boot="b", memory=node.memory(whole=True))
+        for name, (t, value) in streams.items():
+            part = (t >= start) & (t < min(start + 7, 100))
+            node.push(name, t[part], value[part])
+        while (outcome := node.learn()) is not None:
+            snapshots.append(outcome.snapshot)
+    assert snapshots == [outcome.snapshot for outcome in outcomes]
+
+
+@pytest.mark.parametrize(
+    ("change", "names"),
+    [
+        ({"vehicle__name": "other"}, "vehicle leng, and now vehicle is other"),
+        ({"vehicle__inertia": 360.0}, "inertia 350.0, and now inertia is 360.0"),
+        ({"learner__gamma": 20.0}, "gamma 10.0, and now gamma is 20.0"),
+    ],
+)
+def test_another_vehicles_state_is_set_aside(
+    tmp_path: Path, outcomes: list[Outcome], change: dict[str, Any], names: str
+) -> None:
+    store = Store(tmp_path, configured())
+    save(store, outcomes[0])
+    store.close()
+    other = Store(tmp_path, configured(**change))
+    assert other.memory is None
+    assert other.refusal is not None
+    assert names in other.refusal
+    assert "leng-yaw.refused-1.sqlite" in other.refusal
+    assert other.reports(0, 10) == []
+    other.close()
+    set_aside = sqlite3.connect(tmp_path / "leng-yaw.refused-1.sqlite")
+    assert set_aside.execute("SELECT count(*) FROM history").fetchone() == (1,)
+    set_aside.close()
+
+
+@pytest.mark.parametrize("content", [b"not a database at all, but long enough to have a header", b"\x00" * 5000])
+def test_a_damaged_file_is_set_aside(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "leng-yaw.sqlite").write_bytes(content)
+    store = Store(tmp_path, configured())
+    assert store.memory is None
+    assert store.refusal is not None
+    assert "damaged" in store.refusal
+    assert (tmp_path / "leng-yaw.refused-1.sqlite").read_bytes() == content
+    store.close()
+
+
+def test_history_is_bounded(tmp_path: Path, outcomes: list[Outcome]) -> None:
+    store = Store(tmp_path, configured(history=2))
+    for outcome in outcomes:
+        save(store, outcome)
+    assert store.revision(1) is None
+    assert store.revision(2) is not None
+    assert len(store.reports(0, 10)) == 2
+    store.close()
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    config: Config = configured()
+    with pytest.raises(BadInput, match="name another directory"):
+        Store(tmp_path / "file" / "state", config)
