@@ -1,0 +1,144 @@
+"""The learner's bus as the viewer hears it: everything in one bounded queue, and questions for what was missed.
+
+The callbacks only put what came into the queue. A viewer that hangs loses measurements for its plots and nothing else;
+iterations that it missed are asked for again.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import zenoh
+
+from incsvr.errors import BadInput
+from service.wire import (
+    EffectsLedger,
+    Form,
+    FormType,
+    Health,
+    IterationHistory,
+    IterationReport,
+    Keys,
+    Measurement,
+    ModelSnapshot,
+    decode,
+)
+
+log = logging.getLogger(__name__)
+
+WAITING = 100_000  # messages in the queue at most; beyond, the oldest go
+PAGE = 100  # iterations asked for at a time
+PATIENCE_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """What came in: a form, the stream's name where it is a measurement, and when [s since 1970]."""
+
+    form: Form
+    stream: str
+    seen: float
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """The learner came or went."""
+
+    here: bool
+
+
+class Bus:
+    """Everything that one learner says, from when this is made until `close`."""
+
+    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+        self._session, self._keys = session, keys
+        self._queue: deque[tuple[str, bytes, float] | Presence] = deque(maxlen=WAITING)
+        self._filled = threading.Event()
+        self._declared: list[Any] = [
+            session.declare_subscriber(key, self._put)
+            for key in (keys.rate, keys.torque, keys.any_channel, keys.iteration, keys.health, keys.effects)
+        ]
+        self._declared.append(session.liveliness().declare_subscriber(keys.alive, self._presence, history=True))
+
+    def close(self) -> None:
+        for declared in self._declared:
+            declared.undeclare()
+
+    def wake(self) -> None:
+        """Ends a `wait`."""
+        self._filled.set()
+
+    def wait(self, seconds: float) -> Iterator[Message | Presence]:
+        """What has come, at once where something has, else after at most this time [s]."""
+        self._filled.wait(seconds)
+        self._filled.clear()
+        for _ in range(len(self._queue)):
+            item = self._queue.popleft()
+            if isinstance(item, Presence):
+                yield item
+            elif (message := self._decoded(*item)) is not None:
+                yield message
+
+    def reports(self, after: int) -> Iterator[IterationReport]:
+        """The iterations that the learner still has, with a revision above `after`, in their order."""
+        while True:
+            history = self._ask(self._keys.iteration, f"after={after};limit={PAGE}", IterationHistory)
+            if history is None or not history.iterations:
+                return
+            yield from history.iterations
+            after = history.iterations[-1].revision
+            if after >= history.latest_revision:
+                return
+
+    def model(self, revision: int) -> ModelSnapshot | None:
+        """The model of a revision; None where the learner does not have it any more."""
+        return self._ask(self._keys.model, f"revision={revision}", ModelSnapshot)
+
+    def latest(self) -> ModelSnapshot | None:
+        """The model that is served now; None before there is one."""
+        return self._ask(self._keys.model, "", ModelSnapshot)
+
+    def ledger(self) -> EffectsLedger | None:
+        return self._ask(self._keys.effects, "", EffectsLedger)
+
+    def _ask(self, key: str, parameters: str, form: type[FormType]) -> FormType | None:
+        selector = f"{key}?{parameters}" if parameters else key
+        for reply in self._session.get(selector, timeout=PATIENCE_S):
+            try:
+                if reply.ok is not None:
+                    return decode(form, reply.ok.payload.to_bytes())
+                if reply.err is not None:
+                    log.debug("%s: %s", selector, reply.err.payload.to_string())
+            except BadInput as error:
+                log.warning("%s: %s", selector, error)
+        return None
+
+    def _put(self, sample: zenoh.Sample) -> None:
+        self._queue.append((str(sample.key_expr), sample.payload.to_bytes(), time.time()))
+        self._filled.set()
+
+    def _presence(self, sample: zenoh.Sample) -> None:
+        self._queue.append(Presence(sample.kind == zenoh.SampleKind.PUT))
+        self._filled.set()
+
+    def _decoded(self, key: str, payload: bytes, seen: float) -> Message | None:
+        keys = self._keys
+        forms: dict[str, type[Form]] = {
+            keys.iteration: IterationReport,
+            keys.health: Health,
+            keys.effects: EffectsLedger,
+        }
+        form: type[Any] = forms.get(key, Measurement)
+        stream = "" if key in forms else {keys.rate: "yaw_rate"}.get(key, key.rpartition("/")[2])
+        try:
+            return Message(decode(form, payload), stream, seen)
+        except BadInput as error:
+            # The learner refuses it too, counts it and says so in its health.
+            log.debug("%s: %s", key, error)
+            return None

@@ -1,0 +1,83 @@
+"""All pages of one recording: a learner's iterations as long as they count on."""
+
+from __future__ import annotations
+
+import rerun as rr
+
+from service.wire import EffectsLedger, Health, Measurement
+from viewer.compare import Choice, ComparePage
+from viewer.error import ErrorPage
+from viewer.frame import Frame
+from viewer.health import HealthPage
+from viewer.learning import LearningPage
+from viewer.palette import Palette
+from viewer.recorder import Recorder
+from viewer.signals import SignalsPage
+from viewer.table import table
+
+
+class Chapter:
+    """Logs what comes in, each on the clocks it belongs to, and remembers how far it got."""
+
+    def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
+        self.recorder = recorder
+        self.revision = 0
+        self._iteration: int | None = None
+        self._vehicle: float | None = None
+        self._learning = LearningPage(recorder, palette, rate)
+        self._error = ErrorPage(recorder, palette)
+        self._signals = SignalsPage(recorder, palette)
+        self._compare = ComparePage(recorder, palette, choice)
+        self._health = HealthPage(recorder, palette)
+
+    def iteration(self, frame: Frame) -> None:
+        """One iteration, on every page that shows it."""
+        report, recorder = frame.report, self.recorder
+        self.revision, self._iteration, self._vehicle = report.revision, report.iteration, report.t
+        self._signals.explain(report.iteration, report.time_span[0])
+        recorder.set_clocks(iteration=report.iteration, vehicle=report.t, wall=frame.seen)
+        plate = self._learning.log(frame)
+        self._error.log(frame)
+        self._signals.log(frame)
+        self._compare.log(frame, plate)
+        recorder.log("learning/table", rr.TextDocument(table(frame), media_type="text/markdown"))
+        recorder.log("learning/revision", rr.Scalars(float(report.revision)))
+
+    def remember(self, frame: Frame) -> None:
+        """An iteration that the file holds already, from before a restart: the curves go on from it."""
+        self.revision = frame.report.revision
+        self._error.remember(frame.report)
+        self._compare.remember(frame)
+
+    def measured(self, stream: str, measurement: Measurement, seen: float) -> None:
+        """Values of a stream, come in at `seen` [s since 1970]."""
+        t, value = measurement.t, measurement.value
+        times = t if isinstance(t, tuple) else (t,)
+        values = value if isinstance(value, tuple) else (value,)
+        if len(times) == len(values):
+            self._signals.receive(stream, times, values, seen)
+
+    def health(self, health: Health, seen: float) -> None:
+        self._now(seen, health.t)
+        self._signals.reject(health.counters)
+        self._health.log(health)
+
+    def away(self, sentence: str, seen: float) -> None:
+        """The learner does not answer."""
+        self._now(seen, None)
+        self._health.away(sentence)
+
+    def effects(self, ledger: EffectsLedger, seen: float) -> None:
+        self._now(seen, None)
+        self._health.effects(ledger)
+
+    def flush(self) -> bool:
+        """Brings all that came in to the file and the screen; False once the file had to be given up."""
+        self._signals.flush()
+        return self.recorder.flush()
+
+    def _now(self, seen: float, vehicle: float | None) -> None:
+        """The clocks of what belongs to no iteration: it stands at the newest one."""
+        if vehicle is not None:
+            self._vehicle = max(vehicle, self._vehicle or vehicle)
+        self.recorder.set_clocks(iteration=self._iteration or 0, vehicle=self._vehicle or 0.0, wall=seen)

@@ -1,0 +1,149 @@
+"""The page Before and after, Fig. 8: two revisions of the model in one plot, each with its support vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import rerun as rr
+from rerun.components import Radius
+
+from viewer.frame import Floats, Frame, clock_text, positions
+from viewer.learning import CURVE_STEP, log_plate, trained_part
+from viewer.palette import Palette
+from viewer.plate import Entry, Plate
+from viewer.recorder import Recorder
+from viewer.strips import strips
+from viewer.table import quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Which iterations are compared: None is the first one with a model, and the one that the page Learning shows."""
+
+    before: int | None = None
+    after: int | None = None
+
+    @property
+    def shown(self) -> list[str]:
+        """The entities of the page. Without a choice, after is what the page Learning draws, on the same axes."""
+        if self.after is None:
+            after = ["learning/uncertainty", "learning/function", "learning/extrapolation", "learning/support"]
+        else:
+            after = ["learning/after/function", "learning/after/support"]
+        return ["learning/compare_axes", "learning/before/function", "learning/before/support", *after]
+
+
+class ComparePage:
+    """Logs below learning/before and learning/after."""
+
+    def __init__(self, rec: Recorder, palette: Palette, choice: Choice) -> None:
+        self._rec, self._palette, self._choice = rec, palette, choice
+        self._chosen: dict[str, Frame] = {}
+        self._plate: Plate | None = None
+        for name, colour in (("before", palette.before), ("after", palette.function)):
+            style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(2.0), draw_order=26.0)
+            rec.log(f"learning/{name}/function", style, static=True)
+        rec.log(
+            "learning/before/support",
+            rr.Points2D.from_fields(colors=palette.before, radii=Radius.ui_points(1.5), draw_order=12.0),
+            rr.Boxes2D.from_fields(colors=palette.before, radii=Radius.ui_points(1.0), draw_order=12.0),
+            static=True,
+        )
+        halo = rr.Points2D.from_fields(colors=palette.support, radii=Radius.ui_points(6.0), draw_order=10.0)
+        rec.log("learning/after/support", halo, static=True)
+
+    def log(self, frame: Frame, plate: Plate) -> None:
+        """One iteration on the axes of the page Learning, at the clocks that are set."""
+        if frame.model is None:
+            return
+        number, choice = frame.report.iteration, self._choice
+        changed = set()
+        if "before" not in self._chosen or number == choice.before:
+            changed.add("before")
+        if choice.after is None or number <= choice.after or "after" not in self._chosen:
+            changed.add("after")
+        self._chosen |= dict.fromkeys(changed, frame)
+        if plate is not self._plate:
+            self._plate = plate
+            changed = set(self._chosen)
+            log_plate(self._rec, "learning/compare_axes", self._picture(), self._palette, choice.shown[1:])
+        drawn = changed if choice.after is not None else changed - {"after"}
+        for name in sorted(drawn):
+            self._draw(name, self._chosen[name], plate)
+        if changed:
+            self._rec.log("learning/compared", rr.TextDocument(words(self._chosen), media_type="text/markdown"))
+
+    def remember(self, frame: Frame) -> None:
+        """An iteration that is recorded already: it may have been the one to compare with."""
+        if frame.model is not None and ("before" not in self._chosen or frame.report.iteration == self._choice.before):
+            self._chosen["before"] = frame
+
+    def _draw(self, name: str, frame: Frame, plate: Plate) -> None:
+        curve, at = curve_of(frame, plate), positions(frame.report.support)
+        samples: list[rr.AsComponents] = [rr.Points2D.from_fields(positions=at)]
+        if name == "before":
+            samples.append(rr.Boxes2D.from_fields(centers=at, half_sizes=np.tile(plate.size(8.0), (len(at), 1))))
+        lines = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
+        self._rec.log(f"learning/{name}/function", strips(lines))
+        self._rec.log(f"learning/{name}/support", *samples)
+
+    def _picture(self) -> Plate:
+        """The axes of the page Learning with this page's words."""
+        assert self._plate is not None
+        palette = self._palette
+        rows: tuple[tuple[Entry, ...], ...] = (
+            (),
+            (Entry("dashes", palette.before, "Before"), Entry("frame", palette.before, "Its support vectors")),
+            (Entry("line", palette.function, "After"), Entry("halo", palette.support, "Its support vectors")),
+        )
+        last = (
+            Entry("band", palette.band, "95 % of samples, after"),
+            Entry("dashes", palette.function, "After, extrapolated"),
+        )
+        return replace(self._plate, legend=(*rows, last if self._choice.after is None else ()))
+
+
+def curve_of(frame: Frame, plate: Plate) -> Floats:
+    """The learned damping within its trained range, (n, 2) [rad/s, N m]."""
+    model = frame.model
+    assert model is not None
+    rate: Floats = np.arange(plate.x.low, plate.x.high, plate.size(CURVE_STEP)[0])
+    rate = trained_part(rate, model)
+    return np.column_stack((rate, model.predict(rate).damping))
+
+
+def words(chosen: dict[str, Frame]) -> str:
+    """The two revisions side by side, as Markdown."""
+    before, after = (chosen[name] for name in ("before", "after"))
+    first, second = before.model, after.model
+    assert first is not None
+    assert second is not None
+    low, high = first.trained_range or (0.0, 0.0)
+    rate = low + (high - low) * np.linspace(0.0, 1.0, 51)
+    apart = np.abs(second.predict(rate).damping - first.predict(rate).damping)
+
+    def row(text: str, *cells: str) -> str:
+        return f"| {text} | {' | '.join(cells)} |"
+
+    pair = (before.report, after.report)
+    return "\n".join(
+        [
+            f"# Iteration {before.report.iteration} and {after.report.iteration}",
+            f"Apart by {quantity(apart.max(), 'N m')} at most, {quantity(apart.mean(), 'N m')} on average, "
+            "where the first was trained.",
+            "",
+            row("", "Before", "After"),
+            "|:--|--:|--:|",
+            row("Revision", *(str(report.revision) for report in pair)),
+            row("Vehicle time", *(clock_text(report.t) for report in pair)),
+            row("Support vectors", *(str(len(report.support)) for report in pair)),
+            row("Error before learning", *(quantity(report.progressive_mae, "N m") for report in pair)),
+            *(
+                row(f"Error on {check.name}", quantity(check.mae, "N m"), quantity(other.mae, "N m"))
+                for check, other in zip(*(report.validation for report in pair), strict=False)
+            ),
+            row("Noise of a sample", *(quantity(report.sigma, "N m") for report in pair)),
+            row("Off the optimum at most", *(quantity(report.certified_error, "N m") for report in pair)),
+        ]
+    )

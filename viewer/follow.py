@@ -1,0 +1,133 @@
+"""Follows one learner: what it says goes onto the pages, what was missed is asked for, what is wrong is said."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+from rich.console import Console
+from rich.progress import track
+
+from service.wire import EffectsLedger, Health, IterationReport, Measurement
+from viewer.bus import Bus, Message, Presence
+from viewer.chapter import Chapter
+from viewer.frame import Frame
+
+log = logging.getLogger(__name__)
+
+FLUSH_S = 1.0
+MANY = 100  # iterations that take longer to fetch than anybody waits without a word
+AWAY = (
+    "The learner does not answer. Its last model stays on the screen; everything it learns meanwhile is fetched later."
+)
+
+Begin = Callable[[], Chapter]
+"""Closes the present recording, where there is one, and begins the next."""
+
+
+class Follower:
+    """Keeps the recording in step with the learner.
+
+    Args:
+        bus: what the learner says.
+        chapter: where it is recorded.
+        begin: begins the next recording, for a learner that was begun anew.
+        recorded: the last revision that the recording holds from before this start.
+    """
+
+    def __init__(self, bus: Bus, chapter: Chapter, begin: Begin, recorded: int = 0) -> None:
+        self._bus, self._begin = bus, begin
+        self._chapter, self._recorded = chapter, recorded
+        self._time: float | None = None  # the vehicle's, of the newest iteration [s]
+        self._here = False
+
+    @property
+    def chapter(self) -> Chapter:
+        return self._chapter
+
+    def run(self, stop: threading.Event, *, until_broken: bool) -> None:
+        """Follows until `stop` is set, and the bus woken; or until the file is broken, where there is nothing else."""
+        if not self._here:
+            self._chapter.away("Waiting for the learner.", time.time())
+        flushed = time.monotonic()
+        while not stop.is_set():
+            for message in self._bus.wait(FLUSH_S):
+                self._take(message)
+                if stop.is_set():
+                    return
+            if time.monotonic() - flushed >= FLUSH_S:
+                flushed = time.monotonic()
+                if not self._chapter.flush() and until_broken:
+                    return
+
+    def _take(self, message: Message | Presence) -> None:
+        if isinstance(message, Presence):
+            self._meet(message.here)
+            return
+        match message.form:
+            case IterationReport() as report:
+                self._iteration(report, message.seen)
+            case Health() as health:
+                if health.revision > self._chapter.revision:
+                    self._catch_up()
+                self._chapter.health(health, message.seen)
+            case EffectsLedger() as ledger:
+                self._chapter.effects(ledger, message.seen)
+            case Measurement() as measurement:
+                self._chapter.measured(message.stream, measurement, message.seen)
+
+    def _meet(self, here: bool) -> None:
+        if here == self._here:
+            return
+        self._here = here
+        if not here:
+            log.warning("the learner went away; waiting for it")
+            self._chapter.away(AWAY, time.time())
+            return
+        log.info("the learner is here")
+        latest = self._bus.latest()
+        if latest is not None and latest.revision < max(self._recorded, self._chapter.revision):
+            self._anew()
+        self._catch_up()
+        ledger = self._bus.ledger()
+        if ledger is not None:
+            self._chapter.effects(ledger, time.time())
+
+    def _iteration(self, report: IterationReport, seen: float) -> None:
+        if report.revision <= self._chapter.revision:
+            return
+        if report.revision > self._chapter.revision + 1:
+            self._catch_up(before=report.revision)
+        self._show(report, seen)
+
+    def _catch_up(self, before: int | None = None) -> None:
+        """Shows the iterations that were missed, those below revision `before`."""
+        latest = self._bus.latest()
+        behind = 0 if latest is None else latest.revision - self._chapter.revision
+        missed = self._bus.reports(self._chapter.revision)
+        if behind > MANY:
+            missed = iter(
+                track(missed, "Fetching the past", total=behind, transient=True, console=Console(stderr=True))
+            )
+        for report in missed:
+            if before is not None and report.revision >= before:
+                return
+            self._show(report, None)
+
+    def _show(self, report: IterationReport, seen: float | None) -> None:
+        if self._time is not None and report.t < self._time:
+            log.warning("the vehicle's clock began anew at %.1f s", report.t)
+            self._anew()
+        self._time = report.t
+        frame = Frame(report, self._bus.model(report.revision), seen)
+        if report.revision <= self._recorded:
+            self._chapter.remember(frame)
+        else:
+            self._chapter.iteration(frame)
+
+    def _anew(self) -> None:
+        """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""
+        self._chapter = self._begin()
+        self._recorded, self._time = 0, None

@@ -1,0 +1,245 @@
+"""The page Learning, Fig. 5–6: one iteration's samples, the learned damping over the yaw rate, and where it is sure."""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+from rerun.components import Radius
+
+from incsvr.model import Model
+from service.wire import SETS, IterationReport
+from viewer.frame import Floats, Frame, positions
+from viewer.marks import shape, style
+from viewer.palette import Colour, Palette
+from viewer.plate import SHARP, Axis, Entry, Mark, Plate, axis_for
+from viewer.recorder import Recorder
+from viewer.strips import NONE, Lines, strips
+
+RATE, DAMPING = "Yaw rate [rad/s]", "Damping moment [N m]"
+WIDTH, HEIGHT = 1500, 1330
+CURVE_STEP = 9.0  # canvas units between two points of the curve
+CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")
+
+_MARKS: dict[str, Mark] = {
+    "old": "disc",
+    "new": "square",
+    "support": "halo",
+    "forgotten": "cross",
+    "discarded_tube": "dash",
+    "discarded_near": "bar",
+    "outliers": "diamond",
+}
+# Later is above. A new sample that became a support vector shows both: its square stands in the green halo.
+_ORDER = {
+    **dict.fromkeys(("uncertainty", "trained_range"), 1.0),
+    "support": 10.0,
+    "discarded_tube": 12.0,
+    "discarded_near": 12.0,
+    "forgotten": 14.0,
+    "old": 16.0,
+    "new": 18.0,
+    "tube": 20.0,
+    "function": 22.0,
+    "extrapolation": 22.0,
+    "outliers": 24.0,
+    "off_scale": 24.0,
+}
+
+
+class LearningPage:
+    """Logs iterations below learning/. The axes begin at ±`rate` [rad/s] and only ever grow."""
+
+    def __init__(self, rec: Recorder, palette: Palette, rate: float) -> None:
+        self._rec, self._palette = rec, palette
+        self._reach = (rate, 0.0)
+        self._shown: dict[str, bool] = {}  # whether a set has anything on the screen
+        self._drawn: dict[str, bytes] = {}  # the points of each curve on the screen
+        self._plate: Plate | None = None
+        for name, mark in _MARKS.items():
+            rec.log(f"learning/{name}", *style(mark, set_colour(palette, name), order=_ORDER[name]), static=True)
+        for name, (colour, width) in {
+            "uncertainty": (palette.band, 0.8),
+            "tube": (palette.tube, 0.6),
+            "function": (palette.function, 1.8),
+            "extrapolation": (palette.function, 1.8),
+            "trained_range": (palette.frame, 1.0),
+            "off_scale": (palette.outlier, 1.6),
+        }.items():
+            _strip_style(rec, name, colour, width)
+
+    def log(self, frame: Frame) -> Plate:
+        """One iteration, at the clocks that are set; the axes that it is drawn on."""
+        model = frame.model
+        plate, report, rec = self._follow(frame.report, model), frame.report, self._rec
+        for name in SETS:
+            at = positions(getattr(report, name))
+            if len(at) or self._shown.get(name, True):
+                rec.log(f"learning/{name}", *shape(_MARKS[name], at, plate))
+            self._shown[name] = bool(len(at))
+        curves: dict[str, Lines] = {} if model is None else draw(model, plate)
+        curves["off_scale"] = _arrows(report, plate)
+        for name in CURVES:
+            lines = curves.get(name, NONE)
+            drawn = np.concatenate(lines).tobytes() if len(lines) else b""
+            if drawn != self._drawn.get(name):
+                rec.log(f"learning/{name}", strips(lines))
+            self._drawn[name] = drawn
+        return plate
+
+    def _follow(self, report: IterationReport, model: Model | None) -> Plate:
+        """Widens the axes where this iteration needs it, and draws them anew then."""
+        rate, damping = _reach(report, model, *self._reach)
+        if self._plate is not None and rate <= self._plate.x.high and damping <= self._plate.y.high:
+            return self._plate
+        self._reach = max(rate, self._reach[0]), max(damping, self._reach[1])
+        x, y = symmetric(self._reach[0], RATE), symmetric(self._reach[1], DAMPING)
+        self._plate = Plate(x, y, WIDTH, HEIGHT, legend=legend(self._palette), font=32)
+        log_plate(
+            self._rec, "learning/axes", self._plate, self._palette, [f"learning/{name}" for name in (*SETS, *CURVES)]
+        )
+        return self._plate
+
+
+def symmetric(reach: float, label: str) -> Axis:
+    """An axis from −reach to reach with air, so that a run that widens its range redraws it a few times only."""
+    return axis_for(-1.15 * reach, 1.15 * reach, label, ticks=10)
+
+
+def set_colour(palette: Palette, name: str) -> Colour:
+    """The colour of a set of samples."""
+    colours = {"outliers": palette.outlier, "discarded_tube": palette.discarded, "discarded_near": palette.discarded}
+    colour: Colour = colours[name] if name in colours else getattr(palette, name)
+    return colour
+
+
+def legend(palette: Palette) -> tuple[tuple[Entry, ...], ...]:
+    """Every sign of the page in words."""
+    words = {
+        "old": "Old vectors",
+        "new": "New samples",
+        "support": "Support vectors",
+        "forgotten": "Forgotten",
+        "outliers": "Outliers",
+        "discarded_tube": "Discarded, in the tube",
+        "discarded_near": "Discarded, near a vector",
+    }
+    signs = {name: Entry(_MARKS[name], set_colour(palette, name), text) for name, text in words.items()}
+    return (
+        (signs["old"], signs["new"], signs["support"]),
+        (signs["forgotten"], signs["outliers"], Entry("arrow", palette.outlier, "Beyond the axes")),
+        (signs["discarded_tube"], signs["discarded_near"], Entry("band", palette.band, "95 % of samples")),
+        (
+            Entry("line", palette.function, "Learned damping"),
+            Entry("dashes", palette.function, "Extrapolated"),
+            Entry("tube", palette.tube, "Tube of no penalty"),
+        ),
+    )
+
+
+def log_plate(rec: Recorder, path: str, plate: Plate, palette: Palette, entities: list[str]) -> None:
+    """The plate's picture at `path`, and for each of `entities` the way from physical units onto it."""
+    rec.log(path, rr.EncodedImage(contents=plate.png(palette), media_type="image/png", draw_order=-10.0))
+    rec.log(path, rr.Transform3D(scale=1.0 / SHARP))
+    for entity in entities:
+        log_transform(rec, plate, entity)
+
+
+def log_transform(rec: Recorder, plate: Plate, entity: str) -> None:
+    """The way from physical units onto the plate's canvas, for what `entity` shows."""
+    (sx, sy), (tx, ty) = plate.scale, plate.translation
+    rec.log(entity, rr.Transform3D(translation=[tx, ty, 0.0], scale=[sx, sy, 1.0]))
+
+
+def draw(model: Model, plate: Plate) -> dict[str, Lines]:
+    """The learned curve over the whole axis, as strips in rad/s and N m."""
+    step = plate.size(CURVE_STEP)[0]
+    low, high = model.trained_range or (0.0, 0.0)
+    rate = np.unique(np.concatenate((np.arange(plate.x.low, plate.x.high + step / 2, step), (low, high))))
+    rate = rate[rate <= plate.x.high]
+    said = model.predict(rate)
+    curve = np.column_stack((rate, said.damping))
+    inside = ~said.extrapolated
+    trained = curve[inside]
+    tube = np.array([0.0, model.epsilon])
+    return {
+        "function": [trained],
+        "tube": [trained - tube, trained + tube],
+        "uncertainty": _hatch(trained, 1.96 * said.sigma[inside]),
+        "extrapolation": _dashes(curve[rate <= low][::-1]) + _dashes(curve[rate >= high]),
+        "trained_range": np.concatenate([_dotted(at, plate) for at in (low, high)]),
+    }
+
+
+def trained_part(rate: Floats, model: Model) -> Floats:
+    """The rates inside the trained range, with both its ends [rad/s]."""
+    low, high = model.trained_range or (0.0, 0.0)
+    return np.unique(np.concatenate(([low], rate[(rate > low) & (rate < high)], [high])))
+
+
+def _hatch(curve: Floats, doubt: Floats) -> list[Floats]:
+    """The area within ±doubt (n,) [N m] of the curve (n, 2): its two edges and upright strokes between them."""
+    if not np.isfinite(doubt).all():
+        return []
+    away = np.column_stack((np.zeros(doubt.size), doubt))
+    below, above = curve - away, curve + away
+    # One line runs through all strokes: up the first, along the edge, down the second, along the other edge, and on.
+    strokes = np.stack((below, above), axis=1)
+    strokes[1::2] = strokes[1::2, ::-1]
+    return [below, above, strokes.reshape(-1, 2)]
+
+
+def _dashes(curve: Floats) -> list[Floats]:
+    """The (n, 2) curve with gaps: two steps of line, two of nothing."""
+    return [curve[k : k + 3] for k in range(2, len(curve) - 1, 4)]
+
+
+def _dotted(at: float, plate: Plate) -> Floats:
+    """A dotted upright line at this rate, as (n, 2, 2) strips."""
+    dot = plate.size(7.0)[1]
+    y = np.arange(plate.y.low, plate.y.high, 2.5 * dot)
+    return np.stack(
+        (np.column_stack((np.full(y.size, at), y)), np.column_stack((np.full(y.size, at), y + dot))), axis=1
+    )
+
+
+def _reach(report: IterationReport, model: Model | None, rate: float, damping: float) -> tuple[float, float]:
+    """The largest |rate| and |damping| that the axes must hold: what was taken seriously, and what lies near to that.
+
+    A single wild sample must not squeeze everything else into a line, so outliers count only while they lie within 1.4
+    times the rest; those beyond get an arrow at the frame.
+    """
+    serious = [report.support, report.old, report.discarded_tube, report.discarded_near]
+    if model is None or not any(len(points) for points in serious):
+        serious.append(report.new)
+    for points in serious:
+        rate = max([rate, *map(abs, points.rate)])
+        damping = max([damping, *map(abs, points.damping)])
+    for points in (report.new, report.forgotten, report.outliers):
+        rate = max([rate, *(abs(value) for value in points.rate if abs(value) <= 1.4 * rate)])
+    others = sorted(
+        abs(value) for points in (report.new, report.forgotten, report.outliers) for value in points.damping
+    )
+    for value in others:
+        damping = max(damping, value) if value <= 1.4 * damping else damping
+    return rate, damping
+
+
+def _arrows(report: IterationReport, plate: Plate) -> Floats:
+    """An arrow at the frame for each sample beyond the axes, as (n, 3, 2) strips pointing to it."""
+    at = np.concatenate([positions(points) for points in (report.new, report.forgotten, report.outliers)])
+    beyond = at[(np.abs(at[:, 1]) > plate.y.high) & (np.abs(at[:, 0]) <= plate.x.high)]
+    beyond = np.unique(beyond, axis=0)
+    dx, dy = plate.size(11.0)
+    side = np.sign(beyond[:, 1])[:, None]
+    tip = np.column_stack((beyond[:, 0], side[:, 0] * (plate.y.high - 0.5 * dy)))
+    back = np.concatenate((np.full_like(side, dx), -side * 1.4 * dy), axis=1)
+    mirrored = back * np.array([-1.0, 1.0])
+    return np.stack((tip + back, tip, tip + mirrored), axis=1)
+
+
+def _strip_style(rec: Recorder, name: str, colour: Colour, width: float) -> None:
+    rec.log(
+        f"learning/{name}",
+        rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(width), draw_order=_ORDER[name]),
+        static=True,
+    )

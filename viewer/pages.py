@@ -1,0 +1,109 @@
+"""How the pages are laid out; the recording carries this, so it opens right at once."""
+
+from __future__ import annotations
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from service.wire import SETS
+from viewer import error, learning, signals
+from viewer.compare import Choice
+from viewer.frame import VEHICLE_TIME
+from viewer.palette import Palette
+from viewer.signals import HINT
+
+PAGES = ("Learning", "Before and after", "Signals", "Health")
+WINDOW = 180.0  # s of the signals in sight
+SPEED = 20.0  # an iteration takes half a minute on the vehicle
+
+
+def blueprint(palette: Palette, choice: Choice, *, page: str = "Learning") -> rrb.Blueprint:
+    """All pages as tabs, `page` in front, following the vehicle's time: on it every page has something to show."""
+    return rrb.Blueprint(
+        rrb.Tabs(_learning(palette), _compare(palette, choice), _signals(), _health(), active_tab=PAGES.index(page)),
+        rrb.TopPanel(state="hidden"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, play_state="following", playback_speed=SPEED),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _plate(name: str, contents: list[str], size: tuple[int, int], axes: str, palette: Palette) -> rrb.Spatial2DView:
+    """An XY plot: the whole plate in sight, its picture out of the pointer's way."""
+    return rrb.Spatial2DView(
+        origin="/",
+        contents=[f"+ /{path}" for path in contents],
+        name=name,
+        background=palette.background,
+        visual_bounds=rrb.VisualBounds2D(x_range=[0, size[0]], y_range=[0, size[1]]),
+        overrides={axes: rrb.EntityBehavior(interactive=False)},
+    )
+
+
+def _learning(palette: Palette) -> rrb.Horizontal:
+    sets = [f"learning/{name}" for name in ("axes", *SETS, *learning.CURVES)]
+    size = (learning.WIDTH, learning.HEIGHT)
+    scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
+    return rrb.Horizontal(
+        _plate("Damping over yaw rate", sets, size, "learning/axes", palette),
+        rrb.Vertical(
+            rrb.TextDocumentView(origin="learning/table", name="This iteration"),
+            _plate("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
+            _plate("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
+            row_shares=[1.22, 1.0, 1.0],
+        ),
+        column_shares=[1.55, 1.0],
+        name="Learning",
+    )
+
+
+def _compare(palette: Palette, choice: Choice) -> rrb.Horizontal:
+    size = (learning.WIDTH, learning.HEIGHT)
+    return rrb.Horizontal(
+        _plate("Damping over yaw rate", choice.shown, size, "learning/compare_axes", palette),
+        rrb.TextDocumentView(origin="learning/compared", name="Compared"),
+        column_shares=[1.55, 1.0],
+        name="Before and after",
+    )
+
+
+def _signals() -> rrb.Vertical:
+    window = rr.TimeRange(
+        start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW),
+        end=rr.TimeRangeBoundary.cursor_relative(seconds=2.0),
+    )
+    linked = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=window)
+    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop)
+
+    def plot(path: str, name: str) -> rrb.TimeSeriesView:
+        return rrb.TimeSeriesView(origin=path, name=name, axis_x=linked, plot_legend=legend)
+
+    return rrb.Vertical(
+        rrb.TextDocumentView(origin=HINT, name="Signals"),
+        plot("signals/yaw_rate", "Yaw rate [rad/s]"),
+        plot("signals/torque", "Torque [N m]"),
+        plot("signals/damping", "Damping moment [N m]"),
+        plot("signals/residual", "Residual [N m]"),
+        plot("signals/rejected", "Rejected samples, since start"),
+        row_shares=[0.3, 1, 1, 1, 1, 0.8],
+        name="Signals",
+    )
+
+
+def _health() -> rrb.Horizontal:
+    return rrb.Horizontal(
+        rrb.TextDocumentView(origin="signals/health/now", name="Health"),
+        rrb.Vertical(
+            rrb.StateTimelineView(origin="signals/health/level", name="Level"),
+            rrb.TimeSeriesView(
+                origin="signals/health/learned",
+                name="Learned share of the yaw rate range",
+                axis_y=rrb.ScalarAxis(range=(0.0, 1.0)),
+            ),
+            rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
+            row_shares=[0.5, 1.0, 1.5],
+        ),
+        name="Health",
+    )

@@ -1,0 +1,101 @@
+"""Where pages log to: the live stream and the file, each for itself, so that a full disk never stops the live view."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME
+
+log = logging.getLogger(__name__)
+
+MEMORY = "256MiB"  # of the past that a viewer which comes late is given; what is older is forgotten
+FLUSH_S = 5.0
+
+
+def new_recording() -> str:
+    """A name for a recording; later ones sort after earlier ones."""
+    return f"{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(3)}"
+
+
+class Recorder:
+    """Logs to a file, to viewers at a loopback port, or to both.
+
+    Both streams carry the same recording. They do not share one stream with two sinks: there, a file that cannot be
+    written any more silences the live sink too.
+    """
+
+    def __init__(
+        self, recording: str, blueprint: rrb.Blueprint, *, path: Path | None = None, port: int | None = None
+    ) -> None:
+        self.recording = recording
+        self.path = path
+        self.broken = False  # the file could not be written to its end
+        self._file = self._live = None
+        if port is not None:
+            self._live = _stream(recording, rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=MEMORY), blueprint)
+        if path is not None:
+            self._file = _stream(recording, rr.FileSink(str(path)), blueprint)
+
+    @property
+    def _streams(self) -> list[rr.RecordingStream]:
+        return [stream for stream in (self._file, self._live) if stream is not None]
+
+    def log(self, path: str, *parts: Any, static: bool = False) -> None:
+        for stream in self._streams:
+            stream.log(path, *parts, static=static)
+
+    def send_columns(self, path: str, clocks: Sequence[Any], columns: Any) -> None:
+        """Many rows at once, each at its own clocks."""
+        for stream in self._streams:
+            stream.send_columns(path, clocks, columns)
+
+    def set_clocks(
+        self, *, iteration: int | None = None, vehicle: float | None = None, wall: float | None = None
+    ) -> None:
+        """Sets the clocks of what is logged next: iteration, vehicle [s], wall [s since 1970]; None leaves one out."""
+        for stream in self._streams:
+            stream.reset_time()
+            if iteration is not None:
+                stream.set_time(ITERATION, sequence=iteration)
+            if vehicle is not None:
+                stream.set_time(VEHICLE_TIME, duration=vehicle)
+            if wall is not None:
+                stream.set_time(WALL_TIME, timestamp=wall)
+
+    def flush(self) -> bool:
+        """Brings all to the file, so that even kill -9 leaves it there; False once the file had to be given up."""
+        if self._file is not None:
+            try:
+                self._file.flush(timeout_sec=FLUSH_S)
+            except RuntimeError as error:
+                log.error(
+                    "%s cannot be written any more (%s): is the disk full? It ends here, readable up to this point.",
+                    self.path,
+                    error,
+                )
+                self._file, self.broken = None, True
+        return not self.broken
+
+    def close(self) -> None:
+        """Ends the file properly; nothing may be logged any more."""
+        self.flush()
+        for stream in self._streams:
+            stream.disconnect()
+        self._file = self._live = None
+
+
+def _stream(recording: str, sink: Any, blueprint: rrb.Blueprint) -> rr.RecordingStream:
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording)
+    # The three clocks of ours are enough: a fourth one would cost every row as much again.
+    stream.set_log_time_enabled(False)
+    stream.set_log_tick_enabled(False)
+    stream.set_sinks(sink, default_blueprint=blueprint)
+    return stream

@@ -1,0 +1,26 @@
+"""The report of a trace: one self-contained HTML file that an engineer can read, print and file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from incsvr.tracing import Trace
+
+__all__ = ["write"]
+
+
+def write(found: Trace, path: Path) -> None:
+    """Writes the report of `found` to `path`.
+
+    Raises:
+        BadInput: the drawing library is not installed, or the file cannot be written.
+    """
+    try:
+        from viewer.report.page import page
+    except ModuleNotFoundError as missing:
+        raise BadInput(f"the report needs {missing.name}: pip install 'incsvr[report]'") from missing
+    try:
+        path.write_text(page(found), encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --report") from error

@@ -1,0 +1,116 @@
+"""The page: what was found, in plain sentences and tables, around the charts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from incsvr.tracing import Finding, Trace
+from viewer.report.charts import damping_curves, free_runs, residual_against, torque_split
+
+# The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.
+SUFFIXES = (
+    ("_nm_per_rad", "N m/rad"),
+    ("_nm_per_s", "N m/s"),
+    ("_kg_m2", "kg m²"),
+    ("_nm_s", "N m s"),
+    ("_nm", "N m"),
+    ("_rad", "rad"),
+    ("_s", "s"),
+)
+ERRORS = (
+    ("torque_mae", "torque, mean absolute error", "N m"),
+    ("torque_rmse", "torque, root mean square error", "N m"),
+)
+FREE_RUN = ("free_run_rmse", "yaw rate in free run, root mean square error", "rad/s")
+HEADLINES = {
+    "none": "Nothing is missing that these recordings could show",
+    "unexplained": "Something is missing that no effect of the catalogue explains",
+}
+
+
+def page(found: Trace) -> str:
+    """The whole document."""
+    environment = Environment(
+        loader=PackageLoader("viewer.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    pictures = found.pictures
+    rate = pictures.depends["yaw_rate"]
+    return environment.get_template("page.html.j2").render(
+        found=found,
+        headline=HEADLINES.get(found.verdict) or f"The model lacks {_listed([f.effect for f in found.effects])}",
+        summary=_summary(found.error),
+        findings=[_finding(finding) for finding in found.effects],
+        errors=_error_rows(found.error),
+        floor=number(found.error["floor"]["torque_rmse"]),
+        validated_on=_validated_on(found),
+        residual=Markup(residual_against(pictures.depends, pictures.residual_before, pictures.residual_after)),
+        free_run=Markup(free_runs(pictures.before, pictures.after, found.model.scale)),
+        damping=Markup(damping_curves(found.declared_model, found.model, rate[np.isfinite(rate)])),
+        split=Markup(torque_split(pictures.ledger)),
+        number=number,
+    )
+
+
+def number(value: float) -> str:
+    """Three significant digits, with a true minus sign."""
+    return f"{value:.3g}".replace("-", "−")
+
+
+def _listed(names: list[str]) -> str:
+    plain = [name.replace("_", " ") for name in names]
+    return plain[0] if len(plain) == 1 else f"{', '.join(plain[:-1])} and {plain[-1]}"
+
+
+def _validated_on(found: Trace) -> str:
+    if found.error["validated_on"] == "recordings":
+        return "recordings that were not used for the fit"
+    return "held-out pieces of the recordings, each predicted by a fit without it"
+
+
+def _summary(error: Mapping[str, Any]) -> str:
+    before, after = error["before"]["free_run_rmse"], error["after"]["free_run_rmse"]
+    change = error["change"]["free_run_rmse"]
+    said = (
+        f"On unseen data the free-run error of the yaw rate is {number(before)} rad/s with the declared model and "
+        f"{number(after)} rad/s with what was added"
+    )
+    if after == before:
+        return f"On unseen data the free-run error of the yaw rate is {number(before)} rad/s. Nothing was added."
+    certain = change["high"] < 0.0 or change["low"] > 0.0
+    doubt = "" if certain else " This interval includes zero: the gain is not proven."
+    return (
+        f"{said}: {number(100.0 * (after / before - 1.0))} % "
+        f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} rad/s).{doubt}"
+    )
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    rows = []
+    for name, value in finding.parameters.items():
+        suffix, unit = next(((s, u) for s, u in SUFFIXES if name.endswith(s)), ("", ""))
+        low, high = finding.interval.get(name, (float("nan"), float("nan")))
+        plain = name.removesuffix(suffix).replace("_", " ")
+        rows.append((plain, number(value), f"{number(low)} to {number(high)}", unit))
+    return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
+
+
+def _error_rows(error: Mapping[str, Any]) -> list[dict[str, str]]:
+    rows = []
+    for key, label, unit in ERRORS:
+        change = error["change"].get(key)
+        rows.append(
+            {
+                "label": label,
+                "unit": unit,
+                "before": number(error["before"][key]),
+                "after": number(error["after"][key]),
+                "change": number(change["estimate"]) if change else "",
+                "interval": f"{number(change['low'])} to {number(change['high'])}" if change else "",
+            }
+        )
+    return rows

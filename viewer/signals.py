@@ -1,0 +1,194 @@
+"""The page Signals, and the scope: what came in, what became samples, what the model left over, what was refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import rerun as rr
+from rerun.components import MarkerShape, Radius
+
+from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
+from viewer.learning import log_plate, log_transform
+from viewer.palette import Colour, Palette
+from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
+from viewer.recorder import Recorder
+from viewer.strips import dashed, strips
+
+SCOPE = 60.0  # s
+SCOPE_POINTS = 240  # of a stream in the scope at most
+WIDTH, HEIGHT = 1000, 425
+HINT = "signals/clock"
+SWITCH = "# Choose *vehicle_time* below\n\nThe signals run on the vehicle's time, in the list at the lower left."
+ON_TIME = (
+    "All on the vehicle's time. Raw: as it came in. Synchronised: on the learner's grid, smoothed, from its own stamps."
+)
+DASH = {"yaw_rate": None, "torque": 1.1}  # s; None is a solid line
+UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+
+
+@dataclass
+class Raw:
+    """What a stream brought: not logged yet, and the last SCOPE seconds for the scope."""
+
+    time: list[float] = field(default_factory=list)
+    value: list[float] = field(default_factory=list)
+    seen: list[float] = field(default_factory=list)
+    recent: Floats = field(default_factory=lambda: np.empty((0, 2)))
+
+
+class SignalsPage:
+    """Logs below signals/."""
+
+    def __init__(self, rec: Recorder, palette: Palette) -> None:
+        self._rec, self._palette = rec, palette
+        self._raw: dict[str, Raw] = {}
+        self._plate: Plate | None = None
+        self._reach = {"yaw_rate": 0.0, "torque": 0.0}
+        self._rejected: dict[str, int] = {}
+        self._explained = False
+        self._refusals = (palette.new, palette.forgotten, palette.old, palette.outlier, palette.support)
+        line, dot = self._line, self._dot
+        line("signals/yaw_rate/raw", palette.old, "Raw", 1.5)
+        dot("signals/yaw_rate/synchronised", palette.forgotten, "Synchronised", MarkerShape.Circle)
+        line("signals/torque/raw", palette.before, "Raw", 1.5)
+        dot("signals/damping/synchronised", palette.forgotten, "Sample", MarkerShape.Circle)
+        line("signals/damping/predicted", palette.support, "Model before it saw the sample", 2.0)
+        dot("signals/residual", palette.new, "Sample - model", MarkerShape.Diamond)
+        for name, colour, radius in (("yaw_rate", palette.old, 1.6), ("torque", palette.before, 1.2)):
+            rec.log(
+                f"signals/scope/{name}",
+                rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=5.0),
+                static=True,
+            )
+
+    def receive(self, name: str, time: Sequence[float], value: Sequence[float], seen: float) -> None:
+        """Takes (n,) stamps of the vehicle [s] and values of a stream, come in at `seen` [s since 1970]."""
+        raw = self._raw.setdefault(name, Raw())
+        raw.time.extend(time)
+        raw.value.extend(value)
+        raw.seen.extend([seen] * len(time))
+
+    def explain(self, iteration: int, vehicle: float) -> None:
+        """Says on which clock the page runs: on the clock of iterations its plots would be empty without a word."""
+        if self._explained:
+            return
+        self._explained = True
+        self._rec.set_clocks(iteration=iteration)
+        self._rec.log(HINT, rr.TextDocument(SWITCH, media_type="text/markdown"))
+        self._rec.set_clocks(vehicle=vehicle)
+        self._rec.log(HINT, rr.TextDocument(ON_TIME, media_type="text/markdown"))
+
+    def flush(self) -> None:
+        """Logs what came in since the last time."""
+        for name, raw in self._raw.items():
+            if not raw.time:
+                continue
+            path = f"signals/{name}/raw" if name in UNITS else f"signals/channel/{name}"
+            times = np.array(raw.time)
+            clocks = [
+                rr.TimeColumn(VEHICLE_TIME, duration=times),
+                rr.TimeColumn(WALL_TIME, timestamp=np.array(raw.seen)),
+            ]
+            self._rec.send_columns(path, clocks, rr.Scalars.columns(scalars=raw.value))
+            if name in UNITS:
+                raw.recent = np.concatenate((raw.recent, np.column_stack((times, raw.value))))
+                raw.recent = raw.recent[raw.recent[:, 0] >= raw.recent[:, 0].max() - 2.0 * SCOPE]
+            raw.time, raw.value, raw.seen = [], [], []
+
+    def log(self, frame: Frame) -> None:
+        """One iteration, at the clocks that are set: its samples, and the scope of the last minute."""
+        self.flush()
+        batch = frame.report.batch
+        if batch.time:
+            clock = [rr.TimeColumn(VEHICLE_TIME, duration=np.array(batch.time))]
+            columns: dict[str, Sequence[float] | Floats] = {
+                "signals/yaw_rate/synchronised": batch.rate,
+                "signals/damping/synchronised": batch.damping,
+            }
+            if batch.predicted is not None:
+                columns["signals/damping/predicted"] = batch.predicted
+                columns["signals/residual"] = np.subtract(batch.damping, batch.predicted)
+            for path, values in columns.items():
+                self._rec.send_columns(path, clock, rr.Scalars.columns(scalars=values))
+        end = frame.report.t
+        lines = {name: self._recent(name, end) for name in UNITS}
+        if not len(lines["yaw_rate"]) and batch.time:
+            # From before we came: the synchronised samples are all that is left of it.
+            lines["yaw_rate"] = np.column_stack((np.array(batch.time) - end, batch.rate))
+        self._follow(lines)
+        for name, line in lines.items():
+            self._rec.log(f"signals/scope/{name}", strips(dashed(line, DASH[name])))
+
+    def reject(self, counters: Mapping[str, int]) -> None:
+        """The refused samples so far, by reason, at the clocks that are set."""
+        for key, count in counters.items():
+            reason = key.removeprefix("rejected:")
+            if reason == key or self._rejected.get(reason) == count:
+                continue
+            path = f"signals/rejected/{reason}"
+            if reason not in self._rejected:
+                self._line(
+                    path,
+                    self._refusals[len(self._rejected) % len(self._refusals)],
+                    reason.replace("_", " ").capitalize(),
+                    2.0,
+                )
+            self._rejected[reason] = count
+            self._rec.log(path, rr.Scalars(float(count)))
+
+    def _recent(self, name: str, end: float) -> Floats:
+        """The last minute of a stream up to `end`, as seconds before it and values, thinned to what a screen shows."""
+        raw = self._raw.get(name)
+        if raw is None:
+            return np.empty((0, 2))
+        inside = raw.recent[(raw.recent[:, 0] > end - SCOPE) & (raw.recent[:, 0] <= end)]
+        return thinned(inside - np.array([end, 0.0]))
+
+    def _follow(self, lines: Mapping[str, Floats]) -> None:
+        """Widens the scope's axes where a stream needs it."""
+        reach = {
+            name: max(self._reach[name], float(np.abs(line[:, 1]).max(initial=0.0))) for name, line in lines.items()
+        }
+        plate = self._plate
+        if plate is not None and plate.y_right is not None and _holds(plate, plate.y_right, reach):
+            return
+        self._reach = reach
+        palette = self._palette
+        self._plate = plate = Plate(
+            axis_for(-SCOPE, 0.0, "Vehicle time before the end of the iteration [s]", ticks=6),
+            even_axis(1.3 * reach["yaw_rate"], "Yaw rate [rad/s]"),
+            WIDTH,
+            HEIGHT,
+            legend=((Entry("line", palette.old, "Yaw rate, left"), Entry("dashes", palette.before, "Torque, right")),),
+            y_right=even_axis(1.3 * reach["torque"], "Torque [N m]"),
+        )
+        assert plate.y_right is not None
+        log_plate(self._rec, "signals/scope/axes", plate, palette, ["signals/scope/yaw_rate"])
+        log_transform(self._rec, replace(plate, y=plate.y_right), "signals/scope/torque")
+
+    def _line(self, path: str, colour: Colour, name: str, width: float) -> None:
+        self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
+
+    def _dot(self, path: str, colour: Colour, name: str, marker: MarkerShape) -> None:
+        self._rec.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=3.0), static=True)
+
+
+def _holds(plate: Plate, right: Axis, reach: Mapping[str, float]) -> bool:
+    return reach["yaw_rate"] <= plate.y.high and reach["torque"] <= right.high
+
+
+def thinned(points: Floats) -> Floats:
+    """At most SCOPE_POINTS of the (n, 2) points: the lowest and the highest of each slice, so that no peak is lost."""
+    if len(points) <= SCOPE_POINTS:
+        return points
+    each = -(-len(points) // (SCOPE_POINTS // 2))
+    whole = len(points) // each * each
+    blocks = points[:whole, 1].reshape(-1, each)
+    starts = np.arange(0, whole, each)
+    kept = np.concatenate(
+        (starts + blocks.argmin(axis=1), starts + blocks.argmax(axis=1), np.arange(whole, len(points)))
+    )
+    few: Floats = points[np.unique(kept)]
+    return few

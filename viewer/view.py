@@ -1,0 +1,230 @@
+"""`incsvr view`: shows what a learner does, live, and records it."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from service.config import Config, add_config_arguments, from_arguments
+from service.session import connecting, from_file, open_session
+from service.wire import Keys
+from viewer import archive
+from viewer.bus import Bus
+from viewer.chapter import Chapter
+from viewer.compare import Choice
+from viewer.follow import Follower
+from viewer.pages import blueprint
+from viewer.palette import PALETTES
+from viewer.recorder import Recorder, new_recording
+
+log = logging.getLogger(__name__)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_config_arguments(parser)
+    parser.add_argument("recording", nargs="?", type=Path, metavar="RECORDING", help="looks at this recording instead")
+    parser.add_argument(
+        "--save", type=Path, metavar="FILE.rrd", help="records; goes on where the file is there already"
+    )
+    parser.add_argument("--headless", action="store_true", help="opens no window")
+    parser.add_argument("--serve", type=int, metavar="PORT", help="for viewers at this port of 127.0.0.1; no window")
+    parser.add_argument("--theme", choices=sorted(PALETTES), default="dark", help="colours of the plots")
+    parser.add_argument(
+        "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
+    )
+    parser.add_argument("--repair", action="store_true", help="mends a recording that was cut off")
+
+
+def run(args: argparse.Namespace) -> int:
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr view: %(message)s")
+    if args.recording is not None:
+        return look(args.recording, repair=args.repair, headless=args.headless)
+    if args.repair:
+        raise BadInput("--repair mends a recording: name it, `incsvr view --repair FILE.rrd`")
+    if args.headless and args.save is None and args.serve is None:
+        raise BadInput(
+            "--headless shows nothing: give --save FILE.rrd to record, or --serve PORT for viewers elsewhere"
+        )
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())
+    config = from_arguments(args)
+    choice = Choice() if args.compare is None else Choice(*args.compare)
+    window = not args.headless and args.serve is None
+    port = args.serve if args.serve is not None else _free_port() if window else None
+    shelf = Shelf(config, args.theme, choice, args.save, port)
+    with _window(port, stop) if window and port is not None else _nothing():
+        _follow(config, shelf, stop, until_broken=port is None)
+    return 0 if shelf.close() else 1
+
+
+def look(path: Path, *, repair: bool, headless: bool) -> int:
+    """Opens a recording in the viewer; mends it before where that is asked for."""
+    known = archive.facts(path)
+    if repair:
+        archive.optimise([path], path)
+        archive.verify(path)
+        print(f"{path} is whole again, {path.stat().st_size / 1e6:.1f} MB", file=sys.stderr)
+    elif not known.complete:
+        log.warning(
+            "%s was cut off; it shows what was written until then, `incsvr view --repair %s` mends it", path, path
+        )
+    if headless:
+        return 0
+    _need_a_screen()
+    return subprocess.run([archive.BINARY, "--bind", "127.0.0.1", "--port", "auto", path], check=False).returncode
+
+
+class Shelf:
+    """The recordings of one start: the present chapter, and the file that keeps them all.
+
+    A file that is there already is kept aside and joined with the new one in the end: a restart goes on, nothing is
+    overwritten, and after kill -9 the file holds all since the start, and `….before.rrd` what was before.
+    """
+
+    def __init__(self, config: Config, theme: str, choice: Choice, path: Path | None, port: int | None) -> None:
+        self._palette, self._choice, self._path, self._port = PALETTES[theme], choice, path, port  # type: ignore[index]
+        self._rate = max(abs(end) for end in config.vehicle.rate_range)
+        self._before = None if path is None else path.with_suffix(".before.rrd")
+        self.recorded = 0
+        self._chapter: Chapter | None = None
+        recording = new_recording()
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            found = self._set_aside()
+            if found is not None:
+                recording, self.recorded = found
+                log.info("%s goes on after revision %d", path, self.recorded)
+        self._open(recording)
+
+    @property
+    def chapter(self) -> Chapter:
+        assert self._chapter is not None
+        return self._chapter
+
+    def begin(self) -> Chapter:
+        """Closes the present chapter and begins the next."""
+        log.info("a new recording begins")
+        self.chapter.recorder.close()
+        if self._path is not None and not self.chapter.recorder.broken:
+            self._set_aside()
+        return self._open(new_recording())
+
+    def close(self) -> bool:
+        """Closes the file, joins, halves and verifies it; whether it holds everything."""
+        recorder = self.chapter.recorder
+        self.chapter.flush()
+        recorder.close()
+        if self._path is None or self._before is None:
+            return True
+        parts = [part for part in (self._before, self._path) if part.exists()]
+        try:
+            archive.optimise(parts, self._path)
+            archive.verify(self._path)
+        except BadInput as error:
+            log.error("%s", error)
+            return False
+        self._before.unlink(missing_ok=True)
+        log.info("%s: %.2f MB; open it with `incsvr view %s`", self._path, self._path.stat().st_size / 1e6, self._path)
+        return not recorder.broken
+
+    def _open(self, recording: str) -> Chapter:
+        pages = blueprint(self._palette, self._choice)
+        try:
+            recorder = Recorder(recording, pages, path=self._path, port=self._port)
+        except (RuntimeError, OSError) as error:
+            raise BadInput(f"{self._path}: cannot be written ({error}); free some space or record elsewhere") from None
+        self._chapter = Chapter(recorder, self._palette, self._choice, self._rate)
+        return self._chapter
+
+    def _set_aside(self) -> tuple[str, int] | None:
+        """Moves what is in the file to where it is kept; the newest recording in it and its last revision."""
+        assert self._path is not None
+        assert self._before is not None
+        parts = [part for part in (self._before, self._path) if part.exists() and part.stat().st_size > 0]
+        if not parts:
+            return None
+        for part in parts:
+            if not archive.facts(part).complete:
+                log.warning("%s was cut off; it is mended", part)
+        archive.optimise(parts, self._before)
+        self._path.unlink(missing_ok=True)
+        return archive.last_revision(self._before)
+
+
+def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken: bool) -> None:
+    """Meets the learner, and follows it until `stop`."""
+    where = config.bus.connect or config.bus.listen
+    zenoh_config = connecting(where) if config.bus.zenoh_file is None else from_file(config.bus.zenoh_file)
+    shelf.chapter.away(f"Waiting for the learner at {where}.", time.time())
+    shelf.chapter.flush()
+    log.info("waiting for the learner at %s, keys %s/…", where, config.prefix)
+    try:
+        session = open_session(zenoh_config, float("inf"), stop)
+    except BadInput:
+        if stop.is_set():
+            return
+        raise
+    with session:
+        bus = Bus(session, Keys(config.prefix))
+        threading.Thread(target=_when, args=(stop.wait, bus.wake), daemon=True).start()
+        log.info("viewer ready")
+        try:
+            Follower(bus, shelf.chapter, shelf.begin, shelf.recorded).run(stop, until_broken=until_broken)
+        finally:
+            bus.close()
+
+
+@contextmanager
+def _window(port: int, stop: threading.Event) -> Iterator[None]:
+    """The viewer's window; closing it ends everything."""
+    _need_a_screen()
+    url = f"rerun+http://127.0.0.1:{port}/proxy"
+    command: list[str | Path] = [
+        archive.BINARY,
+        "--connect",
+        url,
+        "--bind",
+        "127.0.0.1",
+        "--port",
+        "auto",
+        "--hide-welcome-screen",
+    ]
+    with subprocess.Popen(command) as process:
+        threading.Thread(target=_when, args=(process.wait, stop.set), daemon=True).start()
+        try:
+            yield
+        finally:
+            process.terminate()
+
+
+def _when(comes: Callable[[], object], then: Callable[[], None]) -> None:
+    comes()
+    then()
+
+
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield
+
+
+def _need_a_screen() -> None:
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise BadInput("there is no screen here: give --headless --save FILE.rrd and look at the file elsewhere")
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
