@@ -63,12 +63,14 @@ def from_streams(name: str, streams: Mapping[str, tuple[Array, Array]]) -> Recor
 
 
 def sequence(runs: Sequence[Recording]) -> Recording:
-    """The runs one after the other as one recording, RUN_PAUSE apart, so that no sample reaches across two of them."""
+    """The runs one after the other as one recording, RUN_PAUSE apart, so that no sample reaches across two of them.
+
+    The first keeps its time; the others are moved behind it.
+    """
     names = list(dict.fromkeys(name for run in runs for name in run.columns))
-    times, end = [], 0.0
-    for run in runs:
-        times.append(run.time - run.time[0] + end)
-        end = float(times[-1][-1]) + RUN_PAUSE
+    times = [runs[0].time]
+    for run in runs[1:]:
+        times.append(run.time - run.time[0] + (float(times[-1][-1]) + RUN_PAUSE))
     columns = {
         name: np.concatenate([run.columns.get(name, np.full(run.time.size, np.nan)) for run in runs]) for name in names
     }

@@ -1,0 +1,195 @@
+"""`incsvr fit`: the online loop over recordings, with the errors of every iteration on unseen recordings."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from incsvr.errors import BadInput
+from incsvr.inertia import InertiaEstimate, identify
+from incsvr.learner import Iteration, Settings
+from incsvr.motion import free_run_rmse, motions
+from incsvr.samples import Samples
+from incsvr.signals import REQUIRED, SignalSettings, synchronise
+from service.config import read as read_config
+from service.output import add_json_argument, emit
+from simulator.online import Errors, learn, learner_for, pauses, remarks, signals_for
+from simulator.progress import progress
+from simulator.recordings import RATE_LIMIT, Recording, read, sequence
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV files, one run each")
+    parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen runs")
+    parser.add_argument(
+        "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; otherwise the configured one"
+    )
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="signals and learner as the service has them; else scaled to the runs",
+    )
+    parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    config = read_config(args.config)
+    rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
+    runs, unseen = ([read(path, rate_limit=rate_limit) for path in paths] for paths in (args.recordings, args.validate))
+    inertia, estimate = _inertia(args.inertia, config.vehicle.inertia, runs)
+    if args.config:
+        overridden = {"vehicle": config.vehicle.model_copy(update={"inertia": inertia})}
+        configured = config.model_copy(update=overridden)
+        fit = Fit.of(runs, unseen, configured.signal_settings(), configured.learner_settings(), args.policy)
+    else:
+        fit = Fit.of(runs, unseen, signals_for(runs, inertia, rate_limit), None, args.policy)
+    emit(args, fit.to_dict() | _estimate(estimate), fit.text(estimate))
+    return 0
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """What the online loop made of recordings.
+
+    Attributes:
+        name: the recordings, joined.
+        signals, learner: the settings in force.
+        samples: how many damping samples the recordings gave.
+        rejected: messages refused, by reason.
+        remarks: sentences about what was left out.
+        iterations: one for each full batch.
+        errors: on the unseen recordings after each iteration [N m]; empty where none were given.
+        validated_on: the unseen recordings.
+        free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
+    """
+
+    name: str
+    signals: SignalSettings
+    learner: Settings
+    samples: int
+    rejected: Mapping[str, int]
+    remarks: Sequence[str]
+    iterations: Sequence[Iteration]
+    errors: Sequence[Errors]
+    validated_on: str
+    free_run_rmse: float | None
+
+    @staticmethod
+    def of(
+        runs: Sequence[Recording],
+        unseen: Sequence[Recording],
+        signals: SignalSettings,
+        learner: Settings | None,
+        policy: str | None = None,
+    ) -> Fit:
+        """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle."""
+        joined = sequence(runs)
+        samples, rejected = _samples(joined, signals)
+        chosen = {} if policy is None else {"policy": policy}
+        settings = learner_for(samples, **chosen) if learner is None else Settings(**asdict(learner) | chosen)
+        if len(samples) < settings.batch:
+            raise BadInput(
+                f"{joined.name}: {len(samples)} damping samples, but one batch needs {settings.batch}; give more or "
+                f"longer recordings (a sample every {signals.sample_period:g} s)"
+            )
+        iterations, errors = [], []
+        validation = _samples(sequence(unseen), signals)[0] if unseen else Samples.empty()
+        with progress("learning", len(samples) // settings.batch) as advance:
+            for iteration in learn(samples, settings):
+                iterations.append(iteration)
+                if unseen:
+                    errors.append(Errors.of(iteration.model, validation))
+                advance()
+        model = iterations[-1].model
+        tests = [motion for one in unseen for motion in motions(one.streams(), signals.gap)]
+        free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
+        said = remarks([*runs, *unseen], samples, signals)
+        name = sequence(unseen).name if unseen else ""
+        return Fit(joined.name, signals, settings, len(samples), rejected, said, iterations, errors, name, free_run)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contract's form, and what explains it."""
+        last = asdict(self.errors[-1]) | {"free_run_rmse": self.free_run_rmse} if self.errors else None
+        return {
+            "iterations": len(self.iterations),
+            "validation": last,
+            "support_vectors": int(self.iterations[-1].model.support_rate.size),
+            "inertia": self.signals.inertia,
+            "samples": self.samples,
+            "rejected": dict(self.rejected),
+            "remarks": list(self.remarks),
+            "validation_per_iteration": [asdict(errors) for errors in self.errors],
+            "progressive_mae": [iteration.progressive_mae for iteration in self.iterations],
+            "trained_range": list(self.iterations[-1].model.trained_range or ()),
+            "settings": {"signals": asdict(self.signals), "learner": asdict(self.learner)},
+        }
+
+    def text(self, estimate: InertiaEstimate | None) -> str:
+        """The same for people."""
+        source = "" if estimate is None else f" ± {estimate.standard_error:.2g}, estimated by output error"
+        signals, learner = self.signals, self.learner
+        left = self.samples - len(self.iterations) * learner.batch
+        lines = [
+            f"recordings  {self.name}: {self.samples} samples, {len(self.iterations)} batches of {learner.batch}, "
+            f"{left} left over",
+            f"vehicle     I = {signals.inertia:.4g} kg m²{source}; |r| ≤ {learner.rate_range[1]:.3g} rad/s",
+            f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
+            f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
+            f"ε = {learner.epsilon:.2g} N m",
+            *(f"remark      {remark}" for remark in self.remarks),
+            *(f"refused     {count} messages: {reason}" for reason, count in self.rejected.items()),
+            "",
+            "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(self.errors)),
+            "                                MAE N m" + "                     MAE, RMSE N m" * bool(self.errors),
+        ]
+        for k, iteration in enumerate(self.iterations):
+            before = "–" if iteration.progressive_mae is None else f"{iteration.progressive_mae:.3g}"
+            after = f"{self.errors[k].mae:.3g}, {self.errors[k].rmse:.3g}" if self.errors else ""
+            size = iteration.model.support_rate.size
+            lines.append(
+                f"{iteration.number:9d} {iteration.time_span[1]:9.1f} {size:9d}   {before:<25s}   {after}".rstrip()
+            )
+        if self.errors:
+            ran = "runs away" if self.free_run_rmse is None else f"RMSE {self.free_run_rmse:.4f} rad/s"
+            lines += [
+                "",
+                f"on {self.validated_on}: MAE {self.errors[-1].mae:.3g} N m, "
+                f"RMSE {self.errors[-1].rmse:.3g} N m; free run {ran}",
+            ]
+        return "\n".join(lines)
+
+
+def _samples(recording: Recording, signals: SignalSettings) -> tuple[Samples, Mapping[str, int]]:
+    streams = recording.streams()
+    samples, rejected = synchronise(signals, {name: streams[name] for name in REQUIRED})
+    if len(samples) == 0:
+        reasons = pauses(recording, signals.gap) or [f"it is shorter than {2 * signals.reach:g} s"]
+        raise BadInput(
+            f"{recording.name}: not one damping sample; {'; '.join(reasons)}; record faster, or allow longer gaps"
+        )
+    return samples, rejected
+
+
+def _inertia(wanted: str | None, configured: float, runs: Sequence[Recording]) -> tuple[float, InertiaEstimate | None]:
+    if wanted is None:
+        return configured, None
+    if wanted != "estimate":
+        try:
+            return float(wanted), None
+        except ValueError:
+            raise BadInput(f"--inertia {wanted}: give a number [kg m²], or estimate") from None
+    pieces = [motion for run in runs for motion in motions(run.streams(), signals_for(runs, 1.0, RATE_LIMIT).gap)]
+    with progress("estimating the inertia") as advance:
+        estimate = identify(pieces, advance)
+    return estimate.inertia, estimate
+
+
+def _estimate(estimate: InertiaEstimate | None) -> dict[str, Any]:
+    if estimate is None:
+        return {}
+    return {"inertia_standard_error": estimate.standard_error, "fit_free_run_rmse": estimate.rmse}

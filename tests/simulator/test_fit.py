@@ -1,0 +1,144 @@
+"""`incsvr fit` from the command line: right on Leng, honest on the measured vehicle, clear about bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from incsvr.learner import Settings
+from service.cli import main
+from simulator import leng
+from simulator.online import learn
+from simulator.recordings import Recording, write
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Leng's runs as files."""
+    folder = tmp_path_factory.mktemp("leng")
+    paths = {name: folder / f"{name}.csv" for name in ("T1", "V1")}
+    for name, path in paths.items():
+        write(path, leng.recording(name, 0))
+    return paths
+
+
+def fit(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, Any]:
+    assert main(["fit", *map(str, words), "--json", "-"]) == 0
+    result: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return result
+
+
+@pytest.fixture
+def configured(tmp_path: Path) -> Path:
+    path = tmp_path / "config.yaml"
+    path.write_text("vehicle: {name: leng}\n", encoding="utf-8")
+    return path
+
+
+def test_the_leng_is_learned_from_files(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], configured: Path
+) -> None:
+    result = fit(capsys, recorded["T1"], "--validate", recorded["V1"], "--config", configured)
+    assert result["iterations"] == len(result["validation_per_iteration"]) == 14
+    assert result["inertia"] == 350.0
+    assert result["support_vectors"] <= 60
+    assert 3.0 < result["validation"]["mae"] < 4.0  # the noise alone is 3.1 N m
+    assert 3.7 < result["validation"]["rmse"] < 5.0
+    assert result["validation"]["free_run_rmse"] < 0.0100  # the gyro's noise is 0.0082 rad/s
+    assert result["validation"] == result["validation_per_iteration"][-1] | {
+        "free_run_rmse": result["validation"]["free_run_rmse"]
+    }
+
+
+def test_the_file_gives_the_models_of_the_samples(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], configured: Path
+) -> None:
+    """Written to CSV, read and learned: to the last digit what the samples in memory give."""
+    result = fit(capsys, recorded["T1"], "--validate", recorded["V1"], "--config", configured, "--policy", "paper")
+    experiment = leng.experiment(0)
+    model = list(learn(experiment.T1, Settings(policy="paper")))[-1].model
+    residual = model.predict(experiment.V1.yaw_rate).damping - experiment.V1.damping
+    assert result["validation"]["mae"] == float(np.mean(np.abs(residual)))
+
+
+def test_the_inertia_is_estimated(capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]) -> None:
+    result = fit(capsys, recorded["T1"], "--inertia", "estimate")
+    assert result["inertia"] == pytest.approx(350.0, rel=0.02)
+    assert 0.2 < result["inertia_standard_error"] < 10.0
+    assert result["validation"] is None
+
+
+def test_a_gap_is_said_and_not_bridged(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
+) -> None:
+    whole = leng.recording("T1", 0)
+    kept = (whole.time < 100.0) | (whole.time > 130.0)
+    path = tmp_path / "gap.csv"
+    write(path, Recording("gap.csv", whole.time[kept], {name: v[kept] for name, v in whole.columns.items()}))
+    result = fit(capsys, path)
+    assert result["remarks"][0].startswith("gap.csv: yaw_rate pauses 1 times for longer than 0.2 s, 30 s in all")
+    assert result["samples"] < fit(capsys, recorded["T1"])["samples"] - 30
+
+
+def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path) -> None:
+    """Trained on two yaw-only runs, judged on the third; an inertia that is estimated runs freer than the declared."""
+    runs = [measured / "bluerov" / f"run_{number:02d}.csv" for number in (3, 4, 5)]
+    declared, estimated = (
+        fit(capsys, *runs[:2], "--validate", runs[2], "--inertia", inertia, "--policy", "paper")
+        for inertia in ("1.125", "estimate")
+    )
+    assert declared["inertia"] == 1.125
+    assert 0.9 < estimated["inertia"] < 1.2
+    assert estimated["validation"]["free_run_rmse"] < declared["validation"]["free_run_rmse"] < 0.3
+    assert estimated["validation"]["mae"] < 0.6
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["missing.csv"], "missing.csv: there is no such file"),
+        (["short.csv"], "damping samples, but one batch needs 50; give more or longer recordings"),
+        (["slow.csv"], "slow.csv: not one damping sample; it is shorter than"),
+        (["good.csv", "--inertia", "heavy"], "--inertia heavy: give a number [kg m²], or estimate"),
+        (["good.csv", "--inertia", "-3"], "inertia is -3.0: give a positive, finite number"),
+        (["good.csv", "--inertia", "nan"], "inertia is nan: give a positive"),
+        (["degrees.csv"], "row 12: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
+        (["good.csv", "--validate", "degrees.csv"], "degrees.csv, row 12: yaw_rate is 14.3"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    time = np.arange(0.0, 60.0, 0.05, dtype=np.float64)
+    rate = 0.2 * np.sin(time)
+    degrees = rate.copy()
+    degrees[10] = 14.3
+    for name, column, size in (
+        ("good", rate, 1200),
+        ("short", rate, 60),
+        ("slow", rate, 5),
+        ("degrees", degrees, 1200),
+    ):
+        columns = {"yaw_rate": column[:size], "torque": 50.0 * rate[:size]}
+        write(Path(f"{name}.csv"), Recording(name, time[:size], columns))
+    assert main(["fit", *words]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in captured.err
+    assert captured.err.count("\n") == 1
+
+
+def test_an_inertia_of_another_vehicle_is_remarked(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]
+) -> None:
+    result = fit(capsys, recorded["T1"], "--inertia", "35000")
+    assert "declare the vehicle's own with --inertia" in result["remarks"][0]
