@@ -1,0 +1,69 @@
+"""The report of a trace: self-contained, complete, and it says what the trace says."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.run import Run
+from incsvr.tracing import Trace, trace
+from simulator.trial import Trial, play
+from viewer.report import write
+
+
+class Text(HTMLParser):
+    """Collects the words of a page, and the names of what it would load from elsewhere."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.words: list[str] = []
+        self.loads: list[str] = []
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        for name, value in attributes:
+            if name in ("src", "href", "xlink:href") and value and not value.startswith(("#", "data:")):
+                self.loads.append(f"{tag} {value}")
+
+
+@pytest.fixture(scope="module")
+def found() -> Trace:
+    outcome = play(Trial(seed=3, effects=("bias_torque",), size=2.0, duration=360.0))
+    columns = dict(outcome.recording.columns)
+    run = Run("run", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
+    return trace([run], inertia=outcome.inertia)
+
+
+def test_the_report_is_one_file_that_says_what_was_found(found: Trace, tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    write(found, path)
+    page = Text()
+    page.feed(path.read_text(encoding="utf-8"))
+    words = re.sub(r"\s+", " ", " ".join(page.words))
+    assert page.loads == []
+    assert [finding.effect for finding in found.effects] == ["bias_torque"]
+    assert "The model lacks bias torque" in words
+    for finding in found.effects:
+        assert finding.sentence in words
+    for rejected in found.rejected:
+        assert rejected.reason in words
+    for when in ("before", "after"):
+        assert f"{found.error[when]['free_run_rmse']:.3g}" in words
+    assert path.read_text(encoding="utf-8").count("<svg") == 4
+
+
+def test_the_same_trace_gives_the_same_report(found: Trace, tmp_path: Path) -> None:
+    write(found, tmp_path / "one.html")
+    write(found, tmp_path / "two.html")
+    assert (tmp_path / "one.html").read_bytes() == (tmp_path / "two.html").read_bytes()
+
+
+def test_a_place_that_cannot_be_written_is_said(found: Trace, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="name another file"):
+        write(found, tmp_path / "nowhere" / "report.html")
