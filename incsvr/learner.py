@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr import paper
+from incsvr import paper, weighted
 from incsvr.errors import BadInput
 from incsvr.iteration import Iteration, Settings
 from incsvr.model import Model
@@ -62,7 +62,7 @@ class State:
         return State(data["iterations"], Model.from_dict(data["model"]), policy, memory)
 
 
-_POLICIES = {"paper": paper}
+_POLICIES = {"paper": paper, "weighted": weighted}
 
 
 def start(settings: Settings) -> State:

@@ -1,38 +1,76 @@
-"""The noise level of the damping samples, tracked from what the model leaves over."""
+"""The noise of the damping samples, tracked from what the curve leaves over."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import exp, log
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.samples import Array
 
-NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+NORMAL = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+HORIZON = 250.0
+"""Samples that the running means stand for, at most."""
+LARGEST_CORRELATION = 0.95
+SMALLEST = 1e-6
+"""Least noise level that is believed [N m]: data without noise must not divide by zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """σ of a sample about the curve: a running mean of each batch's robust variance, over at most `HORIZON` samples.
+    """Level and colour of the noise: running means over batches.
+
+    The level is the mean of the logarithm of each batch's robust variance. So outliers do not move it, and after ten
+    quiet batches nobody remembers a loud one, which would dominate a mean of variances.
 
     Attributes:
-        variance: σ² [N² m²].
-        seen: samples that the mean stands for.
+        variance: σ² of a sample about the curve [N² m²].
+        correlation: ρ of two samples that follow each other, in [0, 0.95].
+        seen: samples that the means stand for; 0 before the first batch.
     """
 
-    variance: float = 0.0
+    variance: float = 1.0
+    correlation: float = 0.0
     seen: float = 0.0
-
-    HORIZON = 500.0
 
     @property
     def sigma(self) -> float:
         """σ [N m]; NaN before the first batch."""
-        return self.variance**0.5 if self.seen else float("nan")
+        return float(np.sqrt(self.variance)) if self.seen else float("nan")
 
-    def after(self, residual: Array) -> Noise:
-        """The noise level after a batch with these (n,) residuals [N m], n ≥ 1; outliers do not move it."""
-        scale = NORMAL * float(np.median(np.abs(residual)))
-        seen = min(self.seen, self.HORIZON - residual.size)
-        total = seen + residual.size
-        return Noise((self.variance * seen + scale * scale * residual.size) / total, total)
+    @property
+    def worth(self) -> float:
+        """How many independent samples one sample is worth in a mean: (1 − ρ)/(1 + ρ)."""
+        return (1.0 - self.correlation) / (1.0 + self.correlation)
+
+    def after(self, residual: Array, index: NDArray[np.intp]) -> Noise:
+        """The noise after a batch.
+
+        Args:
+            residual: (n,) y − f(x) [N m], n ≥ 1.
+            index: (n,) place of each in the stream, increasing; only neighbours tell of the correlation.
+        """
+        n = residual.size
+        level = max(NORMAL * float(np.median(np.abs(residual))), SMALLEST)
+        power = float(residual @ residual) / n
+        neighbours = index[1:] - index[:-1] == 1
+        pairs = int(np.count_nonzero(neighbours))
+        product = float((residual[1:] * residual[:-1]) @ neighbours)
+        colour = product / pairs / power if pairs and power > 0.0 else 0.0
+        seen = min(self.seen, HORIZON - n) if n < HORIZON else 0.0
+        share = n / (seen + n)
+        variance = exp((1.0 - share) * log(self.variance) + share * 2.0 * log(level))
+        correlation = (1.0 - share) * self.correlation + share * colour
+        return Noise(variance, min(max(correlation, 0.0), LARGEST_CORRELATION), seen + n)
+
+    def to_list(self) -> list[float]:
+        return [self.variance, self.correlation, self.seen]
+
+    @staticmethod
+    def from_list(data: Sequence[float]) -> Noise:
+        variance, correlation, seen = data
+        return Noise(variance, correlation, seen)

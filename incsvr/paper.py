@@ -44,7 +44,7 @@ class Memory:
             "yaw_rate": self.vectors.yaw_rate.tolist(),
             "damping": self.vectors.damping.tolist(),
             "weight": self.weight.tolist(),
-            "noise": [self.noise.variance, self.noise.seen],
+            "noise": self.noise.to_list(),
         }
 
     @staticmethod
@@ -52,7 +52,7 @@ class Memory:
         time, rate, damping, weight = (
             np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "weight")
         )
-        return Memory(Samples(time, rate, damping), weight, Noise(*data["noise"]))
+        return Memory(Samples(time, rate, damping), weight, Noise.from_list(data["noise"]))
 
 
 def start(settings: Settings) -> Memory:
@@ -92,7 +92,7 @@ def learn(
         removed = support.take(wild)
         memory = Memory(support.take(~wild), weight[~wild], memory.noise)
         model = _served(settings, memory)
-        noise = memory.noise.after(model.evaluate(batch.yaw_rate) - batch.damping)
+        noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), np.arange(len(batch)))
         memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
     else:
         forgotten = Samples.empty()  # no training takes place, so nothing has to make room
