@@ -36,8 +36,8 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
     """Follows the central path of min ½‖Lᵀθ‖² + Σ εᵢ|θᵢ| − yᵀθ over |θᵢ| ≤ Cᵢ until rounding ends it.
 
     θ = α − β with 0 ≤ α, β ≤ C. The multipliers of α ≥ 0 and α ≤ C are s, ξ ≥ 0 with s − ξ = ε − y + Lw; those of β
-    have s − ξ = ε + y − Lw; w = Lᵀθ. All but w is eliminated: (I + Lᵀ D L) dw = …, of the size of the rank. α and β lie
-    side by side in vectors of length 2n, beside [L; −L]: the cost here is the number of calls, not of operations.
+    have s − ξ = ε + y − Lw; w = Lᵀθ. All but w is eliminated: (I + Lᵀ D L) dw = …, of the size of the rank. What is
+    alike lies side by side in one array: the cost here is the number of calls, not of operations.
 
     Args:
         LT: (rank, n) Lᵀ, with K = L Lᵀ.
@@ -46,58 +46,60 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
     rank, n = LT.shape
     point, w = _start(LT, y, bound, tube)
     x, s = point[:2], point[2:]  # (α, β) and (C − α, C − β); their s and ξ
-    step = np.empty_like(point)
+    step, relative = np.empty_like(point), np.empty_like(point)
     dx, ds = step[:2], step[2:]
     quotient, u, t, v = (np.empty_like(x) for _ in range(4))
     freedom, g, h = np.empty((2, n)), np.empty((2, n)), np.empty((2, n))
-    (g_alpha, g_beta), (h_alpha, h_beta) = g, h
-    relative = np.empty_like(point)
+    # Names for the parts, once: an index costs a fourth of an operation here.
+    (alpha, beta), (s_lower, s_upper), (_, t_upper), (u_lower, u_upper) = x[0], s, t, u
+    (quotient_lower, quotient_upper), (dx_lower, dx_upper) = quotient, dx
+    (freedom_alpha, freedom_beta), (g_alpha, g_beta), (h_alpha, h_beta) = freedom, g, h
     scaled, normal = np.empty_like(LT), np.empty((rank, rank))
     diagonal = normal.reshape(-1)[:: rank + 1]
     flat_x, flat_s = x.reshape(-1), s.reshape(-1)
-    off = LT.dot(x[0, 0] - x[0, 1]) - w
+    off = LT.dot(alpha - beta) - w
     mu = first = float(flat_x.dot(flat_s)) / (4 * n)
     for number in range(1, ITERATIONS + 1):
-        np.divide(s, x, out=quotient)
-        np.add(quotient[0], quotient[1], out=freedom)
-        np.reciprocal(freedom, out=freedom)
-        np.multiply(LT, np.sqrt(freedom[0] + freedom[1]), out=scaled)
-        np.dot(scaled, scaled.T, out=normal)
+        np.divide(s, x, quotient)
+        np.add(quotient_lower, quotient_upper, freedom)
+        np.reciprocal(freedom, freedom)
+        np.multiply(LT, np.sqrt(freedom_alpha + freedom_beta), scaled)
+        np.dot(scaled, scaled.T, normal)
         diagonal += 1.0
         cholesky, failed = lapack.dpotrf(normal.T, 1, 0, 1)  # lower, its upper part left as it is, in place
         if failed:
             return
         # Predictor: straight at the solution. Here dx/x + ds/s = −1, so one quotient tells both step lengths.
-        np.subtract(s[1], s[0], out=g)
-        np.multiply(freedom, g, out=h)
+        np.subtract(s_upper, s_lower, g)
+        np.multiply(freedom, g, h)
         dw = lapack.dpotrs(cholesky, LT.dot(h_alpha - h_beta) + off, 1)[0]
         q = dw.dot(LT)
         g_alpha -= q
         g_beta += q
         g *= freedom
-        np.divide(g, x, out=t)
-        np.negative(t[1], out=t[1])
+        np.divide(g, x, t)
+        np.negative(t_upper, t_upper)
         length = min(1.0, 1.0 / max(-float(t.min()), 1.0 + float(t.max())))
         affine = (1.0 - length) * mu + length * length * float((dw - off).dot(dw)) / (4 * n)
         target = mu * min(1.0, max(affine / mu, 0.0)) ** 3
         # Corrector: towards the central path, with the second-order error of the predictor taken out.
-        np.divide(target, x, out=u)
-        np.multiply(t, t, out=v)
+        np.divide(target, x, u)
+        np.multiply(t, t, v)
         v += t
         v -= 1.0
         v *= s
         u += v
-        np.subtract(u[0], u[1], out=g)
-        np.multiply(freedom, g, out=h)
+        np.subtract(u_lower, u_upper, g)
+        np.multiply(freedom, g, h)
         dw = lapack.dpotrs(cholesky, LT.dot(h_alpha - h_beta) + off, 1)[0]
         q = dw.dot(LT)
         g_alpha -= q
         g_beta += q
-        np.multiply(g, freedom, out=dx[0])
-        np.negative(dx[0], out=dx[1])
-        np.multiply(quotient, dx, out=t)
-        np.subtract(u, t, out=ds)
-        np.divide(step, point, out=relative)
+        np.multiply(g, freedom, dx_lower)
+        np.negative(dx_lower, dx_upper)
+        np.multiply(quotient, dx, t)
+        np.subtract(u, t, ds)
+        np.divide(step, point, relative)
         longest = -float(relative.min())
         length = 1.0 if longest <= 0.995 else 0.995 / longest
         step *= length
@@ -110,7 +112,7 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
             # Of two whose product goes to zero, the one that shrinks less is the one that stays (Tapia's indicator).
             stays = relative[:2] > relative[2:]
             loose = stays[0] & stays[1]
-            yield Iterate(number, x[0, 0] - x[0, 1], loose[0] | loose[1])
+            yield Iterate(number, alpha - beta, loose[0] | loose[1])
             if mu <= 1e-16 * first or length < 1e-6:
                 return
 
@@ -129,14 +131,14 @@ def _start(LT: Array, y: Array, bound: Array, tube: Array) -> tuple[Array, Array
     mu = CENTRE * limit * (float(np.abs(residual).sum() + tube.sum()) / n + 1e-3 * size)
     # α s = (C − α) ξ = μ and s − ξ = t make a quadratic in s and one in ξ.
     t = np.empty((2, n))
-    np.subtract(tube, residual, out=t[0])
-    np.add(tube, residual, out=t[1])
+    np.subtract(tube, residual, t[0])
+    np.add(tube, residual, t[1])
     t *= bound
     root = np.sqrt(t * t + 4.0 * mu * mu)
     root += 2.0 * mu
     point = np.empty((4, 2, n))
-    np.add(root, t, out=point[2])
-    np.subtract(root, t, out=point[3])
+    np.add(root, t, point[2])
+    np.subtract(root, t, point[3])
     point[2:] /= 2.0 * bound
-    np.divide(mu, point[2:], out=point[:2])
+    np.divide(mu, point[2:], point[:2])
     return point, w
