@@ -62,18 +62,21 @@ def forgetting(rate: Array, *, capacity: int, bins: int, rate_range: tuple[float
     Returns:
         (n,) mask of those that stay. Of equally full bins the one that holds the oldest vector gives it up.
     """
-    stays = np.ones(rate.size, dtype=bool)
-    excess = rate.size - capacity
-    if excess <= 0:
-        return stays
+    n = rate.size
+    if n <= capacity:
+        return np.ones(n, dtype=bool)
     low, high = rate_range
-    place = np.clip(((rate - low) * (bins / (high - low))).astype(np.intp), 0, bins - 1).tolist()
-    queues: list[list[int]] = [[] for _ in range(bins)]
-    for position in range(rate.size - 1, -1, -1):
-        queues[place[position]].append(position)  # the oldest at the end, where pop() is cheap
-    for _ in range(excess):
-        fullest = max(queues, key=lambda queue: (len(queue), -queue[-1] if queue else 0))
-        stays[fullest.pop()] = False
+    place = np.clip((rate - low) * (bins / (high - low)), 0, bins - 1).astype(np.intp)
+    # One by one the oldest of the fullest bin: what stays are the vectors with the fewest newer ones in their bin, and
+    # of equals the newest.
+    by_bin = np.argsort(place[::-1], kind="stable")
+    sizes = np.bincount(place, minlength=bins)
+    newer = np.arange(n) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    age = np.empty(n, dtype=np.intp)
+    age[by_bin] = newer * n
+    age += np.arange(n)
+    stays = np.zeros(n, dtype=bool)
+    stays[n - 1 - np.argpartition(age, capacity - 1)[:capacity]] = True
     return stays
 
 

@@ -31,11 +31,13 @@ class Memory:
     Attributes:
         vectors: (n,) support vectors after outlier removal, oldest first, n ≤ capacity + batch.
         weight: (n,) their θ [N m].
+        stays: (n,) those that the next iteration's forgetting keeps: what is served.
         noise: of the samples about the curve.
     """
 
     vectors: Samples
     weight: Array
+    stays: Mask
     noise: Noise
 
     def to_dict(self) -> dict[str, Any]:
@@ -44,6 +46,7 @@ class Memory:
             "yaw_rate": self.vectors.yaw_rate.tolist(),
             "damping": self.vectors.damping.tolist(),
             "weight": self.weight.tolist(),
+            "stays": self.stays.tolist(),
             "noise": self.noise.to_list(),
         }
 
@@ -52,11 +55,12 @@ class Memory:
         time, rate, damping, weight = (
             np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "weight")
         )
-        return Memory(Samples(time, rate, damping), weight, Noise.from_list(data["noise"]))
+        stays = np.array(data["stays"], dtype=np.bool_)
+        return Memory(Samples(time, rate, damping), weight, stays, Noise.from_list(data["noise"]))
 
 
 def start(settings: Settings) -> Memory:
-    return Memory(Samples.empty(), np.empty(0), Noise())
+    return Memory(Samples.empty(), np.empty(0), np.empty(0, dtype=np.bool_), Noise())
 
 
 def learn(
@@ -79,7 +83,7 @@ def learn(
         near_rate=settings.near_rate,
         near_damping=settings.near_damping,
     )
-    stays = _stays(settings, before)
+    stays = memory.stays
     old, new = before.take(stays), batch.take(verdict.kept)
     forgotten, removed = before.take(~stays), Samples.empty()
     if len(new):
@@ -90,7 +94,11 @@ def learn(
         support, weight = stack.take(active), weight[active]
         wild = outliers(rbf(support.yaw_rate, support.yaw_rate, settings.gamma) @ weight - support.damping)
         removed = support.take(wild)
-        memory = Memory(support.take(~wild), weight[~wild], memory.noise)
+        vectors = support.take(~wild)
+        stays = forgetting(
+            vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range
+        )
+        memory = Memory(vectors, weight[~wild], stays, memory.noise)
         model = _served(settings, memory)
         noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), np.arange(len(batch)))
         memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
@@ -102,7 +110,7 @@ def learn(
         trained=len(new) > 0,
         old=old,
         new=new,
-        support=memory.vectors.take(_stays(settings, memory.vectors)),
+        support=memory.vectors.take(memory.stays),
         forgotten=forgotten,
         discarded_tube=batch.take(verdict.in_tube),
         discarded_near=batch.take(verdict.near),
@@ -112,15 +120,10 @@ def learn(
     )
 
 
-def _stays(settings: Settings, vectors: Samples) -> Mask:
-    return forgetting(vectors.yaw_rate, capacity=settings.capacity, bins=settings.bins, rate_range=settings.rate_range)
-
-
 def _served(settings: Settings, memory: Memory) -> Model:
     """The model on the vectors that the next forgetting will keep, solved again on just these."""
-    stays = _stays(settings, memory.vectors)
-    vectors = memory.vectors.take(stays)
-    solution = train(settings, vectors.yaw_rate, vectors.damping, start=memory.weight[stays])
+    vectors = memory.vectors.take(memory.stays)
+    solution = train(settings, vectors.yaw_rate, vectors.damping, start=memory.weight[memory.stays])
     return Model(
         settings.gamma,
         settings.C,
