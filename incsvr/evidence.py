@@ -33,7 +33,8 @@ class Change:
 def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew."""
     core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
-    less = fit(problem.y, np.delete(hypothesis.columns, core, axis=1), problem.blocks, rounds=5)
+    others = sum((o for j, o in enumerate(hypothesis.offsets) if j != k), np.zeros(len(problem.blocks)))
+    less = fit(problem.y - others, np.delete(hypothesis.columns, core, axis=1), problem.blocks, rounds=5)
     return 2.0 * (hypothesis.fit.log_likelihood - less.log_likelihood)
 
 
@@ -66,7 +67,9 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
                 moved[j] += sign * nudge
                 coefficients = tuple(moved[: len(term.coefficients)])
                 inner = (*term.inner[:-1], moved[-1]) if effect.searched else term.inner
-                sides.append(problem.blocks.mean(effect.columns(s, inner, coefficients) @ np.array(coefficients)))
+                bend = effect.offset(s, coefficients)
+                loss = effect.columns(s, inner, coefficients) @ np.array(coefficients)
+                sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
             design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
     white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks)
     scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-300

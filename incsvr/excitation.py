@@ -44,6 +44,6 @@ def _check_sign(problem: Problem) -> None:
     explained = 1.0 - float(residual @ residual) / max(float(torque @ torque), 1e-300)
     if explained > 0.3 and theta[0] < 0.0 and theta[1] < 0.0:
         raise BadInput(
-            "torque and yaw rate count in opposite directions (the vehicle turns against its thrust): multiply the torque "
+            "torque and yaw rate count in opposite directions (the vehicle turns against its thrust): multiply torque "
             "by −1, it must be positive the way yaw_rate is"
         )

@@ -26,6 +26,7 @@ class Hypothesis:
         losses: (n,) the torque that each term takes [N m].
         criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
         position: first column of each term.
+        offsets: (n_b,) of each term: what its columns, being tangents, leave of its loss [N m].
     """
 
     terms: tuple[Term, ...]
@@ -35,6 +36,7 @@ class Hypothesis:
     losses: tuple[Array, ...]
     criterion: float
     position: tuple[int, ...]
+    offsets: tuple[Array, ...]
 
     def names(self) -> tuple[str, ...]:
         return tuple(term.effect for term in self.terms)
@@ -71,6 +73,10 @@ class Views:
         acceleration = s.acceleration
         if share < 1.0:
             acceleration = share * acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
+        # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
+        at = problem.blocks.first + 0.5 * problem.blocks.size
+        smooth = np.interp(np.arange(len(s)), at, fitted.residual)
+        self._noise, self._driven = share * smooth, (1.0 - share) * smooth
         # command as foretold from earlier blocks, so far as the torque is noisy: what is left shares nothing with u
         self._expected = s.torque
         if share > 0.02:
@@ -93,8 +99,8 @@ class Views:
             after = sum((loss for stage, loss in self._stages if stage > effect.stage), np.zeros(len(s)))
             self._cache[effect.stage] = replace(
                 self._plain,
-                applied=self._needed + after,
-                command=s.torque - before,
+                applied=self._needed + after + self._driven,
+                command=s.torque - before - self._noise,
                 expected=self._expected - before,
             )
         return self._cache[effect.stage]
@@ -113,7 +119,7 @@ def nothing(problem: Problem) -> Hypothesis:
     for _ in range(2 if problem.signals.share < 1.0 else 0):
         columns = problem.columns(fitted.residual)
         fitted = fit(problem.y, columns, problem.blocks, fitted, rounds=3)
-    return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, ())
+    return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, (), ())
 
 
 def price(effect: Effect, columns: int, problem: Problem) -> float:
@@ -145,28 +151,33 @@ def settle(
     fitted, before = start.fit, -np.inf
     columns = problem.coarse
     position: list[int] = []
+    offsets: list[Array] = []
     for turn in range(passes):
         seen = Views(
             problem, fitted, [(e, x, c or (0.0,)) for e, x, c in zip(effects, losses, coefficients, strict=True)]
         )
         fine = [e.columns(seen.of(e), i, c) for e, i, c in zip(effects, inner, coefficients, strict=True)]
         coarse = [problem.blocks.mean(f) for f in fine]
+        bends = [e.offset(seen.of(e), c) for e, c in zip(effects, coefficients, strict=True)]
+        offsets = [np.zeros(len(problem.blocks)) if bend is None else problem.blocks.mean(bend) for bend in bends]
+        y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
         base = problem.columns(fitted.residual)
         if turn in (1, 2):
             for k, effect in enumerate(effects):
                 if effect.searched and effect.key in refine:
                     inner[k] = _refined(
-                        problem, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted
+                        problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted
                     )
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                     coarse[k] = problem.blocks.mean(fine[k])
         columns = np.column_stack([base, *coarse])
-        fitted = fit(problem.y, columns, problem.blocks, fitted, rounds=3)
+        fitted = fit(y, columns, problem.blocks, fitted, rounds=3)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
             coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
-            losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]]
+            bend = bends[k]
+            losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
             at += part.shape[1]
         settled = abs(fitted.log_likelihood - before) < 0.05 and turn > 1
         if settled or (turn > 0 and not any(e.curved or e.searched for e in effects) and problem.signals.share >= 1.0):
@@ -175,12 +186,20 @@ def settle(
     found = tuple(Term(e.name, e.variant, c, i) for e, c, i in zip(effects, coefficients, inner, strict=True))
     paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
     return Hypothesis(
-        found, tuple(effects), fitted, columns, tuple(losses), 2.0 * fitted.log_likelihood - paid, tuple(position)
+        found,
+        tuple(effects),
+        fitted,
+        columns,
+        tuple(losses),
+        2.0 * fitted.log_likelihood - paid,
+        tuple(position),
+        tuple(offsets),
     )
 
 
 def _refined(
     problem: Problem,
+    y: Array,
     effect: Effect,
     seen: Signals,
     inner: tuple[float, ...],
@@ -193,7 +212,7 @@ def _refined(
 
     def lost(value: float) -> float:
         column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
-        return -fit(problem.y, np.column_stack([*others, column]), problem.blocks, start, rounds=2).log_likelihood
+        return -fit(y, np.column_stack([*others, column]), problem.blocks, start, rounds=2).log_likelihood
 
     low, high = effect.bracket(seen, inner)
     best = minimize_scalar(
@@ -220,7 +239,8 @@ def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tupl
         residual = base
         for k, (effect, term) in enumerate(known):
             columns = effect.columns(seen.of(effect), term.inner, term.coefficients)
-            losses[k] = columns @ np.array(term.coefficients)
+            bend = effect.offset(seen.of(effect), term.coefficients)
+            losses[k] = columns @ np.array(term.coefficients) + (0.0 if bend is None else bend)
             if effect.acts == "inertia":
                 residual = residual - term.coefficients[0] * problem.blocks.slope(problem.signals.rate)
             else:

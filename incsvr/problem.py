@@ -14,6 +14,9 @@ from incsvr.run import Array, Run, stream
 from incsvr.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_grid, smoothed, split, time_scale
 from incsvr.whitening import Fit, fit
 
+MOST_BLOCKS = 2000
+"""Of long recordings: more blocks than that tell no more, so they may be as long as T_c/9."""
+
 INTERVALS = 8
 """Of the cubic spline of d(r): 6 or 16 were worse on simulated vehicles."""
 
@@ -99,9 +102,11 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Proble
     scale = time_scale(runs)
     period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
     sigma = gyro_noise(runs)
+    resolution = _resolution(runs)
+    length = sum(float(run.time[-1] - run.time[0]) for run in runs)
     best: tuple[float, Problem, Fit] | None = None
     for held in (False, True):
-        block = max(scale / 18.0, 1.5 * period)
+        block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 9.0)), scale / 4.5)
         while True:
             problem = _equations(runs, inertia, channels, scale, block, period, held)
             base = fit(problem.y, problem.coarse, problem.blocks)
@@ -152,6 +157,13 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     )  # fmt: skip
 
 
+def _resolution(runs: Sequence[Run]) -> float:
+    """Sample period of the slower of the two streams [s]."""
+    rate = np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])
+    torque = np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])
+    return max(float(np.median(rate)), float(np.median(torque)))
+
+
 def _steep(damping: Damping, rate: Array, blocks: Blocks) -> Array:
     nudge = 1e-3 * float(damping.knots[-1] - damping.knots[0])
     return blocks.mean(damping.columns(rate + nudge) - damping.columns(rate - nudge)) / (2.0 * nudge)
@@ -184,13 +196,11 @@ def _equations(
         origin=(float(np.min(spans[0])), float(np.max(spans[1]))),
     )  # fmt: skip
     foretold = _foretell(blocks.mean(signals.torque), blocks)
-    torque_period = float(np.median(np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])))
-    resolution = max(period, torque_period)
     grid = np.linspace(float(np.min(rate)), float(np.max(rate)), 201)
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
     steep = _steep(damping, rate, blocks)
-    return Problem(signals, blocks, y, damping, grid, table, coarse, steep, foretold, resolution, held, 0.0)
+    return Problem(signals, blocks, y, damping, grid, table, coarse, steep, foretold, _resolution(runs), held, 0.0)
 
 
 def _has_heading(runs: Sequence[Run]) -> bool:

@@ -17,8 +17,11 @@ from incsvr.whitening import whiten
 THRESHOLD = 16.0
 """Least gain of the criterion by which an effect is added."""
 
-CONTRIBUTION = 0.3
+CONTRIBUTION = 0.2
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
+
+SHAPE = 0.15
+"""Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that."""
 
 LEADERS = 6
 """How many of the first scan's effects are tried in pairs."""
@@ -61,15 +64,21 @@ def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect], coloured
             normal = c.T @ c
             if np.any(np.diag(normal) <= 1e-9 * size + 1e-300):
                 continue
-            right = c.T @ z
-            gain = float(right @ np.linalg.solve(normal + 1e-9 * np.diag(np.diag(normal)), right))
+            gain = _explained(c, z) - _explained(c[:, effect.core :], z)  # what merely places its zero does not count
             gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
-            score = gain - price(effect, columns.shape[1], problem)
+            score = gain - price(effect, effect.core, problem)
             if best is None or score > best.score:
                 best = Lead(effect, inner, score, gain)
         if best is not None:
             leads.append(best)
     return sorted(leads, key=lambda lead: -lead.score)
+
+
+def _explained(columns: Array, z: Array) -> float:
+    if columns.shape[1] == 0:
+        return 0.0
+    normal, right = columns.T @ columns, columns.T @ z
+    return float(right @ np.linalg.solve(normal + 1e-9 * np.diag(np.diag(normal)), right))
 
 
 def with_lead(problem: Problem, base: Hypothesis, lead: Lead) -> Hypothesis:
@@ -88,23 +97,39 @@ def without(problem: Problem, base: Hypothesis, k: int) -> Hypothesis:
 
 def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], width: int) -> list[Lead]:
     """The `width` best of the coloured scan and of the white one, once each."""
-    first = scan(problem, base, effects)[:width]
-    second = scan(problem, base, effects, coloured=False)[:width]
+    first = _spread(scan(problem, base, effects), width)
+    second = _spread(scan(problem, base, effects, coloured=False), width)
     keys = {lead.effect.key for lead in first}
     return first + [lead for lead in second if lead.effect.key not in keys]
+
+
+def _spread(leads: list[Lead], width: int) -> list[Lead]:
+    """The best, but of the many channels' modulations and couplings no more than half."""
+    kept: list[Lead] = []
+    for lead in leads:
+        of_channels = sum(bool(other.effect.channels) for other in kept)
+        if len(kept) < width and not (lead.effect.channels and of_channels >= (width + 1) // 2):
+            kept.append(lead)
+    return kept
 
 
 def sound(problem: Problem, hypothesis: Hypothesis) -> str:
     """Why a hypothesis cannot be accepted (physics, size, a residual that rose); empty if it can."""
     seen = views(problem, hypothesis)
+    alone = [unique_share(problem, hypothesis, k) for k in range(len(hypothesis.terms))]
     for k, (effect, term) in enumerate(zip(hypothesis.effects, hypothesis.terms, strict=True)):
         if not np.all(np.isfinite(term.coefficients)):
             return f"{term.effect}: no finite fit"
         reason = effect.implausible(term, seen.of(effect))
         if reason:
             return f"{term.effect}: {reason}"
-        if unique_share(problem, hypothesis, k) < CONTRIBUTION:
+        if alone[k] < CONTRIBUTION:
             return f"{term.effect}: what it alone explains is lost in the noise"
+        if alone[k] < SHAPE * max(alone):
+            return f"{term.effect}: what it alone explains is within the shape error of a larger effect"
+    values = {term.effect: term.coefficients[0] for term in hypothesis.terms}
+    if values.get("torque_delay", 0.0) < 0.0 < values.get("torque_lag", 0.0):
+        return "torque_lag: a lag against a negative delay is no effect but a shape"
     return ""
 
 
@@ -112,7 +137,7 @@ def unique_share(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     """Deviation of what the k-th effect alone explains, in (robust) deviations of the block residual."""
     core = _core(hypothesis, k)
     rest = np.delete(hypothesis.columns, core, axis=1)
-    part = hypothesis.columns[:, core] @ hypothesis.fit.theta[core]
+    part = hypothesis.columns[:, core] @ hypothesis.fit.theta[core] + hypothesis.offsets[k]
     alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
     residual = hypothesis.fit.residual
     deviation = min(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), float(np.std(residual)))
@@ -148,9 +173,9 @@ def search(problem: Problem, effects: Sequence[Effect], gate: Gate | None = None
     """Add, drop and swap effects until nothing gains; then try all pairs of the first leaders."""
     base = nothing(problem)
     refused: dict[str, str] = {}
-    singles = [with_lead(problem, base, lead) for lead in best_leads(problem, base, effects, 5)]
+    singles = [with_lead(problem, base, lead) for lead in best_leads(problem, base, effects, 8)]
     judged = [(h, sound(problem, h)) for h in sorted(singles, key=lambda h: -h.criterion)]
-    usable = [h for h, reason in judged if not reason and h.criterion > base.criterion + THRESHOLD]
+    usable = [h for h, why in judged if not why and h.criterion > base.criterion + THRESHOLD and not _rose(h, base)]
     best = _climb(problem, effects, usable[0] if usable else base, most)
     if usable:
         best = _pairs(problem, effects, best, usable, most)

@@ -198,7 +198,7 @@ def _report(
     total = _mean_square(base.fit.residual) - _mean_square(hypothesis.fit.residual)
     last = _mean_square(base.fit.residual)
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
-        part = Hypothesis(found.terms[: k + 1], found.effects[: k + 1], base.fit, base.columns, (), 0.0, ())
+        part = Hypothesis(found.terms[: k + 1], found.effects[: k + 1], base.fit, base.columns, (), 0.0, (), ())
         now = _mean_square(_refitted(problem, part)) if k + 1 < len(found.terms) else _mean_square(found.fit.residual)
         share = float(np.clip((last - now) / max(total, 1e-300), 0.0, 1.0))
         last = now

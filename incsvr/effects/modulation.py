@@ -37,7 +37,7 @@ class ThrustModulation(_Modulation):
         return np.clip(1.0 + coefficients[0] * self.away(s, inner), 0.2, 3.0)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        seen = s.share * s.applied / self.gain(s, inner, coefficients) + (1.0 - s.share) * s.command
+        seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
         return stack(-self.away(s, inner) * seen)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
@@ -63,7 +63,7 @@ class LevelledThrustModulation(ThrustModulation):
         return np.clip(1.0 + coefficients[1] + coefficients[0] * self.away(s, inner), 0.2, 3.0)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        seen = s.share * s.applied / self.gain(s, inner, coefficients) + (1.0 - s.share) * s.command
+        seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
         return stack(-self.away(s, inner) * seen, -seen)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:

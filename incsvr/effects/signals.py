@@ -60,6 +60,11 @@ class Signals:
     block: float = 1.0
     origin: tuple[float, float] = (0.0, 1.0)
 
+    @property
+    def from_rate(self) -> bool:
+        """Whether thrust effects are to be built from the rate side: most of the noise sits in the recorded torque."""
+        return self.share >= 0.5
+
     def __len__(self) -> int:
         return self.time.size
 

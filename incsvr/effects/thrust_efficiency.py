@@ -18,8 +18,7 @@ class ThrustEfficiency(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         missing = coefficients[0] if coefficients else 0.0  # 1 − g
-        seen = s.applied / max(1.0 - missing, 0.2)
-        return stack(s.share * seen + (1.0 - s.share) * s.command)
+        return stack(s.applied / max(1.0 - missing, 0.2) if s.from_rate else s.command)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"efficiency": 1.0 - term.coefficients[0]}

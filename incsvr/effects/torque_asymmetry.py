@@ -19,9 +19,10 @@ class TorqueAsymmetry(Effect):
     curved = True
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        if s.from_rate:
+            return stack(np.minimum(s.applied, 0.0))
         theta = max(coefficients[0], -0.8) if coefficients else 0.0
-        seen = s.share * np.minimum(s.applied, 0.0)
-        return stack(seen + (1.0 - s.share) * np.minimum(s.command, 0.0) / (1.0 + theta))
+        return stack(np.minimum(s.command, 0.0) / (1.0 + theta))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"reverse_efficiency": 1.0 / (1.0 + term.coefficients[0])}

@@ -18,13 +18,33 @@ class TorqueDelay(Effect):
     stage = 0
     curved = True
 
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        later = [(float(delay),) for delay in np.geomspace(0.25 * s.step, 0.8 * s.scale, 6)]
+        return [*later, (-0.05 * s.scale,), (-0.2 * s.scale,)]
+
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        delay = coefficients[0] if coefficients else 0.0
-        delay = float(np.copysign(min(max(abs(delay), 0.25 * s.step), s.scale), delay))
-        column = s.share * (s.later(s.applied, delay) - s.applied)
-        if s.share < 1.0:
-            column = column + (1.0 - s.share) * (s.command - s.later(s.command, -delay))
-        return stack(column / delay)
+        if not coefficients:  # the secant from no delay to the start of the search
+            return stack(self._lost(s, inner[0]) / inner[0])
+        return stack(self._tangent(s, self._within(s, coefficients)))
+
+    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
+        if not coefficients:
+            return None
+        delay = self._within(s, coefficients)
+        offset: Array = self._lost(s, delay) - delay * self._tangent(s, delay)
+        return offset
+
+    def _lost(self, s: Signals, delay: float) -> Array:
+        if s.from_rate:
+            return s.later(s.applied, delay) - s.applied
+        return s.command - s.later(s.command, -delay)
+
+    def _tangent(self, s: Signals, delay: float) -> Array:
+        half = 0.5 * s.step
+        return (self._lost(s, delay + half) - self._lost(s, delay - half)) / s.step
+
+    def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
+        return min(max(coefficients[0], -s.scale), s.scale)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"delay_s": term.coefficients[0]}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
@@ -16,12 +18,29 @@ class TorqueLag(Effect):
     stage = 5
     curved = True
 
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        return [(float(constant),) for constant in np.geomspace(0.5 * s.step, s.scale, 2 if s.from_rate else 6)]
+
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        constant = min(max(coefficients[0] if coefficients else 0.0, s.step), 2.0 * s.scale)
-        column = s.share * s.slope(s.applied)
-        if s.share < 1.0:
-            column = column + (1.0 - s.share) * (s.command - s.lowpass(s.command, constant)) / constant
-        return stack(column)
+        if s.from_rate:
+            return stack(s.slope(s.applied))
+        if not coefficients:  # the secant from no lag to the start of the search
+            return stack((s.command - s.lowpass(s.command, inner[0])) / inner[0])
+        return stack(self._tangent(s, self._within(s, coefficients)))
+
+    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
+        if s.from_rate or not coefficients:
+            return None
+        constant = self._within(s, coefficients)
+        offset: Array = s.command - s.lowpass(s.command, constant) - constant * self._tangent(s, constant)
+        return offset
+
+    def _tangent(self, s: Signals, constant: float) -> Array:
+        tangent: Array = s.lowpass(s.command, 0.98 * constant) - s.lowpass(s.command, 1.02 * constant)
+        return tangent / (0.04 * constant)
+
+    def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
+        return min(max(coefficients[0], 0.25 * s.step), 2.0 * s.scale)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}

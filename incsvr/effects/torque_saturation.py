@@ -59,10 +59,12 @@ class SoftSaturation(Effect):
     curved = True
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        c = float(np.clip(coefficients[0] if coefficients else 0.0, -0.2, 1.0)) if coefficients else 0.0
+        if not s.from_rate:
+            return stack(s.command * np.abs(s.command))
+        c = min(max(coefficients[0], -0.2), 1.0) if coefficients else 0.0
         root = np.sqrt(np.maximum(1.0 - 4.0 * c * np.abs(s.applied), 0.04))
         command = 2.0 * s.applied / (1.0 + root)  # inverse of a = τ (1 − c |τ|)
-        return stack(s.share * command * np.abs(command) + (1.0 - s.share) * s.command * np.abs(s.command))
+        return stack(command * np.abs(command))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}

@@ -69,4 +69,15 @@ class Wave(Effect):
 
     def implausible(self, term: Term, s: Signals) -> str:
         amplitude = math.hypot(*term.coefficients)
+        for harmonic in range(1, 6):
+            if _line(s, harmonic * term.inner[-1]) > 0.2:
+                return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
         return "the wave would exceed every command" if amplitude > 1.5 * float(np.max(np.abs(s.torque))) else ""
+
+
+def _line(s: Signals, period: float) -> float:
+    """Part of the torque's variance that one sine of this period holds."""
+    torque = s.torque - np.mean(s.torque)
+    design = stack(*(f(2.0 * np.pi / period * (s.time - s.origin[0])) for f in (np.sin, np.cos)))
+    theta, *_ = np.linalg.lstsq(design, torque, rcond=None)
+    return 1.0 - float(np.var(torque - design @ theta) / max(float(np.var(torque)), 1e-300))
