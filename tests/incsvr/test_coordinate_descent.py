@@ -1,0 +1,58 @@
+"""Eq. 8, the reference: it walks to the solution of Eq. 7, slowly."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from incsvr import dual
+from incsvr.errors import BadInput
+from incsvr.kernel import rbf
+from tests.incsvr.sample_sets import yaw_samples
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_reaches_what_solve_reaches(seed: int) -> None:
+    x, y = yaw_samples(seed, old=20, new=20)
+    exact = dual.solve(x, y, gamma=30.0, C=100.0, epsilon=1.0)
+    walked = dual.coordinate_descent(x, y, gamma=30.0, C=100.0, epsilon=1.0, passes=20_000, gap=1e-9)
+    assert walked.gap <= 1e-9 * abs(walked.objective)
+    apart = np.abs(rbf(x, x, 30.0) @ (walked.weight - exact.weight)).max()
+    assert apart <= walked.certified_error + exact.certified_error
+    assert exact.objective <= walked.objective
+
+
+def test_every_pass_descends() -> None:
+    x, y = yaw_samples(1, old=30, new=10)
+    values = [
+        dual.coordinate_descent(x, y, gamma=10.0, C=1000.0, epsilon=0.1, passes=passes, gap=0.0).objective
+        for passes in range(30)
+    ]
+    assert values[0] == 0.0
+    assert all(later <= before + 1e-6 for before, later in pairwise(values))
+
+
+def test_the_signs_as_printed_in_the_paper_would_ascend() -> None:
+    """One sample tells them apart: y = 5 must give θ = 5 − ε."""
+    y, epsilon, C = 5.0, 0.1, 1000.0
+    walked = dual.coordinate_descent([0.1], [y], gamma=10.0, C=C, epsilon=epsilon)
+    assert walked.weight == pytest.approx([y - epsilon])
+    alpha = float(np.clip(0.0 - (epsilon + y - 0.0), 0.0, C))
+    beta = float(np.clip(0.0 - (epsilon - y + alpha), 0.0, C))
+    printed = alpha - beta
+    assert 0.5 * printed**2 + epsilon * abs(printed) - y * printed > 0.0  # worse than not starting at all
+
+
+def test_a_warm_start_at_the_solution_stays_there() -> None:
+    x, y = yaw_samples(2)
+    exact = dual.solve(x, y, gamma=10.0, C=1000.0, epsilon=0.1)
+    walked = dual.coordinate_descent(x, y, gamma=10.0, C=1000.0, epsilon=0.1, start=exact.weight, gap=1e-9)
+    assert np.abs(rbf(x, x, 10.0) @ (walked.weight - exact.weight)).max() < 1e-6
+    assert walked.iterations <= 20
+
+
+def test_a_start_of_another_length_is_refused() -> None:
+    with pytest.raises(BadInput, match="start has shape"):
+        dual.coordinate_descent([0.1, 0.2], [1.0, 2.0], gamma=10.0, C=1.0, epsilon=0.1, start=np.zeros(3))

@@ -1,0 +1,149 @@
+"""Eq. 7 solved exactly: what it promises on ordinary, degenerate and bad input."""
+
+from __future__ import annotations
+
+import tracemalloc
+from typing import Any
+
+import numpy as np
+import pytest
+
+from incsvr import dual
+from incsvr.errors import BadInput
+from incsvr.kernel import rbf
+from incsvr.samples import Array
+from tests.incsvr.sample_sets import yaw_samples
+
+PAPER: dict[str, Any] = {"gamma": 10.0, "C": 1000.0, "epsilon": 0.1}
+
+
+def violation(x: Array, y: Array, theta: Array, gamma: float, C: Array, epsilon: Array) -> float:
+    """The largest violation of the optimality conditions of Eq. 7 [N m], straight from their statement."""
+    residual = y - rbf(x, x, gamma) @ theta
+    worst = 0.0
+    for r, t, c, e in zip(residual, theta, C, epsilon, strict=True):
+        if t == 0.0:
+            worst = max(worst, abs(r) - e)
+        elif abs(t) == c:
+            worst = max(worst, e - np.sign(t) * r)
+        else:
+            worst = max(worst, abs(np.sign(t) * r - e))
+    return float(worst)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_optimality_conditions_hold(seed: int) -> None:
+    x, y = yaw_samples(seed)
+    solution = dual.solve(x, y, **PAPER)
+    each = np.ones(y.size)
+    assert np.abs(solution.weight).max() <= 1000.0
+    assert violation(x, y, solution.weight, 10.0, 1000.0 * each, 0.1 * each) < 1e-9
+    assert solution.certified_error < 0.01
+    # The multipliers at a bound are there exactly, not nearly.
+    assert (np.abs(solution.weight) == 1000.0).sum() > 0.8 * y.size
+
+
+def test_a_single_sample_is_met_to_the_edge_of_the_tube() -> None:
+    assert dual.solve([0.1], [5.0], **PAPER).weight == pytest.approx([4.9], abs=1e-12)
+
+
+def test_no_samples_give_the_zero_model() -> None:
+    solution = dual.solve([], [], **PAPER)
+    assert solution.weight.shape == (0,)
+    assert solution.certified_error == 0.0
+
+
+def test_samples_inside_the_tube_around_zero_get_no_weight() -> None:
+    solution = dual.solve([-0.1, 0.0, 0.2], [0.05, -0.1, 0.1], **PAPER)
+    assert not solution.weight.any()
+    assert solution.certified_error == 0.0
+
+
+def test_equal_rates_are_met_in_their_median() -> None:
+    y = np.array([1.0, 2.0, 30.0, 40.0, 50.0])
+    solution = dual.solve(np.full(5, 0.1), y, gamma=10.0, C=1000.0, epsilon=0.0)
+    assert solution.weight.sum() == pytest.approx(30.0, abs=1e-9)
+    np.testing.assert_array_equal(solution.weight[[0, 1, 3, 4]], [-1000.0, -1000.0, 1000.0, 1000.0])
+
+
+def test_each_sample_can_have_its_own_bound_and_tube() -> None:
+    x, y = yaw_samples(3)
+    rng = np.random.default_rng(3)
+    C, epsilon = 10.0 ** rng.uniform(-1.0, 3.5, y.size), rng.uniform(0.0, 6.0, y.size)
+    solution = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon)
+    assert (np.abs(solution.weight) <= C).all()
+    assert violation(x, y, solution.weight, 10.0, C, epsilon) < 1e-8
+    assert solution.certified_error < 0.01
+
+
+def test_a_sample_with_twice_the_bound_counts_as_two() -> None:
+    x, y = yaw_samples(4)
+    doubled = np.arange(y.size) < 10
+    together = dual.solve(x, y, gamma=10.0, C=np.where(doubled, 2000.0, 1000.0), epsilon=0.1)
+    apart = dual.solve(np.concatenate([x, x[:10]]), np.concatenate([y, y[:10]]), **PAPER)
+    grid = np.linspace(-0.25, 0.25, 101)
+    ours = rbf(grid, x, 10.0) @ together.weight
+    theirs = rbf(grid, np.concatenate([x, x[:10]]), 10.0) @ apart.weight
+    assert np.abs(ours - theirs).max() < 1e-8
+
+
+def test_the_same_input_gives_the_same_bytes() -> None:
+    x, y = yaw_samples(5)
+    assert dual.solve(x, y, **PAPER).weight.tobytes() == dual.solve(x.tolist(), y.copy(), **PAPER).weight.tobytes()
+
+
+def test_the_input_is_left_alone() -> None:
+    x, y = yaw_samples(6)
+    C = np.full(y.size, 1000.0)
+    before = x.tobytes(), y.tobytes(), C.tobytes()
+    for values in (x, y, C):
+        values.flags.writeable = False
+    dual.solve(x, y, gamma=10.0, C=C, epsilon=0.1)
+    assert before == (x.tobytes(), y.tobytes(), C.tobytes())
+
+
+def test_in_six_dimensions_the_kernel_has_full_rank() -> None:
+    rng = np.random.default_rng(7)
+    x = rng.normal(size=(110, 6)) * 0.4
+    y = 60.0 * x[:, 0] * np.abs(x[:, 0]) + 4.0 * rng.normal(size=110)
+    each = np.ones(110)
+    solution = dual.solve(x, y, gamma=2.0, C=100.0, epsilon=0.5)
+    assert violation(x, y, solution.weight, 2.0, 100.0 * each, 0.5 * each) < 1e-9
+    assert solution.certified_error < 0.01
+
+
+def test_offline_sets_need_memory_in_proportion_to_their_size() -> None:
+    x, y = yaw_samples(8, old=10000, new=10000)
+    tracemalloc.start()
+    solution = dual.solve(x, y, **PAPER)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert solution.certified_error < 0.01
+    assert peak < 200 * 8 * y.size  # 200 numbers for each sample; the kernel matrix would be 20,000
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"y": [1.0, 2.0]}, "x has shape"),
+        ({"x": [[[0.1]], [[0.2]], [[0.3]]]}, "x has shape"),
+        ({"x": [0.1, np.nan, 0.2]}, "x holds NaN"),
+        ({"y": [1.0, np.inf, 2.0]}, "y holds NaN, infinity"),
+        ({"y": [1.0, np.inf, -np.inf]}, "y holds NaN, infinity"),
+        ({"y": [1.0, 1e40, 2.0]}, "beyond 1e\\+30"),
+        ({"C": 0.0}, "C must be positive"),
+        ({"C": [1.0, 2.0]}, "C has shape"),
+        ({"C": [1.0, -2.0, 3.0]}, "C must be positive"),
+        ({"C": np.inf}, "C holds NaN, infinity"),
+        ({"epsilon": -0.1}, "epsilon zero or more"),
+        ({"epsilon": [0.1]}, "epsilon has shape"),
+        ({"gamma": 0.0}, "gamma is 0.0"),
+        ({"gamma": np.nan}, "gamma is nan"),
+        ({"gamma": np.inf}, "gamma is inf"),
+    ],
+)
+@pytest.mark.parametrize("solver", [dual.solve, dual.coordinate_descent])
+def test_bad_input_is_one_clear_sentence(solver: Any, changes: dict[str, Any], sentence: str) -> None:
+    given = {"x": [0.0, 0.1, 0.2], "y": [0.0, 1.0, 2.0], **PAPER, **changes}
+    with pytest.raises(BadInput, match=sentence):
+        solver(**given)

@@ -1,0 +1,68 @@
+"""Eq. 7 against solvers that share nothing with ours: clarabel on the primal, libsvm with its bias pinned at zero."""
+
+from __future__ import annotations
+
+import clarabel
+import numpy as np
+import pytest
+from scipy import sparse
+from sklearn.svm import SVR
+
+from incsvr import dual
+from incsvr.kernel import rbf
+from incsvr.samples import Array
+from tests.incsvr.sample_sets import yaw_samples
+
+
+def by_clarabel(x: Array, y: Array, gamma: float, C: float, epsilon: float) -> Array:
+    """f at the samples: min ½‖w‖² + C Σ (ξᵢ + ξ'ᵢ) with y − Lw ≤ ε + ξ and Lw − y ≤ ε + ξ', L from eigenvectors."""
+    n = y.size
+    values, vectors = np.linalg.eigh(rbf(x, x, gamma))
+    L = vectors[:, values > 1e-15] * np.sqrt(values[values > 1e-15])
+    rank = L.shape[1]
+    one, none, low = sparse.eye(n), sparse.csc_matrix((n, n)), sparse.csc_matrix(L)
+    aside = sparse.csc_matrix((n, rank))
+    A = sparse.block_array([[-low, -one, none], [low, none, -one], [aside, -one, none], [aside, none, -one]])
+    P = sparse.diags(np.r_[np.ones(rank), np.zeros(2 * n)])
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs, settings.tol_gap_rel, settings.tol_feas = 1e-13, 1e-15, 1e-13
+    solver = clarabel.DefaultSolver(
+        sparse.csc_matrix(P),
+        np.r_[np.zeros(rank), np.full(2 * n, C)],
+        sparse.csc_matrix(A),
+        np.r_[epsilon - y, epsilon + y, np.zeros(2 * n)],
+        [clarabel.NonnegativeConeT(4 * n)],
+        settings,
+    )
+    w: Array = np.array(solver.solve().x[:rank])
+    f: Array = L @ w
+    return f
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_agrees_with_clarabel(seed: int) -> None:
+    """On the paper's whole grid of parameters (Section IV-B), outliers included."""
+    rng = np.random.default_rng(seed)
+    gamma = float(rng.choice([5.0, 10.0, 20.0, 30.0]))
+    C = float(rng.choice([10.0, 100.0, 1000.0]))
+    epsilon = float(rng.choice([0.1, 1.0, 2.0, 5.0]))
+    x, y = yaw_samples(seed)
+    y = np.where(rng.random(y.size) < 0.05 * (seed % 3), y + 500.0, y)
+    ours = dual.solve(x, y, gamma=gamma, C=C, epsilon=epsilon)
+    theirs = by_clarabel(x, y, gamma, C, epsilon)
+    assert np.abs(rbf(x, x, gamma) @ ours.weight - theirs).max() < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_agrees_with_libsvm_whose_bias_two_heavy_rows_pin_at_zero(seed: int) -> None:
+    x, y = yaw_samples(seed)
+    n = y.size
+    K = np.zeros((n + 2, n + 2))
+    K[:n, :n] = rbf(x, x, 10.0)
+    machine = SVR(kernel="precomputed", C=1000.0, epsilon=0.1, tol=1e-9)
+    machine.fit(K, np.r_[y, 0.1, -0.1], sample_weight=np.r_[np.ones(n), 1e6, 1e6])
+    assert abs(machine.intercept_[0]) < 1e-6
+    ours = dual.solve(x, y, gamma=10.0, C=1000.0, epsilon=0.1)
+    # libsvm keeps the kernel in single precision: with weights of 1000 N m it cannot come nearer than this.
+    assert np.abs(rbf(x, x, 10.0) @ ours.weight - machine.predict(K)[:n]).max() < 5e-3
