@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import rerun as rr
 
 from service.wire import EffectsLedger, Health, Measurement
@@ -15,6 +17,9 @@ from viewer.recorder import Recorder
 from viewer.signals import SignalsPage
 from viewer.table import table
 
+HEALTH_S = 5.0
+COLLECTING = "# Collecting the first samples\n\nThe first iteration comes when a batch is complete."
+
 
 class Chapter:
     """Logs what comes in, each on the clocks it belongs to, and remembers how far it got."""
@@ -24,6 +29,7 @@ class Chapter:
         self.revision = 0
         self._iteration: int | None = None
         self._vehicle: float | None = None
+        self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
         self._learning = LearningPage(recorder, palette, rate)
         self._error = ErrorPage(recorder, palette)
         self._signals = SignalsPage(recorder, palette)
@@ -54,10 +60,19 @@ class Chapter:
         t, value = measurement.t, measurement.value
         times = t if isinstance(t, tuple) else (t,)
         values = value if isinstance(value, tuple) else (value,)
-        if len(times) == len(values):
-            self._signals.receive(stream, times, values, seen)
+        if not times or len(times) != len(values):
+            return
+        self._signals.receive(stream, times, values, seen)
+        if self._vehicle is None:
+            self._now(seen, times[0])
+            self.recorder.log("learning/table", rr.TextDocument(COLLECTING, media_type="text/markdown"))
 
     def health(self, health: Health, seen: float) -> None:
+        """The learner's health: where it changes, else every few seconds; it comes once a second."""
+        said = (health.level, health.reasons, health.revision, health.counters.get("rejected"))
+        if said == self._said[0] and seen - self._said[1] < HEALTH_S:
+            return
+        self._said = (said, seen)
         self._now(seen, health.t)
         self._signals.reject(health.counters)
         self._health.log(health)
@@ -80,4 +95,4 @@ class Chapter:
         """The clocks of what belongs to no iteration: it stands at the newest one."""
         if vehicle is not None:
             self._vehicle = max(vehicle, self._vehicle or vehicle)
-        self.recorder.set_clocks(iteration=self._iteration or 0, vehicle=self._vehicle or 0.0, wall=seen)
+        self.recorder.set_clocks(iteration=self._iteration, vehicle=self._vehicle, wall=seen)

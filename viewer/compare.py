@@ -108,7 +108,7 @@ def curve_of(frame: Frame, plate: Plate) -> Floats:
     """The learned damping within its trained range, (n, 2) [rad/s, N m]."""
     model = frame.model
     assert model is not None
-    rate: Floats = np.arange(plate.x.low, plate.x.high, plate.size(CURVE_STEP)[0])
+    rate = np.arange(plate.x.low, plate.x.high, plate.size(CURVE_STEP)[0], dtype=np.float64)
     rate = trained_part(rate, model)
     return np.column_stack((rate, model.predict(rate).damping))
 

@@ -126,6 +126,7 @@ class Follower:
             self._chapter.remember(frame)
         else:
             self._chapter.iteration(frame)
+            log.info("iteration %d at %.1f s", report.iteration, report.t)
 
     def _anew(self) -> None:
         """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""

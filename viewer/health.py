@@ -6,7 +6,7 @@ import rerun as rr
 
 from service.wire import EffectsLedger, Health
 from viewer.frame import clock_text
-from viewer.palette import Palette
+from viewer.palette import LIGHT, Palette
 from viewer.recorder import Recorder
 
 SIGNS = {"OK": "OK", "WARN": "WARNING", "ERROR": "ERROR", "STALE": "NO DATA"}
@@ -14,12 +14,11 @@ AWAY = "AWAY"
 
 
 class HealthPage:
-    """Logs signals/health and effects/ledger when they say something new."""
+    """Logs signals/health and effects/ledger."""
 
     def __init__(self, rec: Recorder, palette: Palette) -> None:
         self._rec = rec
         self._level = ""
-        self._text = ""
         rec.log(
             "signals/health/level",
             rr.StateConfiguration(
@@ -31,7 +30,7 @@ class HealthPage:
         )
         rec.log(
             "signals/health/learned",
-            rr.SeriesLines(colors=palette.support, names="Learned share", widths=2.5),
+            rr.SeriesLines(colors=LIGHT.support, names="Learned share", widths=2.5),
             static=True,
         )
         rec.log(
@@ -39,18 +38,15 @@ class HealthPage:
         )
 
     def log(self, health: Health) -> None:
-        """The learner's health, at the clocks that are set; only what changed since the last one."""
-        text = health_text(health)
-        if text != self._text:
-            self._text = text
-            self._rec.log("signals/health/now", rr.TextDocument(text, media_type="text/markdown"))
+        """The learner's health, at the clocks that are set."""
+        self._rec.log("signals/health/now", rr.TextDocument(health_text(health), media_type="text/markdown"))
         self._rec.log("signals/health/learned", rr.Scalars(health.learned))
         self._switch(health.level)
 
     def away(self, sentence: str) -> None:
         """The learner does not answer, at the clocks that are set."""
-        self._text = f"# LEARNER AWAY\n\n{sentence}"
-        self._rec.log("signals/health/now", rr.TextDocument(self._text, media_type="text/markdown"))
+        text = f"# LEARNER AWAY\n\n{sentence}"
+        self._rec.log("signals/health/now", rr.TextDocument(text, media_type="text/markdown"))
         self._switch(AWAY)
 
     def effects(self, ledger: EffectsLedger) -> None:
@@ -75,7 +71,7 @@ def health_text(health: Health) -> str:
     return "\n".join(
         [
             f"# {SIGNS[health.level]}",
-            *(f"- {reason}" for reason in health.reasons),
+            *(f"- {reason[:1].upper()}{reason[1:]}." for reason in health.reasons),
             "" if health.reasons else "Nothing to report.",
             f"\n**Learned: {100 * health.learned:.0f} % of the yaw rate range** · iteration {health.iteration} · "
             f"revision {health.revision} · started as {health.boot}",

@@ -13,7 +13,7 @@ from viewer.palette import Palette
 from viewer.signals import HINT
 
 PAGES = ("Learning", "Before and after", "Signals", "Health")
-WINDOW = 180.0  # s of the signals in sight
+WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
@@ -72,13 +72,12 @@ def _compare(palette: Palette, choice: Choice) -> rrb.Horizontal:
 def _signals() -> rrb.Vertical:
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW),
-        end=rr.TimeRangeBoundary.cursor_relative(seconds=2.0),
+        end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN),
     )
-    linked = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=window)
-    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop)
+    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
 
     def plot(path: str, name: str) -> rrb.TimeSeriesView:
-        return rrb.TimeSeriesView(origin=path, name=name, axis_x=linked, plot_legend=legend)
+        return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
 
     return rrb.Vertical(
         rrb.TextDocumentView(origin=HINT, name="Signals"),
@@ -100,10 +99,11 @@ def _health() -> rrb.Horizontal:
             rrb.TimeSeriesView(
                 origin="signals/health/learned",
                 name="Learned share of the yaw rate range",
-                axis_y=rrb.ScalarAxis(range=(0.0, 1.0)),
+                axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
             ),
             rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
             row_shares=[0.5, 1.0, 1.5],
         ),
+        column_shares=[1.0, 1.4],
         name="Health",
     )

@@ -45,12 +45,12 @@ class Axis:
 
 
 def axis_for(low: float, high: float, label: str, *, ticks: int = 8) -> Axis:
-    """The axis whose ends are multiples of a round step (1, 2 or 5 times a power of ten) around [low, high]."""
+    """The axis whose ends are multiples of a round step (1, 2, 2.5 or 5 times a power of ten) around [low, high]."""
     if not high > low:
         low, high = low - 0.5, high + 0.5
     raw = (high - low) / ticks
     power = 10.0 ** floor(log10(raw))
-    step = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= raw * 0.999)
+    step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= raw * 0.999)
     return Axis(floor(low / step + 1e-6) * step, ceil(high / step - 1e-6) * step, step, label)
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import rerun as rr
-from rerun.components import MarkerShape, Radius
+from rerun.components import InterpolationMode, MarkerShape, Radius
 
 from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
 from viewer.learning import log_plate, log_transform
-from viewer.palette import Colour, Palette
+from viewer.palette import LIGHT, Colour, Palette
 from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 from viewer.recorder import Recorder
 from viewer.strips import dashed, strips
@@ -19,6 +19,7 @@ from viewer.strips import dashed, strips
 SCOPE = 60.0  # s
 SCOPE_POINTS = 240  # of a stream in the scope at most
 WIDTH, HEIGHT = 1000, 425
+ALL = "all_reasons"
 HINT = "signals/clock"
 SWITCH = "# Choose *vehicle_time* below\n\nThe signals run on the vehicle's time, in the list at the lower left."
 ON_TIME = (
@@ -48,14 +49,16 @@ class SignalsPage:
         self._reach = {"yaw_rate": 0.0, "torque": 0.0}
         self._rejected: dict[str, int] = {}
         self._explained = False
-        self._refusals = (palette.new, palette.forgotten, palette.old, palette.outlier, palette.support)
+        # The viewer's own plots follow its theme: these colours are read on white and on black.
+        series = LIGHT
+        self._refusals = (series.discarded, series.new, series.forgotten, series.old, series.outlier, series.support)
         line, dot = self._line, self._dot
-        line("signals/yaw_rate/raw", palette.old, "Raw", 1.5)
-        dot("signals/yaw_rate/synchronised", palette.forgotten, "Synchronised", MarkerShape.Circle)
-        line("signals/torque/raw", palette.before, "Raw", 1.5)
-        dot("signals/damping/synchronised", palette.forgotten, "Sample", MarkerShape.Circle)
-        line("signals/damping/predicted", palette.support, "Model before it saw the sample", 2.0)
-        dot("signals/residual", palette.new, "Sample - model", MarkerShape.Diamond)
+        line("signals/yaw_rate/raw", series.old, "Raw", 1.5)
+        dot("signals/yaw_rate/synchronised", series.forgotten, "Synchronised", MarkerShape.Circle)
+        line("signals/torque/raw", series.before, "Raw", 1.5)
+        dot("signals/damping/synchronised", series.forgotten, "Sample", MarkerShape.Circle)
+        line("signals/damping/predicted", series.support, "Model before it saw the sample", 2.0)
+        dot("signals/residual", series.new, "Sample - model", MarkerShape.Diamond)
         for name, colour, radius in (("yaw_rate", palette.old, 1.6), ("torque", palette.before, 1.2)):
             rec.log(
                 f"signals/scope/{name}",
@@ -122,21 +125,22 @@ class SignalsPage:
             self._rec.log(f"signals/scope/{name}", strips(dashed(line, DASH[name])))
 
     def reject(self, counters: Mapping[str, int]) -> None:
-        """The refused samples so far, by reason, at the clocks that are set."""
-        for key, count in counters.items():
-            reason = key.removeprefix("rejected:")
-            if reason == key or self._rejected.get(reason) == count:
-                continue
-            path = f"signals/rejected/{reason}"
-            if reason not in self._rejected:
-                self._line(
-                    path,
-                    self._refusals[len(self._rejected) % len(self._refusals)],
-                    reason.replace("_", " ").capitalize(),
-                    2.0,
-                )
-            self._rejected[reason] = count
-            self._rec.log(path, rr.Scalars(float(count)))
+        """The refused samples so far, altogether and by reason, at the clocks that are set."""
+        reasons = {name.removeprefix("rejected:"): count for name, count in counters.items() if "rejected:" in name}
+        counts = {ALL: sum(reasons.values()), **reasons}
+        for reason in counts.keys() - self._rejected.keys():
+            colour = self._refusals[len(self._rejected) % len(self._refusals)]
+            style = rr.SeriesLines(
+                colors=colour,
+                names=reason.replace("_", " ").capitalize(),
+                widths=2.0,
+                interpolation_mode=InterpolationMode.StepAfter,
+            )
+            self._rec.log(f"signals/rejected/{reason}", style, static=True)
+            self._rejected[reason] = 0
+        self._rejected.update(counts)
+        for reason, count in self._rejected.items():
+            self._rec.log(f"signals/rejected/{reason}", rr.Scalars(float(count)))
 
     def _recent(self, name: str, end: float) -> Floats:
         """The last minute of a stream up to `end`, as seconds before it and values, thinned to what a screen shows."""

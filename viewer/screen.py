@@ -1,0 +1,153 @@
+"""Rerun's own viewer without a screen: opens a recording, goes to a page and an iteration, takes the picture.
+
+It needs a Vulkan driver; Mesa's software one (mesa-vulkan-drivers) is enough.
+"""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TypeVar
+
+from rerun.experimental import View, ViewerClient
+
+from incsvr.errors import BadInput
+from viewer.archive import BINARY
+from viewer.pages import PAGES
+
+T = TypeVar("T")
+
+SIZE = (1800, 1080)
+START_S, SETTLE_S = 60.0, 30.0
+NOTICES_S = 9.0  # for so long the viewer's own notices lie over the plots after its start
+
+
+class Screen:
+    """A viewer on a recording, from `with` to its end."""
+
+    def __init__(self, recording: Path) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        port = _free_port()
+        self._log = Path(self._folder.name) / "viewer.log"
+        words = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
+        with self._log.open("wb") as log:
+            self._process = subprocess.Popen(
+                [BINARY, *words, "--window-size", f"{SIZE[0]}x{SIZE[1]}", recording], stdout=log, stderr=log
+            )
+        self._url = f"rerun+http://127.0.0.1:{port}/proxy"
+        self._client: ViewerClient | None = None
+        self._started = time.monotonic()
+
+    def __enter__(self) -> Self:
+        try:
+            self._client = _until(self._connected, START_S, self._why)
+            _until(self._loaded, START_S, self._why)
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end()
+
+    def show(self, page: str, iteration: int | None = None) -> None:
+        """Goes to a page, and to an iteration; None is the end, on the vehicle's time.
+
+        Raises:
+            BadInput: the recording has no such iteration.
+        """
+        client = self._viewer
+        now = client.get_blueprint()
+        for parts in now.blueprint.values():
+            tabs = parts.get("ContainerBlueprint", {})
+            if tabs.get("container_kind") == "Tabs":
+                tabs["active_tab"] = tabs["contents"][PAGES.index(page)]
+        client.set_blueprint(now.blueprint, store_id=now.store_id)
+        if iteration is None:
+            client.set_time("vehicle_time", play_state="following")
+            return
+        lines = [line for one in client.get_state().recordings for line in one.timelines if line.name == "iteration"]
+        last = max((line.end for line in lines if isinstance(line.end, int)), default=0)
+        if not 1 <= iteration <= last:
+            raise BadInput(f"the recording has no iteration {iteration}, its last is {last}")
+        client.set_time("iteration", sequence=iteration, play_state="paused")
+
+    def views(self) -> list[View]:
+        """What the viewer says about every view that it has drawn, with whatever it could not show."""
+        self.picture()
+        return list(self._viewer.get_state().views)
+
+    def picture(self) -> bytes:
+        """What is on the screen, PNG, as soon as it stands still."""
+        still = [b""]
+
+        def settled() -> bytes | None:
+            still.append(self._viewer.take_screenshot())
+            return still[-1] if still[-1] == still[-2] else None
+
+        return _until(settled, SETTLE_S, lambda: "the picture never stands still")
+
+    def save(self, path: Path) -> None:
+        """Saves the picture, once the viewer's own notices are gone from it."""
+        time.sleep(max(0.0, NOTICES_S - (time.monotonic() - self._started)))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(self.picture())
+
+    @property
+    def _viewer(self) -> ViewerClient:
+        assert self._client is not None
+        return self._client
+
+    def _connected(self) -> ViewerClient | None:
+        if self._process.poll() is not None:
+            raise BadInput(f"the viewer does not start: {self._why()}")
+        try:
+            client = ViewerClient.connect(self._url)
+            client.get_state()
+        except (RuntimeError, ConnectionError):
+            return None
+        return client
+
+    def _loaded(self) -> bool:
+        state = self._viewer.get_state()
+        return bool(state.views) and not state.loading and any(one.timelines for one in state.recordings)
+
+    def _why(self) -> str:
+        text = self._log.read_text(errors="replace")
+        if "graphics adapter" in text or "No wgpu adapter" in text:
+            return "it finds no Vulkan driver; install mesa-vulkan-drivers"
+        return (text.strip().splitlines() or ["it says nothing"])[-1][-300:]
+
+    def _end(self) -> None:
+        self._process.terminate()
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._folder.cleanup()
+
+
+def _until(ask: Callable[[], T | None], seconds: float, why: Callable[[], str]) -> T:
+    """Asks again until the answer is something, for at most this long [s]."""
+    end = time.monotonic() + seconds
+    while True:
+        answer = ask()
+        if answer:
+            return answer
+        if time.monotonic() > end:
+            raise BadInput(f"the viewer does not come: {why()}")
+        time.sleep(0.05)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
