@@ -4,31 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from incsvr.errors import BadInput
 from incsvr.kernel import rbf
+from incsvr.prediction import Prediction, Table
 from incsvr.samples import Array
 
 
-@dataclass(frozen=True, slots=True)
-class Prediction:
-    """Damping at some rates.
-
-    Attributes:
-        damping: (n,) f(r) [N m].
-        sigma: (n,) standard deviation with which a new sample scatters about it: noise and doubt of the curve [N m].
-        extrapolated: (n,) whether the rate lies where nothing was learned.
-    """
-
-    damping: Array
-    sigma: Array
-    extrapolated: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """The ε-SVR without bias (no drag acts on a vehicle at rest), f(r) = Σ θⱼ κ(rⱼ, r) with θ = α − β.
 
@@ -72,11 +60,18 @@ class Model:
         return rbf(rate, self.support_rate, self.gamma) @ self.weight
 
     def predict(self, rate: ArrayLike) -> Prediction:
-        r = np.atleast_1d(np.asarray(rate, dtype=np.float64))
-        low, high = self.trained_range or (0.0, 0.0)
-        outside = (r < low) | (r > high)
-        damping = self.evaluate(np.clip(r, low, high))
-        return Prediction(damping, np.full(r.size, self.sigma), outside)
+        """Damping, its uncertainty and whether it is extrapolated at (n,) rates, or one [rad/s].
+
+        Raises:
+            BadInput: nothing is learned yet, or a rate is not finite.
+        """
+        if not self.is_trained:
+            raise BadInput("nothing is learned yet; ask again after the first iteration")
+        return self._table.predict(np.array(rate, dtype=np.float64, ndmin=1))
+
+    @cached_property
+    def _table(self) -> Table:
+        return Table.of(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the bit through JSON."""
