@@ -39,16 +39,17 @@ def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: Ar
         BadInput: unequal lengths, a value that is not finite, a parameter out of its range.
     """
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
-    best = None
+    best: Solution | None = None
     if (np.abs(y) > tube).any():
         LT = factor(x, gamma)
         for iterate in path(LT, y, bound, tube):
-            theta = cross(LT, y, bound, tube, iterate.theta, iterate.between)
-            found = certify(theta, LT.dot(theta).dot(LT), y, bound, tube, iterate.number)
-            if best is None or found.gap < best.gap:
-                best = found
-            if found.gap <= 2.0 * found.rounding:
-                break
+            crossed = cross(LT, y, bound, tube, iterate.theta, iterate.between)
+            for theta in (crossed, iterate.theta):
+                found = certify(theta, LT.dot(theta).dot(LT), y, bound, tube, iterate.number)
+                if best is None or found.gap < best.gap:
+                    best = found
+                if found.gap <= 2.0 * found.rounding:  # nothing is left but rounding
+                    return best
     if best is None:  # no samples, or all of them inside the tube around zero
         nothing = np.zeros(y.size)
         best = certify(nothing, nothing, y, bound, tube, 0)

@@ -12,7 +12,7 @@ from scipy.linalg import lapack
 from incsvr.samples import Array
 
 ITERATIONS = 60  # at most; 8 to 13 is usual, whatever the data
-NEAR = 3e-4  # part of the first complementarity that is left when an iterate is worth looking at
+NEAR = 1e-4  # part of the first complementarity that is left when an iterate is worth looking at
 RIDGE = 0.1  # of mean|y| / mean(C), the scale between a residual and a weight; fewest iterations in a trial
 CENTRE = 0.1  # of mean(C)·mean|residual|, the first complementarity; likewise
 
@@ -23,7 +23,7 @@ class Iterate:
 
     Attributes:
         number: of the iteration, from 1.
-        theta: (n,) θ = α − β, strictly inside its bounds.
+        theta: (n,) θ = α − β, inside its bounds.
         between: (n,) True where α or β seems to end between its bounds rather than on one.
     """
 
@@ -112,7 +112,9 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
             # Of two whose product goes to zero, the one that shrinks less is the one that stays (Tapia's indicator).
             stays = relative[:2] > relative[2:]
             loose = stays[0] & stays[1]
-            yield Iterate(number, alpha - beta, loose[0] | loose[1])
+            theta = alpha - beta
+            np.maximum(np.minimum(theta, bound, theta), -bound, theta)  # rounding may have gone past
+            yield Iterate(number, theta, loose[0] | loose[1])
             if mu <= 1e-16 * first or length < 1e-6:
                 return
 
