@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from sklearn.svm import SVR
 
-from benchmarks.repetition import POLICIES, Policy
+from benchmarks.repetition import LEARNERS, USUAL
 from incsvr.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, OfflineSVR, RecursiveLeastSquares
 from incsvr.dual import coordinate_descent
 from incsvr.learner import Iteration, Settings, start, step
@@ -36,7 +36,7 @@ def measure(seeds: int = 20, passes: int = 6, advance: Callable[[], None] = lamb
         passes: after how many steps of the first repetition Eq. 8's passes run: they take up to a second each.
         advance: called after each of the seeds + 1 parts.
     """
-    parts = {policy: _Steps(policy) for policy in POLICIES}
+    parts = {policy: _Steps(LEARNERS[policy]) for policy in USUAL}
     for steps in parts.values():
         steps.over(seed=1000, passes=0)  # warm: the first calls load what they need
         steps.clear()
@@ -64,9 +64,9 @@ def measure(seeds: int = 20, passes: int = 6, advance: Callable[[], None] = lamb
 class _Steps:
     """Times of the steps of one policy [s]."""
 
-    def __init__(self, policy: Policy) -> None:
-        self.settings = Settings(policy=policy)
-        self.model = Model.untrained(self.settings.gamma, self.settings.C, self.settings.epsilon)
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.model = Model.untrained(settings.gamma, settings.C, settings.epsilon)
         self.clear()
 
     def clear(self) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import partial
 
 import numpy as np
 
@@ -18,8 +18,13 @@ from incsvr.samples import Array, Samples
 from simulator import leng
 from simulator.recordings import sequence
 
-Policy = Literal["paper", "weighted"]
-POLICIES: tuple[Policy, ...] = ("paper", "weighted")
+LEARNERS: Mapping[str, Settings] = {
+    "paper": Settings(policy="paper"),
+    "weighted": Settings(policy="weighted"),
+    "paper, Eq. 8": Settings(policy="paper", solver="passes"),
+}
+"""The learners by name; the last is the paper's to the letter, and takes a hundred times as long."""
+USUAL = ("paper", "weighted")
 
 Row = tuple[float, float, float]
 """MAE [N m], RMSE [N m], support vectors (or coefficients)."""
@@ -30,9 +35,9 @@ class Repetition:
     """What one seed gave.
 
     Attributes:
-        rows: (regressor, policy or "", validation run) → its row.
-        curves: (policy, validation run) → MAE [N m] after every iteration of that experiment.
-        old_model: policy → MAE [N m] on V2 of the model from the end of T1.
+        rows: (regressor, learner or "", validation run) → its row.
+        curves: (learner, validation run) → MAE [N m] after every iteration of that experiment.
+        old_model: learner → MAE [N m] on V2 of the model from the end of T1.
     """
 
     rows: dict[tuple[str, str, str], Row]
@@ -40,14 +45,14 @@ class Repetition:
     old_model: dict[str, float]
 
 
-def repeat(seed: int) -> Repetition:
-    """One repetition of the whole experiment."""
+def repeat(seed: int, learners: Sequence[str] = USUAL) -> Repetition:
+    """One repetition of the whole experiment with the baselines and these LEARNERS."""
     recordings = {name: leng.recording(name, seed) for name in leng.RUNS}
     samples = {name: leng.samples(recording) for name, recording in recordings.items()}
     rows: dict[tuple[str, str, str], Row] = {}
 
-    def judge(name: str, policy: str, predict: Callable[[Array], Array], size: int, validation: str) -> None:
-        rows[name, policy, validation] = (*_errors(predict, samples[validation]), float(size))
+    def judge(name: str, learner: str, predict: Callable[[Array], Array], size: int, validation: str) -> None:
+        rows[name, learner, validation] = (*_errors(predict, samples[validation]), float(size))
 
     def data(*runs: str) -> Data:
         streams = sequence([recordings[name] for name in runs]).streams()
@@ -60,13 +65,13 @@ def repeat(seed: int) -> Repetition:
             judge(name, "", svr.predict, svr.support_rate.size, validation)
     curves: dict[tuple[str, str], list[float]] = {}
     old_model: dict[str, float] = {}
-    for policy in POLICIES:
-        models, errors = _learn(policy, samples)
+    for learner in learners:
+        models, errors = _learn(LEARNERS[learner], samples)
         for name, validation in (("IncSVR1", "V1"), ("IncSVR2", "V2")):
             model = models[validation]
-            judge(name, policy, _damping(model), model.support_rate.size, validation)
-            curves[policy, validation] = errors[validation]
-        old_model[policy] = _errors(_damping(models["V1"]), samples["V2"])[0]
+            judge(name, learner, _damping(model), model.support_rate.size, validation)
+            curves[learner, validation] = errors[validation]
+        old_model[learner] = _errors(_damping(models["V1"]), samples["V2"])[0]
     methods: dict[str, Baseline] = {
         "least squares": LeastSquares(),
         "recursive least squares": RecursiveLeastSquares(),
@@ -80,9 +85,8 @@ def repeat(seed: int) -> Repetition:
     return Repetition(rows, curves, old_model)
 
 
-def _learn(policy: Policy, samples: dict[str, Samples]) -> tuple[dict[str, Model], dict[str, list[float]]]:
+def _learn(settings: Settings, samples: dict[str, Samples]) -> tuple[dict[str, Model], dict[str, list[float]]]:
     """The learner over T1 and on over T2: its model after each, and its MAE after every iteration."""
-    settings = Settings(policy=policy)
     state = start(settings)
     models, curves, offset = {}, {}, 0.0
     for training, validation in (("T1", "V1"), ("T2", "V2")):
@@ -106,12 +110,12 @@ def _errors(predict: Callable[[Array], Array], samples: Samples) -> tuple[float,
     return float(np.mean(np.abs(residual))), float(np.sqrt(np.mean(residual**2)))
 
 
-def repetitions(seeds: int) -> Iterator[Repetition]:
+def repetitions(seeds: int, learners: Sequence[str] = USUAL) -> Iterator[Repetition]:
     """All repetitions, on all cores; each draws from its own seed alone, so who computes which makes no difference."""
     if seeds == 1:
-        yield repeat(0)
+        yield repeat(0, learners)
         return
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers are the parallel ones
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(seeds, os.cpu_count() or 1), mp_context=context) as pool:
-        yield from pool.map(repeat, range(seeds))
+        yield from pool.map(partial(repeat, learners=learners), range(seeds))

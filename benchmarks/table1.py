@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.chart import chart
-from benchmarks.repetition import POLICIES, Repetition, repetitions
+from benchmarks.repetition import LEARNERS, USUAL, Repetition, repetitions
 from incsvr.errors import BadInput
 from incsvr.learner import Settings
 from incsvr.samples import Array
@@ -35,6 +35,7 @@ CONVERGED = 0.03
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="repetitions of the experiment (20)")
+    parser.add_argument("--passes", action="store_true", help="also the paper's learner with Eq. 8's passes (minutes)")
     add_json_argument(parser)
 
 
@@ -43,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"--seeds {args.seeds}: give at least one repetition")
     done = []
     with progress("repetitions", args.seeds) as advance:
-        for repetition in repetitions(args.seeds):
+        for repetition in repetitions(args.seeds, tuple(LEARNERS) if args.passes else USUAL):
             done.append(repetition)
             advance()
     result = summary(done)
@@ -52,50 +53,50 @@ def run(args: argparse.Namespace) -> int:
 
 
 def summary(repetitions: list[Repetition]) -> dict[str, Any]:
-    """The contract's form: means over the repetitions. IncSVR1 and IncSVR2 are the default policy's."""
+    """The contract's form: means over the repetitions. IncSVR1 and IncSVR2 are the default learner's."""
     default = Settings().policy
     rows = []
-    for name, policy, validation in repetitions[0].rows:
-        values = np.array([repetition.rows[name, policy, validation] for repetition in repetitions])
+    for name, learner, validation in repetitions[0].rows:
+        values = np.array([repetition.rows[name, learner, validation] for repetition in repetitions])
         mean, spread = values.mean(axis=0), values.std(axis=0, ddof=min(1, len(repetitions) - 1))
         paper = PAPER.get((name, validation))
         rows.append(
             {
-                "regressor": name if policy in ("", default) else f"{name} ({policy})",
+                "regressor": name if learner in ("", default) else f"{name} ({learner})",
                 "validation": validation,
                 **_named(mean),
                 "spread": _named(spread),
-                "policy": policy or None,
+                "learner": learner or None,
                 "paper": None if paper is None else _named(paper),
             }
         )
-    policies = {policy: _policy(policy, repetitions) for policy in POLICIES}
+    learners = {learner: _learner(learner, repetitions) for learner in repetitions[0].old_model}
     return {
         "seeds": len(repetitions),
         "rows": sorted(rows, key=_place),
-        "iterations_to_converge": policies[default]["iterations_to_converge"],
-        "mae_per_iteration": policies[default]["mae_per_iteration"],
-        "default_policy": default,
-        "policies": policies,
+        "iterations_to_converge": learners[default]["iterations_to_converge"],
+        "mae_per_iteration": learners[default]["mae_per_iteration"],
+        "default_learner": default,
+        "learners": learners,
     }
 
 
-def _policy(policy: str, repetitions: list[Repetition]) -> dict[str, Any]:
+def _learner(learner: str, repetitions: list[Repetition]) -> dict[str, Any]:
     curves = {
-        validation: np.mean([repetition.curves[policy, validation] for repetition in repetitions], axis=0)
+        validation: np.mean([repetition.curves[learner, validation] for repetition in repetitions], axis=0)
         for validation in ("V1", "V2")
     }
     ratios = {
         validation: [
-            repetition.rows[learner, policy, validation][0] / repetition.rows[offline, "", validation][0]
+            repetition.rows[regressor, learner, validation][0] / repetition.rows[offline, "", validation][0]
             for repetition in repetitions
         ]
-        for learner, offline, validation in (("IncSVR1", "B1", "V1"), ("IncSVR2", "B2", "V2"))
+        for regressor, offline, validation in (("IncSVR1", "B1", "V1"), ("IncSVR2", "B2", "V2"))
     }
     return {
         "iterations_to_converge": [converged(curves["V1"]), converged(curves["V2"])],
         "mae_per_iteration": {validation: curve.tolist() for validation, curve in curves.items()},
-        "old_model_on_V2": float(np.mean([repetition.old_model[policy] for repetition in repetitions])),
+        "old_model_on_V2": float(np.mean([repetition.old_model[learner] for repetition in repetitions])),
         "ratio_to_offline": {validation: float(np.mean(values)) for validation, values in ratios.items()},
         "ratio_spread": {
             validation: float(np.std(values, ddof=min(1, len(values) - 1))) for validation, values in ratios.items()
@@ -114,7 +115,7 @@ def _named(values: Iterable[float]) -> dict[str, float]:
 
 
 def _place(row: dict[str, Any]) -> tuple[int, int, int]:
-    """Table I's order; the default policy above the other; what is not in the table last."""
+    """Table I's order; the default learner above the other; what is not in the table last."""
     name = row["regressor"].split(" (")[0]
     known = list(PAPER)
     place = known.index((name, row["validation"])) if (name, row["validation"]) in known else len(known)
@@ -135,21 +136,25 @@ def text(result: dict[str, Any]) -> str:
             paper = f" ({row['paper'][key]:.{digits}f})" if row["paper"] else ""
             cells.append(f"{figure + paper:<22s} ")
         lines.append("".join(cells).rstrip())
-    for policy, figures in result["policies"].items():
+    for learner, figures in result["learners"].items():
         ratio, spread = figures["ratio_to_offline"], figures["ratio_spread"]
         first, second = figures["iterations_to_converge"]
         lines += [
             "",
-            f"policy {policy}: MAE over the offline SVR's {ratio['V1']:.3f} ± {spread['V1']:.3f} on V1, "
+            f"{learner}: MAE over the offline SVR's {ratio['V1']:.3f} ± {spread['V1']:.3f} on V1, "
             f"{ratio['V2']:.3f} ± {spread['V2']:.3f} on V2;",
             f"  within {CONVERGED:.0%} of the final error after {first} iterations, with the hull after {second} more "
             f"(paper 12, 10); the old model on V2 {figures['old_model_on_V2']:.2f} N m",
         ]
     curves = {
-        policy: figures["mae_per_iteration"]["V1"] + figures["mae_per_iteration"]["V2"]
-        for policy, figures in result["policies"].items()
+        learner: [
+            *figures["mae_per_iteration"]["V1"],
+            figures["old_model_on_V2"],
+            *figures["mae_per_iteration"]["V2"],
+        ]
+        for learner, figures in result["learners"].items()
     }
-    first = len(result["mae_per_iteration"]["V1"])
-    title = f"Fig. 7: MAE [N m] per iteration, on V1 up to iteration {first}, then with the hull on V2"
-    top = max(figures["old_model_on_V2"] for figures in result["policies"].values())
+    jump = len(result["mae_per_iteration"]["V1"]) + 1
+    title = f"Fig. 7: MAE [N m] per iteration: on V1; at {jump} the hull comes and the old model meets V2; then on V2"
+    top = max(curve[jump - 1] for curve in curves.values())
     return "\n".join([*lines, "", title, chart(curves, top)])

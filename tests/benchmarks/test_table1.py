@@ -49,7 +49,7 @@ def test_the_last_point_of_a_curve_is_the_tables_row(result: Any) -> None:
 
 
 def test_the_hull_makes_the_old_model_wrong(result: Any) -> None:
-    for figures in result["policies"].values():
+    for figures in result["learners"].values():
         assert figures["old_model_on_V2"] > 1.3 * figures["mae_per_iteration"]["V2"][-1]
 
 
