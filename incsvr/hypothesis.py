@@ -171,7 +171,7 @@ def settle(
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                     coarse[k] = problem.blocks.mean(fine[k])
         columns = np.column_stack([base, *coarse])
-        fitted = fit(y, columns, problem.blocks, fitted, rounds=3)
+        fitted = fit(y, columns, problem.blocks, fitted, rounds=2)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
@@ -212,7 +212,7 @@ def _refined(
 
     def lost(value: float) -> float:
         column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
-        return -fit(y, np.column_stack([*others, column]), problem.blocks, start, rounds=2).log_likelihood
+        return -fit(y, np.column_stack([*others, column]), problem.blocks, start, rounds=1).log_likelihood
 
     low, high = effect.bracket(seen, inner)
     best = minimize_scalar(

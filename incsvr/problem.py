@@ -15,7 +15,7 @@ from incsvr.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_
 from incsvr.whitening import Fit, fit
 
 MOST_BLOCKS = 2000
-"""Of long recordings: more blocks than that tell no more, so they may be as long as T_c/9."""
+"""Of long recordings: more blocks than that tell no more, so they may be as long as T_c/6."""
 
 INTERVALS = 8
 """Of the cubic spline of d(r): 6 or 16 were worse on simulated vehicles."""
@@ -106,7 +106,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Proble
     length = sum(float(run.time[-1] - run.time[0]) for run in runs)
     best: tuple[float, Problem, Fit] | None = None
     for held in (False, True):
-        block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 9.0)), scale / 4.5)
+        block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), scale / 4.5)
         while True:
             problem = _equations(runs, inertia, channels, scale, block, period, held)
             base = fit(problem.y, problem.coarse, problem.blocks)

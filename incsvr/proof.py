@@ -12,8 +12,8 @@ from scipy.special import erf
 from incsvr.evidence import rms
 from incsvr.forward import model_of
 from incsvr.hypothesis import Hypothesis, left_over, nothing, settle
-from incsvr.problem import Problem
-from incsvr.run import Array
+from incsvr.problem import Problem, pose_like
+from incsvr.run import Array, Run
 
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""
@@ -61,7 +61,7 @@ class Court:
     pieces: tuple[slice, ...]
 
     @staticmethod
-    def of(problem: Problem, validation: Problem | None) -> Court:
+    def of(problem: Problem, validate: Sequence[Run] | None) -> Court:
         """Held-out pieces are about a twentieth of the recordings and at least eight time scales long."""
         blocks = problem.blocks
         length = max(len(blocks) / 20.0, 8.0 * problem.signals.scale / blocks.period)
@@ -70,7 +70,7 @@ class Court:
         for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
-        return Court(problem, validation, tuple(pieces))
+        return Court(problem, pose_like(problem, validate) if validate else None, tuple(pieces))
 
     @property
     def validated_on(self) -> str:

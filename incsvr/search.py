@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.effects import Effect, Term
+from incsvr.effects import Effect
 from incsvr.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.problem import Problem
+from incsvr.run import Array
 from incsvr.whitening import whiten
 
 THRESHOLD = 16.0
@@ -149,46 +150,29 @@ def _core(hypothesis: Hypothesis, k: int) -> NDArray[np.intp]:
     return np.arange(at, at + hypothesis.effects[k].core)
 
 
-Gate = Callable[[Hypothesis, Hypothesis], str]
-"""(with the effect, without it) → why the effect fails in free run; empty if it passes."""
+def worth(hypothesis: Hypothesis) -> float:
+    """What hypotheses compete by: every named effect must have brought the threshold."""
+    return hypothesis.criterion - THRESHOLD * len(hypothesis.terms)
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What the search found.
-
-    Attributes:
-        hypothesis: the effects that stand.
-        gains: criterion gained by each when it was added or last confirmed.
-        refused: effect → why it was not added though the equation error asked for it.
-        first: the candidates as the first scan ranked them, settled: (hypothesis with it alone, reason it is unsound).
-    """
-
-    hypothesis: Hypothesis
-    refused: dict[str, str]
-    first: tuple[tuple[Hypothesis, str], ...]
-
-
-def search(problem: Problem, effects: Sequence[Effect], gate: Gate | None = None, most: int = 5) -> Outcome:
+def search(problem: Problem, effects: Sequence[Effect], most: int = 5) -> Hypothesis:
     """Add, drop and swap effects until nothing gains; then try all pairs of the first leaders."""
     base = nothing(problem)
-    refused: dict[str, str] = {}
     singles = [with_lead(problem, base, lead) for lead in best_leads(problem, base, effects, 8)]
-    judged = [(h, sound(problem, h)) for h in sorted(singles, key=lambda h: -h.criterion)]
-    usable = [h for h, why in judged if not why and h.criterion > base.criterion + THRESHOLD and not _rose(h, base)]
-    best = _climb(problem, effects, usable[0] if usable else base, most)
-    if usable:
-        best = _pairs(problem, effects, best, usable, most)
-    best = _clean(problem, best)
-    return Outcome(best, refused, tuple(judged))
+    leaders = sorted((h for h in singles if worth(h) > worth(base)), key=worth, reverse=True)
+    usable = (h for h in leaders if not _rose(h, base) and not sound(problem, h))
+    best = _climb(problem, effects, next(usable, base), most)
+    if leaders:
+        best = _pairs(problem, effects, best, leaders[:LEADERS], most)
+    return _clean(problem, best)
 
 
 def _climb(problem: Problem, effects: Sequence[Effect], base: Hypothesis, most: int) -> Hypothesis:
     while True:
         grown = _grow(problem, effects, base) if len(base.terms) < most else base
         changed = _swap(problem, effects, _clean(problem, grown))
-        if changed.criterion <= base.criterion + 1e-6 or len(changed.terms) >= most:
-            return max(base, changed, key=lambda h: h.criterion)
+        if worth(changed) <= worth(base) + 1e-6 or len(changed.terms) >= most:
+            return max(base, changed, key=worth)
         base = changed
 
 
@@ -196,26 +180,26 @@ def _grow(problem: Problem, effects: Sequence[Effect], base: Hypothesis) -> Hypo
     taken = set(base.names())
     open_ = [e for e in effects if e.name not in taken]
     tried = [with_lead(problem, base, lead) for lead in best_leads(problem, base, open_, 4) if lead.score > -20.0]
-    for grown in sorted(tried, key=lambda h: -h.criterion):
-        if grown.criterion < base.criterion + THRESHOLD:
+    for grown in sorted(tried, key=worth, reverse=True):
+        if worth(grown) <= worth(base):
             break
-        if not sound(problem, grown) and not _rose(grown, base):
+        if not _rose(grown, base) and not sound(problem, grown):
             return grown
     return base
 
 
 def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
+    """Whether the raw residual rose: an AR near a unit root can hide that."""
     return float(np.median(np.abs(grown.fit.residual))) > 1.02 * float(np.median(np.abs(base.fit.residual)))
 
 
 def _clean(problem: Problem, base: Hypothesis) -> Hypothesis:
     """Drop effects that others made idle."""
     while base.terms:
-        less = [without(problem, base, k) for k in range(len(base.terms))]
-        best = max(less, key=lambda h: h.criterion)
-        if best.criterion < base.criterion - THRESHOLD:
+        less = max((without(problem, base, k) for k in range(len(base.terms))), key=worth)
+        if worth(less) < worth(base):
             return base
-        base = best
+        base = less
     return base
 
 
@@ -227,24 +211,21 @@ def _swap(problem: Problem, effects: Sequence[Effect], base: Hypothesis) -> Hypo
         rivals = [e for e in effects if e.name not in taken and e.key != base.effects[k].key]
         for lead in best_leads(problem, less, rivals, 3):
             swapped = with_lead(problem, less, lead)
-            if swapped.criterion > base.criterion + 1.0 and not sound(problem, swapped):
+            if worth(swapped) > worth(base) + 1.0 and not sound(problem, swapped):
                 return _swap(problem, effects, swapped)
     return base
 
 
 def _pairs(
-    problem: Problem, effects: Sequence[Effect], best: Hypothesis, singles: Sequence[Hypothesis], most: int
+    problem: Problem, effects: Sequence[Effect], best: Hypothesis, leaders: Sequence[Hypothesis], most: int
 ) -> Hypothesis:
-    leaders = singles[:LEADERS]
+    """Two effects that need each other are found by no single step."""
     champion = best
     for one, two in combinations(leaders, 2):
         if one.names() == two.names():
             continue
         terms = [(h.effects[0], h.terms[0].inner, h.terms[0].coefficients) for h in (one, two)]
         both = settle(problem, terms, one, frozenset(e.key for e, _, _ in terms), passes=5)
-        if both.criterion > champion.criterion + 2.0 and not sound(problem, both):
+        if worth(both) > worth(champion) + 2.0 and not sound(problem, both):
             champion = both
     return best if champion is best else _climb(problem, effects, champion, most)
-
-
-__all__ = ["Lead", "Outcome", "Term", "best_leads", "scan", "search", "sound", "unique_share", "with_lead", "without"]

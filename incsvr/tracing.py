@@ -16,116 +16,19 @@ from incsvr.channels import usable
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
 from incsvr.excitation import demand
-from incsvr.forward import TracedModel, model_of
+from incsvr.findings import Finding, Pictures, Rejected, Trace
+from incsvr.forward import model_of
 from incsvr.hypothesis import Hypothesis, nothing, settle
-from incsvr.problem import Problem, pose, pose_like, torque_scatter
+from incsvr.manoeuvre import separate
+from incsvr.problem import Problem, pose, torque_scatter
 from incsvr.proof import Court, Errors, sample_errors
+from incsvr.rivals import rivals
 from incsvr.run import Array, Run, check
-from incsvr.search import Outcome, scan, search, without
-from incsvr.unexplained import Unexplained, smooth_terms
+from incsvr.search import scan, search, without
+from incsvr.sentences import sentence, streams
+from incsvr.unexplained import smooth_terms
 
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """An effect that the model lacked.
-
-    Attributes:
-        effect: name in the vocabulary.
-        channels: the streams that it reads.
-        parameters: physical values; units in the names.
-        interval: 95 % interval of each.
-        p_value: corrected for the search.
-        share: of the residual's explainable variance.
-        cannot_tell_from: rivals that explain these recordings as well.
-        next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
-        sentence: for people.
-    """
-
-    effect: str
-    channels: tuple[str, ...]
-    parameters: dict[str, float]
-    interval: dict[str, tuple[float, float]]
-    p_value: float
-    share: float
-    cannot_tell_from: tuple[str, ...]
-    next_manoeuvre: str
-    sentence: str
-
-
-@dataclass(frozen=True, slots=True)
-class Rejected:
-    """A candidate that was looked at and not added."""
-
-    effect: str
-    p_value: float
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Pictures:
-    """What a report draws, all on unseen data.
-
-    Attributes:
-        before: errors of the declared model with its learned damping.
-        after: errors of the model with the effects.
-        ledger_time: (n,) stamps of the ledger [s], on the fitted recordings.
-        ledger: part → (n,) torque that it takes [N m].
-        residual_before: (n_b,) block residuals on the fitted recordings [N m].
-        residual_after: likewise.
-        depends: name → (n_b,) block means of what the residual may depend on: rate, torque, heading, time, channels.
-    """
-
-    before: Errors
-    after: Errors
-    ledger_time: Array
-    ledger: dict[str, Array]
-    residual_before: Array
-    residual_after: Array
-    depends: dict[str, Array]
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """What was found, and its proof; `to_dict` is CONTRACT Section 5."""
-
-    inertia: float
-    verdict: str
-    effects: tuple[Finding, ...]
-    rejected: tuple[Rejected, ...]
-    unexplained: tuple[Unexplained, ...]
-    error: dict[str, Any]
-    ignored_channels: dict[str, str]
-    notes: tuple[str, ...]
-    declared_model: TracedModel
-    model: TracedModel
-    pictures: Pictures
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        return {
-            "declared": {"inertia": self.inertia},
-            "verdict": self.verdict,
-            "effects": [
-                {
-                    "effect": f.effect,
-                    "channels": list(f.channels),
-                    "parameters": f.parameters,
-                    "interval": {name: list(ends) for name, ends in f.interval.items()},
-                    "p_value": f.p_value,
-                    "share": f.share,
-                    "cannot_tell_from": list(f.cannot_tell_from),
-                    "next_manoeuvre": f.next_manoeuvre,
-                    "sentence": f.sentence,
-                }
-                for f in self.effects
-            ],
-            "rejected": [{"effect": r.effect, "p_value": r.p_value, "reason": r.reason} for r in self.rejected],
-            "unexplained": [{"channel": u.channel, "p_value": u.p_value} for u in self.unexplained],
-            "error": self.error,
-            "ignored_channels": self.ignored_channels,
-            "notes": list(self.notes),
-            "model": self.model.to_dict(),
-        }
+__all__ = ["Run", "Trace", "trace"]
 
 
 def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None = None) -> Trace:
@@ -144,110 +47,137 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
     problem = pose(runs, inertia, names)
-    effects = demand(problem, candidates(names))
-    validation = pose_like(problem, validate) if validate else None
-    court = Court.of(problem, validation)
-    outcome, failed = _proven(problem, effects, court)
-    hypothesis, smooth = smooth_terms(problem, outcome.hypothesis, names)
-    return _report(
-        problem, court, effects, outcome, hypothesis, smooth, failed, names, ignored, torque_scatter(runs, problem)
+    case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
+    found, failed = proven(case.problem, case.effects, case.court)
+    whole, smooth = smooth_terms(problem, found, names)
+    base = nothing(problem)
+    findings, notes = _findings(case, base, found, whole)
+    before, after = case.court.try_(base), case.court.try_(whole)
+    error = _errors(before, after, whole, torque_scatter(runs, problem), problem.signals.scale)
+    error["validated_on"] = case.court.validated_on
+    model = model_of(problem, whole)
+    s = problem.signals
+    depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
+    return Trace(
+        inertia=inertia,
+        verdict="effects" if findings else "unexplained" if smooth else "none",
+        effects=tuple(findings),
+        rejected=tuple(_rejected(case, found, failed)),
+        unexplained=smooth,
+        error=error,
+        ignored_channels=ignored,
+        notes=tuple(notes),
+        declared_model=model_of(problem, base),
+        model=model,
+        pictures=Pictures(
+            before=before,
+            after=after,
+            ledger_time=s.time,
+            ledger=model.parts(s),
+            residual_before=base.fit.residual,
+            residual_after=whole.fit.residual,
+            depends={name: problem.blocks.mean(values) for name, values in depends.items()},
+        ),
     )
 
 
-def _proven(problem: Problem, effects: Sequence[Effect], court: Court) -> tuple[Outcome, dict[str, str]]:
-    """Search, and search again without whatever did not help the free run on unseen data."""
+SEARCHES = 2
+"""How often the search begins again without what failed in free run."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    problem: Problem
+    effects: tuple[Effect, ...]
+    court: Court
+    channels: Sequence[str]
+
+
+def proven(problem: Problem, effects: Sequence[Effect], court: Court) -> tuple[Hypothesis, dict[str, str]]:
+    """Search, and search again without whatever did not help the free run on unseen data.
+
+    Returns:
+        the effects that stand, and why each of the others that the equation asked for does not.
+    """
     failed: dict[str, str] = {}
-    while True:
-        outcome = search(problem, [e for e in effects if e.name not in failed])
-        hypothesis = outcome.hypothesis
-        if not hypothesis.terms or len(failed) >= 4:
-            return outcome, failed
-        whole = court.try_(hypothesis)
-        worst, excess = "", 0.0
-        for k, term in enumerate(hypothesis.terms):
-            less = court.try_(without(problem, hypothesis, k))
-            loss = whole.free_run_rmse() - less.free_run_rmse()
-            if loss >= excess:
-                worst, excess = term.effect, loss
-                reason = (
-                    "it improves the torque equation, but the free run on unseen data gets no better: "
-                    f"{less.free_run_rmse():.3g} rad/s without it, {whole.free_run_rmse():.3g} rad/s with it"
-                )
-        if not worst:
-            return outcome, failed
-        failed[worst] = reason
+    for _ in range(SEARCHES):
+        hypothesis = search(problem, [e for e in effects if e.name not in failed])
+        before = len(failed)
+        while hypothesis.terms:
+            whole = court.try_(hypothesis).free_run_rmse()
+            less = [without(problem, hypothesis, k) for k in range(len(hypothesis.terms))]
+            errors = [court.try_(h).free_run_rmse() for h in less]
+            best = int(np.argmin(errors))
+            if errors[best] > whole:
+                break
+            failed[hypothesis.terms[best].effect] = (
+                "it improves the torque equation, but the free run on unseen data gets no better: "
+                f"{errors[best]:.3g} rad/s without it, {whole:.3g} rad/s with it"
+            )
+            hypothesis = less[best]
+        if len(failed) == before:
+            break
+    return hypothesis, failed
 
 
-def _report(
-    problem: Problem,
-    court: Court,
-    effects: Sequence[Effect],
-    outcome: Outcome,
-    hypothesis: Hypothesis,
-    smooth: tuple[Unexplained, ...],
-    failed: dict[str, str],
-    names: Sequence[str],
-    ignored: dict[str, str],
-    scatter: float,
-) -> Trace:
-    base = nothing(problem)
-    before, after = court.try_(base), court.try_(hypothesis)
-    found = outcome.hypothesis
+def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
+    problem = case.problem
     spans = intervals(problem, found)
-    notes, findings = [], []
-    total = _mean_square(base.fit.residual) - _mean_square(hypothesis.fit.residual)
+    notes: list[str] = []
+    findings: list[Finding] = []
     last = _mean_square(base.fit.residual)
+    total = max(last - _mean_square(whole.fit.residual), 1e-300)
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
-        part = Hypothesis(found.terms[: k + 1], found.effects[: k + 1], base.fit, base.columns, (), 0.0, (), ())
-        now = _mean_square(_refitted(problem, part)) if k + 1 < len(found.terms) else _mean_square(found.fit.residual)
-        share = float(np.clip((last - now) / max(total, 1e-300), 0.0, 1.0))
+        now = _mean_square(_first(problem, found, k + 1))
+        share = float(np.clip((last - now) / total, 0.0, 1.0))
         last = now
         parameters = effect.parameters(term, problem.signals.inertia)
-        if effect.acts == "thrust" and _below_sampling(parameters, problem.resolution):
+        if _below_sampling(parameters, problem.resolution):
             notes.append(
                 f"torque and yaw rate are aligned by {next(iter(parameters.values())):.3g} s, less than a sample "
                 "period: part of the sampling, not an effect"
             )
             continue
-        gain = gain_of(problem, found, k)
-        p = p_value(gain, effect.core + (1 if effect.searched else 0), effect.looks * len(names) * 3 + 20)
+        looks = effect.looks * max(len(case.effects), 1)
+        p = p_value(gain_of(problem, found, k), effect.core + (1 if effect.searched else 0), looks)
+        tied = rivals(problem, found, k, case.effects)
+        names = tuple(h.terms[-1].effect for h in tied)
         findings.append(
             Finding(
-                term.effect, effect.channels or _streams(effect), parameters, spans[k], p, share, (), "",
-                _sentence(effect, parameters, spans[k], share),
+                effect=term.effect,
+                channels=streams(effect),
+                parameters=parameters,
+                interval=spans[k],
+                p_value=p,
+                share=share,
+                cannot_tell_from=names,
+                next_manoeuvre=separate(problem, found, tied[0], names[0]) if tied else "",
+                sentence=sentence(effect, parameters, spans[k], share),
             )
-        )  # fmt: skip
-    rejected = [Rejected(name, 1.0, reason) for name, reason in failed.items()]
-    taken = {f.effect for f in findings} | set(failed)
-    for lead in scan(problem, found, effects):
-        if lead.effect.name not in taken:
+        )
+    return findings, notes
+
+
+def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
+    """What the search refused, and every other candidate with the evidence that is left for it."""
+    taken = set(found.names()) | set(failed)
+    rejected: list[Rejected] = []
+    for lead in scan(case.problem, found, case.effects):
+        p = p_value(lead.gain, lead.effect.core, lead.effect.looks)
+        if lead.effect.name in failed and lead.effect.name not in {r.effect for r in rejected}:
+            rejected.append(Rejected(lead.effect.name, p, failed[lead.effect.name]))
+        elif lead.effect.name not in taken:
             taken.add(lead.effect.name)
-            rejected.append(
-                Rejected(
-                    lead.effect.name,
-                    p_value(lead.gain, lead.effect.core, lead.effect.looks),
-                    "no evidence beside the effects found",
-                )
-            )
-    verdict = "effects" if findings else "unexplained" if smooth else "none"
-    s = problem.signals
-    error: dict[str, Any] = _errors(before, after, hypothesis, scatter, s.scale)
-    error["validated_on"] = court.validated_on
-    model = model_of(problem, hypothesis)
-    depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
-    pictures = Pictures(
-        before, after, s.time, model.parts(s), base.fit.residual, hypothesis.fit.residual,
-        {name: problem.blocks.mean(values) for name, values in depends.items()},
-    )  # fmt: skip
-    return Trace(
-        s.inertia, verdict, tuple(findings), tuple(rejected), smooth, error, ignored, tuple(notes),
-        model_of(problem, base), model, pictures,
-    )  # fmt: skip
+            rejected.append(Rejected(lead.effect.name, p, "too little evidence, too small or against physics"))
+    return rejected
 
 
-def _refitted(problem: Problem, part: Hypothesis) -> Array:
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(part.effects, part.terms, strict=True)]
-    return settle(problem, terms, nothing(problem)).fit.residual
+def _first(problem: Problem, found: Hypothesis, count: int) -> Array:
+    """Residual with the first `count` effects alone."""
+    if count == len(found.terms):
+        return found.fit.residual
+    pairs = list(zip(found.effects, found.terms, strict=True))[:count]
+    return settle(problem, [(e, t.inner, t.coefficients) for e, t in pairs], nothing(problem)).fit.residual
 
 
 def _mean_square(residual: Array) -> float:
@@ -257,41 +187,28 @@ def _mean_square(residual: Array) -> float:
 
 
 def _below_sampling(parameters: dict[str, float], resolution: float) -> bool:
-    value = parameters.get("delay_s", parameters.get("time_constant_s"))
-    return value is not None and abs(value) < resolution
+    """A delay or lag (alone) within one sample period is how the streams were sampled, not how the thrust acts."""
+    names = set(parameters)
+    return names in ({"delay_s"}, {"time_constant_s"}) and abs(next(iter(parameters.values()))) < resolution
 
 
-def _streams(effect: Effect) -> tuple[str, ...]:
-    if effect.acts == "thrust":
-        return ("torque",)
-    return {"heading_current": ("heading",), "tether": ("heading",), "inflow": ("yaw_rate", "torque")}.get(
-        effect.name, ("t",) if effect.needs_clock else ("yaw_rate",) if effect.acts != "outside" else ()
-    )
-
-
-def _sentence(
-    effect: Effect, parameters: dict[str, float], interval: dict[str, tuple[float, float]], share: float
-) -> str:
-    values = ", ".join(
-        f"{name} {value:.3g} ({interval[name][0]:.3g} to {interval[name][1]:.3g})" for name, value in parameters.items()
-    )
-    return f"{effect.name}: {effect.sentence}. {values}. It explains {share:.0%} of what can be explained."
-
-
-def _errors(before: Errors, after: Errors, hypothesis: Hypothesis, scatter: float, scale: float) -> dict[str, Any]:
+def _errors(before: Errors, after: Errors, whole: Hypothesis, scatter: float, scale: float) -> dict[str, Any]:
     def of(errors: Errors) -> dict[str, float]:
         mae, rmse = sample_errors(errors.torque, scatter)
         return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": errors.free_run_rmse()}
 
-    block = float(np.median(np.diff(after.block_time[0]))) if after.block_time[0].size > 1 else scale
-    step = float(np.median(np.diff(after.time[0]))) if after.time[0].size > 1 else scale
-    torque: Change = change_of_rms(before.torque, after.torque, max(round(4.0 * scale / block), 4))
-    free: Change = change_of_rms(before.free_run, after.free_run, max(round(4.0 * scale / step), 4))
-    n, p = hypothesis.columns.shape
-    floor = float(np.sqrt(np.mean(hypothesis.fit.residual**2) * n / max(n - p, 1) + scatter**2))
+    def length(times: tuple[Array, ...]) -> int:
+        """Four time scales, in samples: well above the errors' correlation time."""
+        step = np.median(np.concatenate([np.diff(t) for t in times]))
+        return max(round(4.0 * scale / float(step)), 4)
+
+    torque: Change = change_of_rms(before.torque, after.torque, length(after.block_time))
+    free: Change = change_of_rms(before.free_run, after.free_run, length(after.time))
+    n, p = whole.columns.shape
+    variance = float(np.mean(whole.fit.residual**2)) * n / max(n - p, 1)
     return {
         "before": of(before),
         "after": of(after),
         "change": {"torque_rmse": torque.to_dict(), "free_run_rmse": free.to_dict()},
-        "floor": {"torque_rmse": floor},
+        "floor": {"torque_rmse": float(np.sqrt(variance + scatter**2))},
     }

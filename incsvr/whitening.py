@@ -66,9 +66,9 @@ def burg(residual: Array, blocks: Blocks, order: int = 3) -> Array:
 
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p)."""
-    one, two, three = blocks.previous
-    white: Array = values[blocks.whole] - ar[0] * values[one] - ar[1] * values[two] - ar[2] * values[three]
-    return white
+    white: Array = values[3:] - ar[0] * values[2:-1] - ar[1] * values[1:-2] - ar[2] * values[:-3]
+    # rows of one run need no selection: copying them is most of the cost
+    return white if blocks.whole.size == white.shape[0] else white[blocks.whole - 3]
 
 
 def fit(y: Array, columns: Array, blocks: Blocks, start: Fit | None = None, rounds: int = 4) -> Fit:

@@ -93,8 +93,8 @@ class Effect(ABC):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         """φ(t), (n, c) [N m per unit of θ]; `coefficients` are those of the last pass (empty in the first)."""
 
-    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:  # noqa: ARG002
-        """(n,) loss(θ) − φ θ [N m] where φ is but the tangent of a loss that is curved in θ; None where φ θ is the loss."""
+    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
+        """(n,) loss(θ) − φ θ [N m] where φ is but the tangent of a loss curved in θ; None where φ θ is the loss."""
         return None
 
     @abstractmethod

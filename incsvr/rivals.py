@@ -1,0 +1,30 @@
+"""What these recordings cannot tell from an effect that was found: computed, not listed by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from incsvr.effects import Effect, ThrustEfficiency
+from incsvr.hypothesis import Hypothesis, views
+from incsvr.problem import Problem
+from incsvr.search import best_leads, with_lead, without
+
+TIE = 10.0
+"""Rivals within this much of the criterion explain the recordings as well."""
+
+
+def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect]) -> tuple[Hypothesis, ...]:
+    """`found` with its k-th effect replaced by each rival that explains the recordings as well, best first."""
+    less = without(problem, found, k)
+    taken = {*less.names(), found.terms[k].effect}
+    others = [effect for effect in (*effects, ThrustEfficiency()) if effect.name not in taken]
+    tied: dict[str, Hypothesis] = {}
+    for lead in best_leads(problem, less, others, 5):
+        swapped = with_lead(problem, less, lead)
+        s = views(problem, swapped).of(lead.effect)
+        if swapped.criterion < found.criterion - TIE or lead.effect.implausible(swapped.terms[-1], s):
+            continue
+        known = tied.get(lead.effect.name)
+        if known is None or swapped.criterion > known.criterion:
+            tied[lead.effect.name] = swapped
+    return tuple(sorted(tied.values(), key=lambda h: -h.criterion))

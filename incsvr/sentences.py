@@ -1,0 +1,61 @@
+"""Findings in plain words, with the literature's terms and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from incsvr.effects import Effect
+
+LABELS = {
+    "moment_nm": ("moment", "N m"),
+    "inertia_kg_m2": ("moment of inertia", "kg m²"),
+    "time_constant_s": ("time constant", "s"),
+    "delay_s": ("delay", "s"),
+    "half_width_nm": ("half width", "N m"),
+    "reverse_efficiency": ("reverse efficiency", ""),
+    "limit_nm": ("limit", "N m"),
+    "coefficient": ("coefficient", ""),
+    "amplitude_nm": ("amplitude", "N m"),
+    "phase_rad": ("phase", "rad"),
+    "harmonic": ("periods in a turn", ""),
+    "stiffness_nm_per_rad": ("stiffness", "N m/rad"),
+    "neutral_rad": ("neutral heading", "rad"),
+    "period_s": ("period", "s"),
+    "fraction": ("relative change", ""),
+    "at_s": ("at", "s"),
+    "gain_nm_s": ("gain", "N m s"),
+    "nm_per_s": ("drift", "N m/s"),
+    "start_nm": ("at the start", "N m"),
+    "moment_at_zero_nm": ("moment at zero", "N m"),
+    "reference": ("reference level", ""),
+}
+"""Parameter → what to call it, and its unit."""
+
+
+def sentence(
+    effect: Effect, parameters: Mapping[str, float], interval: Mapping[str, tuple[float, float]], share: float
+) -> str:
+    """What was found, its values with 95 % intervals, and how much of the residual it explains."""
+    values = []
+    for name, value in parameters.items():
+        label, unit = LABELS[name]
+        low, high = interval[name]
+        certain = high - low <= 0.0
+        spread = "" if certain else f" ({low:.3g} to {high:.3g})"
+        values.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
+    return f"{effect.name}: {effect.sentence}; {', '.join(values)}. It explains {share:.0%} of what can be explained."
+
+
+def streams(effect: Effect) -> tuple[str, ...]:
+    """The streams that an effect reads, for the contract's `channels`."""
+    if effect.channels:
+        return effect.channels
+    if effect.acts == "thrust":
+        return ("torque",)
+    if effect.name in ("heading_current", "tether"):
+        return ("heading",)
+    if effect.name == "inflow":
+        return ("yaw_rate", "torque")
+    if effect.needs_clock:
+        return ("t",)
+    return () if effect.acts == "outside" else ("yaw_rate",)
