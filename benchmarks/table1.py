@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.chart import chart
+from benchmarks.provenance import provenance
 from benchmarks.repetition import LEARNERS, USUAL, Repetition, repetitions
 from incsvr.errors import BadInput
 from incsvr.learner import Settings
@@ -47,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         for repetition in repetitions(args.seeds, tuple(LEARNERS) if args.passes else USUAL):
             done.append(repetition)
             advance()
-    result = summary(done)
+    result = summary(done) | {"measured": provenance(f"incsvr table1 --seeds {args.seeds}" + " --passes" * args.passes)}
     emit(args, result, text(result))
     return 0
 
@@ -125,6 +126,7 @@ def _place(row: dict[str, Any]) -> tuple[int, int, int]:
 def text(result: dict[str, Any]) -> str:
     """Table and curve for people."""
     lines = [
+        f"{result['measured']['command']}, {result['measured']['date']}",
         f"Table I, mean ± standard deviation over {result['seeds']} repetitions; the paper's figure in brackets",
         "",
         "regressor                 on   MAE N m                RMSE N m               support vectors",

@@ -20,6 +20,11 @@ from simulator.online import Errors, learn, learner_for, pauses, remarks, signal
 from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording, read, sequence
 
+LIMITS = (
+    "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
+    "a delay of the thrusters as inertia"
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV files, one run each")
@@ -141,6 +146,7 @@ class Fit:
             f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
             f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
             f"ε = {learner.epsilon:.2g} N m",
+            *([f"remark      {LIMITS}"] if estimate else []),
             *(f"remark      {remark}" for remark in self.remarks),
             *(f"refused     {count} messages: {reason}" for reason, count in self.rejected.items()),
             "",

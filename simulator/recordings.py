@@ -17,6 +17,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
+from incsvr.streams import FUTURE
 
 RATE_LIMIT = 6.0
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
@@ -197,4 +198,8 @@ def _check_time(path: Path, time: Array) -> None:
         raise BadInput(
             f"{path}, row 3: t advances by {typical:g} in a typical row; "
             "if the stamps are milliseconds, divide them by 1000"
+        )
+    if time[-1] >= FUTURE:
+        raise BadInput(
+            f"{path}, row {time.size + 1}: t is {time[-1]:g}, which is no time in seconds; convert the stamps"
         )

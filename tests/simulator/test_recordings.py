@@ -78,6 +78,7 @@ def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.Da
         (GOOD + "0.3,14.3,1\n", "row 5: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
         ("t,yaw_rate,torque\n0,0,0\n20,0,0\n40,0,0\n", "t advances by 20 in a typical row; if the stamps are milli"),
         ("t,yaw_rate,torque\n0,0.1,\n0.1,0.1,\n", "the column torque is empty"),
+        ("t,yaw_rate,torque\n1e12,0,0\n", "row 2: t is 1e+12, which is no time in seconds"),
     ],
 )
 def test_a_fault_is_named_with_its_row_and_its_cure(tmp_path: Path, text: str, message: str) -> None:
@@ -87,6 +88,29 @@ def test_a_fault_is_named_with_its_row_and_its_cure(tmp_path: Path, text: str, m
     assert message in str(caught.value)
     assert str(caught.value).startswith(str(path))
     assert "\n" not in str(caught.value)
+
+
+@given(
+    st.one_of(
+        st.binary(max_size=200),
+        st.text(max_size=200).map(str.encode),
+        st.lists(
+            st.lists(st.sampled_from(["", "0", "1e999", "nan", "-1", "x", '"', "0.5", "1e300"]), max_size=4), max_size=6
+        )
+        .map(lambda rows: "t,yaw_rate,torque\n" + "\n".join(",".join(row) for row in rows))
+        .map(str.encode),
+    )
+)
+def test_no_bytes_bring_it_down(content: bytes) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.csv"
+        path.write_bytes(content)
+        try:
+            run = read(path)
+        except BadInput as error:
+            assert str(error).startswith(str(path))  # noqa: PT017 - or it is a recording, which is as good
+        else:
+            assert np.isfinite(run.time).all()
 
 
 def test_what_is_no_file_or_no_text_is_named(tmp_path: Path) -> None:
