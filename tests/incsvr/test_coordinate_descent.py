@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.sample_sets import yaw_samples
 from incsvr import dual
 from incsvr.errors import BadInput
 from incsvr.kernel import rbf
-from tests.incsvr.sample_sets import yaw_samples
 
 
 @pytest.mark.parametrize("seed", range(3))

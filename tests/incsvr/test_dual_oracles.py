@@ -2,42 +2,14 @@
 
 from __future__ import annotations
 
-import clarabel
 import numpy as np
 import pytest
-from scipy import sparse
 from sklearn.svm import SVR
 
+from benchmarks.sample_sets import yaw_samples
+from benchmarks.solver import by_clarabel
 from incsvr import dual
 from incsvr.kernel import rbf
-from incsvr.samples import Array
-from tests.incsvr.sample_sets import yaw_samples
-
-
-def by_clarabel(x: Array, y: Array, gamma: float, C: float, epsilon: float) -> Array:
-    """f at the samples: min ½‖w‖² + C Σ (ξᵢ + ξ'ᵢ) with y − Lw ≤ ε + ξ and Lw − y ≤ ε + ξ', L from eigenvectors."""
-    n = y.size
-    values, vectors = np.linalg.eigh(rbf(x, x, gamma))
-    L = vectors[:, values > 1e-15] * np.sqrt(values[values > 1e-15])
-    rank = L.shape[1]
-    one, none, low = sparse.eye(n), sparse.csc_matrix((n, n)), sparse.csc_matrix(L)
-    aside = sparse.csc_matrix((n, rank))
-    A = sparse.block_array([[-low, -one, none], [low, none, -one], [aside, -one, none], [aside, none, -one]])
-    P = sparse.diags(np.r_[np.ones(rank), np.zeros(2 * n)])
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_gap_abs, settings.tol_gap_rel, settings.tol_feas = 1e-13, 1e-15, 1e-13
-    solver = clarabel.DefaultSolver(
-        sparse.csc_matrix(P),
-        np.r_[np.zeros(rank), np.full(2 * n, C)],
-        sparse.csc_matrix(A),
-        np.r_[epsilon - y, epsilon + y, np.zeros(2 * n)],
-        [clarabel.NonnegativeConeT(4 * n)],
-        settings,
-    )
-    w: Array = np.array(solver.solve().x[:rank])
-    f: Array = L @ w
-    return f
 
 
 @pytest.mark.parametrize("seed", range(12))
