@@ -22,6 +22,9 @@ table1: .venv/ready
 bench: .venv/ready
 	$(BIN)/incsvr bench
 
+trace-table: .venv/ready
+	$(BIN)/python -m benchmarks.trace_table
+
 .venv/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=python3.11 …")'
 	$(PYTHON) -m venv .venv

@@ -1,0 +1,163 @@
+"""The tracer's confusion matrix and its false alarms, beside its peers on the same recordings.
+
+`make trace-table`, or `python -m benchmarks.trace_table --only one:10007` for one case again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import shlex
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from benchmarks import peers
+from benchmarks.trace_cases import GROUPS, case
+from benchmarks.trace_judge import judge
+from benchmarks.trace_report import report
+from incsvr.run import Run
+from incsvr.tracing import trace
+from simulator.trial import Outcome, Trial, play
+
+RESULTS = Path(__file__).parent / "results"
+FIRST_SEED = 10_000
+"""Seeds from here on are for the published table alone; whoever improves the tracer tries it on smaller ones."""
+
+
+def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
+    """Plays a trial, has it traced, and judges the answer; a plain record, for JSON.
+
+    In depth: the peers see it too, and so does the tracer the same trial without its effects, whose error is the floor.
+    """
+    outcome = play(trial)
+    # The weaker of two decides whether both can be found.
+    evidence = min([play(replace(trial, effects=(name,))).evidence for name in trial.effects], default=0.0)
+    run = as_run(outcome)
+    began = time.perf_counter()
+    failure, answer = None, dict[str, Any]()
+    try:
+        answer = trace([run], inertia=outcome.inertia).to_dict()
+    except Exception as error:  # a crash is a result too, and the other trials go on
+        failure = f"{type(error).__name__}: {error}"
+    seconds = time.perf_counter() - began
+    effects = answer.get("effects", [])
+    named = {effect["effect"]: effect["cannot_tell_from"] for effect in effects}
+    record: dict[str, Any] = {
+        "group": group,
+        **asdict(trial),
+        "truth": outcome.truth,
+        "evidence": evidence,
+        "failure": failure,
+        "verdict": answer.get("verdict"),
+        "named": named,
+        "judged": "failed" if failure else judge(trial.effects, named),
+        "p_values": {effect["effect"]: effect["p_value"] for effect in effects},
+        "parameters": {effect["effect"]: effect["parameters"] for effect in effects},
+        "unexplained": [each["channel"] for each in answer.get("unexplained", [])],
+        "error": answer.get("error", {}),
+        "seconds": seconds,
+    }
+    if in_depth and trial.effects:
+        twin = play(replace(trial, size=0.0))
+        record["twin"] = trace([as_run(twin)], inertia=twin.inertia).to_dict()["error"]["before"]
+    if in_depth:
+        problem = peers.terms(run, outcome.inertia)
+        record["peers"] = {}
+        for name, select in peers.PEERS.items():
+            theirs = peers.answer(problem, select(problem))
+            record["peers"][name] = {"named": sorted(theirs), "judged": judge(trial.effects, theirs)}
+    return record
+
+
+def as_run(outcome: Outcome) -> Run:
+    """The recording as the tracer takes it: it sees nothing else of the outcome."""
+    columns = dict(outcome.recording.columns)
+    return Run(outcome.recording.name, outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
+
+
+def study(work: Sequence[tuple[str, Trial, bool]], processes: int) -> list[dict[str, Any]]:
+    """The records of all cases in their order, with a progress bar on standard error."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    records: dict[int, dict[str, Any]] = {}
+    # One core a process; the processes that are spawned load NumPy anew and see this.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with (
+        ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool,
+        Progress(*columns, console=Console(stderr=True)) as progress,
+    ):
+        task = progress.add_task("tracing trials", total=len(work))
+        futures = {pool.submit(examine, *item): position for position, item in enumerate(work)}
+        for future in as_completed(futures):
+            records[futures[future]] = future.result()
+            progress.advance(task)
+    return [records[position] for position in range(len(work))]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of the study."""
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--one", type=int, default=120, help="trials with one effect (default: %(default)s)")
+    parser.add_argument("--half", type=int, default=120, help="the same at half the size (default: %(default)s)")
+    parser.add_argument("--two", type=int, default=60, help="trials with two effects (default: %(default)s)")
+    parser.add_argument("--quiet", type=int, default=200, help="trials with nothing hidden (default: %(default)s)")
+    parser.add_argument("--minutes", type=float, default=12.0, help="length of a recording (default: %(default)s)")
+    parser.add_argument(
+        "--deep-every", type=int, default=3, metavar="N", help="peers and floors for every Nth trial; 0: none"
+    )
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--only", metavar="GROUP:SEED", help="one case again, printed instead of written")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the results (default: %(default)s)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Writes trace_table.json and trace_table.md."""
+    if args.only:
+        group, _, seed = args.only.partition(":")
+        record = examine(group, case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes), True)
+        print(json.dumps(record, indent=2, ensure_ascii=False))
+        return 0
+    every = args.deep_every
+    work = [
+        (group, case(group, index, args.first_seed, 60 * args.minutes), every > 0 and index % every == 0)
+        for group in GROUPS
+        for index in range(getattr(args, group))
+    ]
+    began = time.perf_counter()
+    records = study(work, args.processes)
+    document = {
+        "command": shlex.join(["python", "-m", "benchmarks.trace_table", *sys.argv[1:]]),
+        "date": datetime.now(UTC).date().isoformat(),
+        "first_seed": args.first_seed,
+        "minutes": round((time.perf_counter() - began) / 60, 1),
+        "records": records,
+    }
+    args.out.mkdir(parents=True, exist_ok=True)
+    text = report(document)
+    lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
+    head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
+    (args.out / "trace_table.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
+    (args.out / "trace_table.md").write_text(text, encoding="utf-8")
+    print(text)
+    return 0
+
+
+def main() -> int:
+    """The command line of the study."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.trace_table", description=__doc__)
+    add_arguments(parser)
+    return run(parser.parse_args())
+
+
+if __name__ == "__main__":
+    sys.exit(main())
