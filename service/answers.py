@@ -1,6 +1,6 @@
 """Queries to the learner, answered from what is served: bad ones get an error reply that says what is wrong.
 
-Each key has a ring and a thread of its own, so that a question for history never delays one for damping.
+The damping has a thread of its own, so that no question for history, however long, delays one for damping.
 """
 
 from __future__ import annotations
@@ -38,38 +38,43 @@ class Answers:
         self, session: zenoh.Session, keys: wire.Keys, node: LearnerNode, watch: HealthWatch, store: Store | None
     ) -> None:
         self._node, self._watch, self._store = node, watch, store
-        self._queryables: list[Any] = []
-        self._threads = []
+        self._damping_ring: Any = session.declare_queryable(keys.damping, RingChannel(RING), complete=True)
+        self._damping_key = keys.damping
+        self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
+        self._thread.start()
         answers: dict[str, Callable[[zenoh.Query], bytes]] = {
-            keys.damping: self._damping,
             keys.model: self._model,
             keys.iteration: self._iteration,
             keys.health: lambda _: wire.encode(watch.report(node)),
             keys.effects: lambda _: wire.encode(wire.EffectsLedger(effects=node.effects)),
         }
-        for key, answer in answers.items():
-            queryable = session.declare_queryable(key, RingChannel(RING), complete=True)
-            thread = threading.Thread(
-                target=self._serve, args=(queryable.handler, key, answer), name=f"answer {key}", daemon=True
-            )
-            self._queryables.append(queryable)
-            self._threads.append(thread)
-            thread.start()
+        self._rings: list[tuple[str, Any, Callable[[zenoh.Query], bytes]]] = [
+            (key, session.declare_queryable(key, RingChannel(RING), complete=True), answer)
+            for key, answer in answers.items()
+        ]
+
+    def answer(self) -> None:
+        """Answers the waiting questions for anything but damping, from one thread alone."""
+        for key, ring, answer in self._rings:
+            while (query := ring.try_recv()) is not None:
+                self._reply(query, key, answer)
+                # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
+                del query
 
     def close(self) -> None:
-        for queryable in self._queryables:
-            queryable.undeclare()
-        for thread in self._threads:
-            thread.join(timeout=1.0)
+        for _, ring, _ in self._rings:
+            ring.undeclare()
+        self._damping_ring.undeclare()
+        self._thread.join(timeout=1.0)
 
-    def _serve(self, ring: Any, key: str, answer: Callable[[zenoh.Query], bytes]) -> None:
+    def _serve_damping(self) -> None:
+        ring = self._damping_ring.handler
         while True:
             try:
                 query = ring.recv()
             except zenoh.ZError:
                 return  # undeclared
-            # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
-            self._reply(query, key, answer)
+            self._reply(query, self._damping_key, self._damping)
             del query
 
     def _reply(self, query: zenoh.Query, key: str, answer: Callable[[zenoh.Query], bytes]) -> None:

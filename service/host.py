@@ -1,19 +1,19 @@
 """A learner on the bus: its subscriptions, its answers, its publications and its durable state, held together.
 
-    measurements → Ingest → LearnerNode → (one training thread) → disk → bus
+    measurements → Ingest → LearnerNode → disk → bus
                                  ↑ Answers
 
-The liveliness token is declared last: who sees it can ask.
+It has no threads but the one that answers for damping: `service.crew` does the work for all learners of a process. The
+liveliness token is declared last: who sees it can ask.
 """
 
 from __future__ import annotations
 
 import logging
 import sqlite3
-import threading
 import time
 import uuid
-from typing import Any, Self
+from typing import Any
 
 import zenoh
 from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
@@ -34,7 +34,7 @@ HEALTH_PERIOD = 1.0
 
 
 class Host:
-    """One learner on a session, from its construction until `close`; `tick` must be called a few times a second."""
+    """One learner on a session, from its construction until `close`."""
 
     def __init__(self, session: zenoh.Session, config: Config) -> None:
         self.keys = wire.Keys(config.prefix)
@@ -54,16 +54,12 @@ class Host:
         self._said: tuple[Any, ...] = ()
         self._next_health = self._next_log = 0.0
         self._rejected = 0
-        self._wake, self._stopping = threading.Event(), threading.Event()
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._publishers[self.keys.model].put(wire.encode(latest))
-        self._trainer = threading.Thread(target=self._train, name=f"train {config.prefix}", daemon=True)
-        self._trainer.start()
-        self._wake.set()  # a batch may have been waiting when the process before ended
-        self._answers = Answers(session, self.keys, self.node, self.watch, self._store)
-        self._ingest = Ingest(session, self.keys, self.node, self.watch, on_batch=self._wake.set)
+        self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
+        self.ingest = Ingest(session, self.keys, self.node, self.watch)
         self.tick()
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
@@ -82,16 +78,27 @@ class Host:
             log.warning("%s: %d values rejected so far: %s", self.keys.prefix, rejected, reasons)
             self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
 
-    def close(self) -> None:
-        """Says goodbye, takes what came, and saves; a second time it does nothing."""
-        if self._stopping.is_set():
-            return
+    def learn(self) -> bool:
+        """One iteration, where a batch waits, kept and published; False where none does. From one thread alone."""
+        try:
+            outcome = self.node.learn()
+        except Exception as error:  # one bad batch must not end the learning
+            log.exception("%s: an iteration failed; its batch is lost", self.keys.prefix)
+            self.watch.failed(f"an iteration failed and its batch is lost: {error}")
+            return True
+        if outcome is not None:
+            self._announce(outcome)
+        return outcome is not None
+
+    def goodbye(self) -> None:
+        """Says that this learner is no longer to be asked."""
         self._token.undeclare()
-        self._ingest.close()
-        self._stopping.set()
-        self._wake.set()
-        self._trainer.join(timeout=1.0)
-        self._answers.close()
+
+    def close(self) -> None:
+        """Takes what has come and saves; the threads that call the other methods have ended before."""
+        self.ingest.drain()
+        self.ingest.close()
+        self.answers.close()
         publishers: list[Any] = [*self._publishers.values(), self._health_publisher]
         for publisher in publishers:
             publisher.undeclare()
@@ -101,29 +108,6 @@ class Host:
             except sqlite3.Error as error:
                 log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
             self._store.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def _train(self) -> None:
-        while True:
-            self._wake.wait()
-            self._wake.clear()
-            while not self._stopping.is_set():
-                try:
-                    outcome = self.node.learn()
-                except Exception as error:  # one bad batch must not end the learning
-                    log.exception("%s: an iteration failed; its batch is lost", self.keys.prefix)
-                    self.watch.failed(f"an iteration failed and its batch is lost: {error}")
-                    continue
-                if outcome is None:
-                    break
-                self._announce(outcome)
-            if self._stopping.is_set():
-                return
 
     def _announce(self, outcome: Outcome) -> None:
         """Disk first, then bus: what was published is never unknown after a crash."""

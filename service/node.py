@@ -12,7 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -28,8 +28,10 @@ from service.config import Config
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
 WAITING_BATCHES = 200
-#: A required stream that stays this far behind its own past [s] for so many values belongs to a clock begun anew.
+#: Two streams that stay this far behind their own past [s] for so many values belong to a clock that began anew.
 RESTART_S, RESTART_VALUES = 10.0, 20
+#: Values that may wait for that to be known.
+HELD_VALUES = 20_000
 
 
 class NothingLearned(BadInput):
@@ -53,6 +55,22 @@ class Outcome:
     snapshot: wire.ModelSnapshot
     report: wire.IterationReport
     memory: dict[str, Any]
+
+
+@dataclass(slots=True)
+class _Held:
+    """Values that are far behind their stream, and wait."""
+
+    parts: list[tuple[Array, Array]] = field(default_factory=list)
+    count: int = 0
+
+    def take(self) -> tuple[Array, Array]:
+        """All of them, and none are left."""
+        nothing = np.empty(0)
+        t = np.concatenate([nothing, *(part[0] for part in self.parts)])
+        value = np.concatenate([nothing, *(part[1] for part in self.parts)])
+        self.parts, self.count = [], 0
+        return t, value
 
 
 class LearnerNode:
@@ -85,7 +103,7 @@ class LearnerNode:
         self._synchroniser = Synchroniser(config.signal_settings())
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
-        self._behind = dict.fromkeys(REQUIRED, 0)
+        self._behind = {stream: _Held() for stream in REQUIRED}
         self._refused: dict[str, int] = {}
         self._samples_seen = 0
         self._recent_rates: deque[float] = deque(maxlen=10)
@@ -106,8 +124,10 @@ class LearnerNode:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
         with self._lock:
             if stream in self._behind:
-                self._watch_clock(stream, t)
+                t, value = self._hold_back(stream, t, value)
             self._synchroniser.push(stream, t, value)
+            if all(held.count >= RESTART_VALUES for held in self._behind.values()):
+                self._restart_clock()
             self._take(self._synchroniser.ready())
             return self._waiting_count >= self._settings.batch
 
@@ -189,20 +209,34 @@ class LearnerNode:
         """The snapshot of what is served; None before anything was learned."""
         return self._snapshot() if self.served.revision else None
 
-    def _watch_clock(self, stream: str, t: Array) -> None:
+    def _hold_back(self, stream: str, t: Array, value: Array) -> tuple[Array, Array]:
+        """What may go on now. Stamps far behind wait until it is known whether the vehicle's clock began anew.
+
+        They are late where their own stream goes on ahead of them.
+        """
+        held, newest = self._behind[stream], self._synchroniser.newest(stream)
+        if newest is None:
+            return t, value
+        ahead = np.flatnonzero(~((t >= 0.0) & (t < newest - RESTART_S)))
+        end = int(ahead[-1]) + 1 if ahead.size else 0
+        if not end and held.count + t.size <= HELD_VALUES:
+            held.parts.append((t, value))
+            held.count += t.size
+            return t[:0], value[:0]
+        before = held.take()
+        if end < t.size:
+            held.parts.append((t[end:], value[end:]))
+            held.count = t.size - end
+        return np.concatenate((before[0], t[:end])), np.concatenate((before[1], value[:end]))
+
+    def _restart_clock(self) -> None:
         """Begins anew where both streams show that the vehicle's clock did (it was switched off and on)."""
-        newest = self._synchroniser.newest(stream)
-        if newest is None or not 0.0 <= t[-1] < newest - RESTART_S:
-            self._behind[stream] = 0
-            return
-        self._behind[stream] += t.size
-        if min(self._behind.values()) < RESTART_VALUES:
-            return
         for reason, count in self._synchroniser.rejected.items():
             self._refused[reason] = self._refused.get(reason, 0) + count
         self._refused["clock_restarted"] = self._refused.get("clock_restarted", 0) + 1
         self._synchroniser = Synchroniser(self.config.signal_settings())
-        self._behind = dict.fromkeys(REQUIRED, 0)
+        for stream, held in self._behind.items():
+            self._synchroniser.push(stream, *held.take())
         self._covered[:] = np.where(np.isfinite(self._covered), 0.0, -math.inf)
 
     def _take(self, samples: Samples) -> None:

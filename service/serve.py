@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import logging
 import signal
 import sys
 import threading
 
 from service.config import Config, add_config_arguments, from_arguments
+from service.crew import Crew
 from service.host import Host
 from service.session import connecting, from_file, listening, open_session
 
 log = logging.getLogger(__name__)
 
-TICK = 0.2
-"""How often health is looked at [s]."""
 SWITCH = 0.0002
 """A thread that computes hands over to one that answers after this time [s]; Python's own is 5 ms."""
 
@@ -52,11 +50,9 @@ def serve(config: Config, stop: threading.Event) -> None:
     else:
         zenoh_config = listening(config.bus.listen)
     patience = float("inf") if config.bus.connect is not None else 0.0
-    with contextlib.ExitStack() as stack:
-        session = stack.enter_context(open_session(zenoh_config, patience, stop))
-        hosts = [stack.enter_context(Host(session, each)) for each in config.each()]
-        log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
-        while not stop.wait(TICK):
-            for host in hosts:
-                host.tick()
-        log.info("stopping")
+    with open_session(zenoh_config, patience, stop) as session:
+        hosts = [Host(session, each) for each in config.each()]
+        with Crew(hosts):
+            log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
+            stop.wait()
+            log.info("stopping")

@@ -15,6 +15,7 @@ import zenoh
 
 from service import wire
 from service.config import Config, read
+from service.crew import Crew
 from service.host import Host
 from service.session import connecting, free_endpoint, listening, open_session
 from simulator.player import Messages, messages, play
@@ -33,6 +34,7 @@ class Bench:
     host: Host
     session: zenoh.Session
     keys: wire.Keys
+    stop: Callable[[], None]
 
     def follow(self, key: str, form: type[FormType]) -> queue.Queue[FormType]:
         """What is published on a key from now on."""
@@ -67,15 +69,18 @@ StartBench = Callable[..., Bench]
 @pytest.fixture
 def start() -> Iterator[StartBench]:
     """Starts learners on the bus; settings are those of the configuration, with dots in the names."""
-    with ExitStack() as stack:
+    # The clients close last: a learner that ends says goodbye to them.
+    with ExitStack() as outer, ExitStack() as stack:
 
         def begin(**settings: Any) -> Bench:
             config = configured(**settings)
             endpoint = free_endpoint()
             server = stack.enter_context(open_session(listening(endpoint)))
-            host = stack.enter_context(Host(server, config))
-            client = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
-            return Bench(host, client, host.keys)
+            host = Host(server, config)
+            crew = stack.enter_context(ExitStack())
+            crew.enter_context(Crew([host]))
+            client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
+            return Bench(host, client, host.keys, crew.close)
 
         yield begin
 

@@ -159,7 +159,7 @@ def test_further_channels_are_kept_with_the_samples(start: StartBench, run: Reco
     bench = start(signals__channels=["depth"])
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)
     with_depth = Recording(run.name, run.time, {**run.columns, "depth": 5.0 + 0.01 * run.time})
-    bench.play(with_depth)
+    bench.play(with_depth, speed=200.0)
     report = reports.get(timeout=PATIENCE)
     depth = np.array(report.batch.channels["depth"], dtype=float)
     np.testing.assert_allclose(depth, 5.0 + 0.01 * np.array(report.batch.time), atol=1e-6)
@@ -196,7 +196,7 @@ def test_the_learner_says_goodbye(start: StartBench) -> None:
         bench.keys.alive, lambda sample: seen.put(str(sample.kind)), history=True
     )
     assert "PUT" in seen.get(timeout=PATIENCE)
-    bench.host.close()
+    bench.stop()
     assert "DELETE" in seen.get(timeout=PATIENCE)
 
 

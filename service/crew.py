@@ -1,0 +1,85 @@
+"""The threads of the learner's process: few, however many learners it holds, for threads that wait for each other cost.
+
+One takes measurements in, one trains, one answers for models and health, one watches over health; damping is answered
+by a thread of each learner. A measurement waits POLL at most, which is nothing to a batch of samples; the damping does
+not wait.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self
+
+from service.host import Host
+
+log = logging.getLogger(__name__)
+
+POLL = 0.02
+"""How often measurements are taken in and questions for history are looked at [s]."""
+TICK = 0.2
+"""How often health is looked at [s]."""
+
+
+class Crew:
+    """Works for learners from `with` to its end; then they have said goodbye, saved and closed."""
+
+    def __init__(self, hosts: Sequence[Host]) -> None:
+        self._hosts = hosts
+        self._stop, self._batch = threading.Event(), threading.Event()
+        self._threads = [
+            threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)
+            for work in (self._take_in, self._train, self._answer, self._watch)
+        ]
+
+    def __enter__(self) -> Self:
+        self._batch.set()  # one may have been waiting when the process before ended
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for host in self._hosts:
+            host.goodbye()
+        self._stop.set()
+        self._batch.set()
+        for thread in self._threads:
+            thread.join()
+        for host in self._hosts:
+            host.close()
+
+    def _take_in(self) -> None:
+        def drain(host: Host) -> None:
+            if host.ingest.drain():
+                self._batch.set()
+
+        while not self._stop.wait(POLL):
+            self._each(drain)
+
+    def _train(self) -> None:
+        while not self._stop.is_set():
+            self._batch.wait()
+            self._batch.clear()
+            waiting = list(self._hosts)
+            while waiting and not self._stop.is_set():
+                waiting = [host for host in waiting if host.learn()]
+
+    def _answer(self) -> None:
+        while not self._stop.wait(POLL):
+            self._each(lambda host: host.answers.answer())
+
+    def _watch(self) -> None:
+        while not self._stop.wait(TICK):
+            self._each(Host.tick)
+
+    def _each(self, work: Callable[[Host], None]) -> None:
+        """Does it for every learner; what fails for one is said and does not end the work for the others."""
+        for host in self._hosts:
+            try:
+                work(host)
+            except Exception:
+                log.exception("%s: a fault of this program", host.keys.prefix)
