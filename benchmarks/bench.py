@@ -24,15 +24,17 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"--seeds {args.seeds}: give at least one repetition")
     try:
         # Here and not above: whoever asks for --help needs none of it, and the peers are extras.
-        from benchmarks import bus, learning
+        from benchmarks import bus, learning, solver
         from benchmarks.provenance import provenance
     except ModuleNotFoundError as error:
         raise BadInput(f"{error.name} is missing: the peers come with pip install 'incsvr[bench]'") from None
     from threadpoolctl import threadpool_limits
 
     result: dict[str, Any] = {"measured": provenance("incsvr bench", "scikit-learn", "eclipse-zenoh")}
-    with threadpool_limits(1), progress("measuring", args.seeds + 1 + (not args.without_bus)) as advance:
+    with threadpool_limits(1), progress("measuring", args.seeds + 2 + (not args.without_bus)) as advance:
         result |= learning.measure(args.seeds, advance=advance)
+        result["solver"] = solver.measure()
+        advance()
         if not args.without_bus:
             result |= bus.measure()
             advance()
@@ -49,11 +51,19 @@ def text(result: dict[str, Any]) -> str:
         f"a training step       {step['median']:.2f} ms (p99 {step['p99']:.2f} ms), policy {result['default_policy']}",
         f"  as fast as          {ratio['sklearn_svr_fit']:.2f} SVR.fit on the same samples, "
         f"{ratio['coordinate_descent']:.0f} × Eq. 8's passes to a relative gap of 1e-2",
+        f"the solver alone      {_beside(result['solver'])}; {_beside(result['solver']['offline'])}",
         f"certified error       at most {result['certified_error_nm']:.2g} N m in {result['seeds']} repetitions",
         "",
         *_lines(result),
     ]
     return "\n".join(lines)
+
+
+def _beside(figures: Mapping[str, Any]) -> str:
+    return (
+        f"{figures['solve_ms']['median']:.2f} ms for n = {figures['n']}, where SVR.fit takes "
+        f"{figures['ratio_to_sklearn_svr_fit']:.1f} × as long"
+    )
 
 
 def _lines(figures: Mapping[str, Any], indent: int = 0) -> Iterator[str]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks import learning
+from benchmarks import learning, solver
 from benchmarks.bench import text
 from benchmarks.provenance import provenance
 from service.cli import main
@@ -14,7 +14,7 @@ from service.cli import main
 
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
-    return learning.measure(seeds=1, passes=1)
+    return learning.measure(seeds=1, passes=1) | {"solver": solver.measure(sets=3, few=1, offline=300)}
 
 
 def test_the_form_is_the_contracts(result: dict[str, Any]) -> None:
