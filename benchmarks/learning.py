@@ -1,8 +1,8 @@
 """A training step and a prediction beside their peers, on the simulated experiment, in one process and in turn.
 
 Every step is timed from inclusion to certificate. scikit-learn's SVR then trains on exactly the samples that this step
-trained on, and after some steps Eq. 8's passes too, so that all see the same problem at the same moment. Times are those
-of the one thread's processor: what else the machine does is not in them.
+trained on, and after some steps Eq. 8's passes too, so that all see the same problem at the same moment. Times are the
+thread's on its processor: what else the machine does is not in them.
 """
 
 from __future__ import annotations
