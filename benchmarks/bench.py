@@ -61,8 +61,8 @@ def _step(policy: str, figures: Mapping[str, Any]) -> str:
     step, ratio = figures["step_ms"], figures["ratio_to"]
     return (
         f"a step, {policy:<14s}{step['median']:.2f} ms (p99 {step['p99']:.2f}) for n = "
-        f"{figures['samples_trained_on']['median']:.0f}, where SVR.fit takes {ratio['sklearn_svr_fit']:.2f} × and Eq. 8's "
-        f"passes to a relative gap of 1e-2 take {ratio['coordinate_descent']:.0f} × as long"
+        f"{figures['samples_trained_on']['median']:.0f}, where SVR.fit takes {ratio['sklearn_svr_fit']:.2f} × and "
+        f"Eq. 8's passes to a relative gap of 1e-2 take {ratio['coordinate_descent']:.0f} × as long"
     )
 
 

@@ -169,6 +169,14 @@ def test_a_refusal_is_counted_by_its_reason(message: Message, reason: str) -> No
     assert push_all([*REGULAR, message]).rejected == {reason: 1}
 
 
+def test_the_size_of_the_blocks_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They only bound the memory."""
+    whole, _ = synchronise(SETTINGS, sine(60.0))
+    monkeypatch.setattr("incsvr.smoothing._BLOCK", 100)
+    monkeypatch.setattr("incsvr.signals._BLOCK", 7)
+    assert same(whole, synchronise(SETTINGS, sine(60.0))[0])
+
+
 def test_a_single_wrong_stamp_does_not_deafen_the_stream() -> None:
     after = [(2.0 + 0.1 * k, 0.0) for k in range(20)]
     synchroniser = push_all([*REGULAR, (7000.0, 0.0), *after])
