@@ -59,6 +59,7 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
     flat_x, flat_s = x.reshape(-1), s.reshape(-1)
     off = LT.dot(alpha - beta) - w
     mu = first = float(flat_x.dot(flat_s)) / (4 * n)
+    lowest, falling = mu, True
     for number in range(1, ITERATIONS + 1):
         np.divide(s, x, quotient)
         np.add(quotient_lower, quotient_upper, freedom)
@@ -82,10 +83,16 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
         length = min(1.0, 1.0 / max(-float(t.min()), 1.0 + float(t.max())))
         affine = (1.0 - length) * mu + length * length * float((dw - off).dot(dw)) / (4 * n)
         target = mu * min(1.0, max(affine / mu, 0.0)) ** 3
+        if (
+            not falling
+        ):  # Mehrotra's method can go round in circles; nearer to the centre, with less correction, it ends
+            target = max(target, 0.2 * mu)
         # Corrector: towards the central path, with the second-order error of the predictor taken out.
         np.divide(target, x, u)
         np.multiply(t, t, v)
         v += t
+        if not falling:
+            v *= length
         v -= 1.0
         v *= s
         u += v
@@ -108,7 +115,9 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
         mu = float(flat_x.dot(flat_s)) / (4 * n)
         if not 0.0 < mu < np.inf:
             return
-        if mu <= NEAR * first:
+        falling = mu < 0.5 * lowest
+        lowest = mu if falling else lowest
+        if mu <= NEAR * first or number == ITERATIONS:
             # Of two whose product goes to zero, the one that shrinks less is the one that stays (Tapia's indicator).
             stays = relative[:2] > relative[2:]
             loose = stays[0] & stays[1]

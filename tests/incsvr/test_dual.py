@@ -112,6 +112,17 @@ def test_in_six_dimensions_the_kernel_has_full_rank() -> None:
     assert solution.certified_error < 0.01
 
 
+@pytest.mark.parametrize("seed", [1080, 1445, 2702])
+def test_it_does_not_go_round_in_circles(seed: int) -> None:
+    """Where Mehrotra's method as published does: its 60th iteration is as far away as its tenth."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(-1.0, 1.0, 20)
+    y = 1300.0 * x * np.abs(x) + 4.0 * rng.normal(size=20)
+    solution = dual.solve(x, y, gamma=30.0, C=1e5, epsilon=0.0)
+    assert solution.iterations < 15
+    assert solution.certified_error < 0.1
+
+
 def test_offline_sets_need_memory_in_proportion_to_their_size() -> None:
     x, y = yaw_samples(8, old=10000, new=10000)
     tracemalloc.start()
