@@ -115,6 +115,7 @@ class Follower:
             if before is not None and report.revision >= before:
                 return
             self._show(report, None)
+        self._chapter.flush()
 
     def _show(self, report: IterationReport, seen: float | None) -> None:
         if self._time is not None and report.t < self._time:
@@ -126,6 +127,8 @@ class Follower:
             self._chapter.remember(frame)
         else:
             self._chapter.iteration(frame)
+            if seen is not None or report.iteration % 10 == 0:
+                self._chapter.flush()
             log.info("iteration %d at %.1f s", report.iteration, report.t)
 
     def _anew(self) -> None:

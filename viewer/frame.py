@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ ITERATION, VEHICLE_TIME, WALL_TIME = "iteration", "vehicle_time", "wall_time"
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Frame:
     """What one iteration shows.
 
@@ -31,28 +32,12 @@ class Frame:
     snapshot: ModelSnapshot | None
     seen: float | None
 
-    @property
+    @cached_property
     def model(self) -> Model | None:
         """The served model; None before anything was learned."""
         if self.snapshot is None or not len(self.snapshot.support):
             return None
-        return model_of(self.snapshot)
-
-
-def model_of(snapshot: ModelSnapshot) -> Model:
-    """The model that a snapshot carries."""
-    support = snapshot.support
-    return Model(
-        gamma=snapshot.kernel.gamma,
-        C=snapshot.C,
-        epsilon=snapshot.epsilon,
-        support_rate=np.array(support.rate),
-        support_damping=np.array(support.damping),
-        weight=np.array(support.weight),
-        count=np.ones(len(support)),
-        sigma=float("nan") if snapshot.sigma is None else snapshot.sigma,
-        certified_error=float("nan") if snapshot.certified_error is None else snapshot.certified_error,
-    )
+        return self.snapshot.model()
 
 
 def positions(points: Points) -> Floats:

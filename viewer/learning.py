@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 from rerun.components import Radius
 
 from incsvr.model import Model
@@ -158,16 +159,23 @@ def draw(model: Model, plate: Plate) -> dict[str, Lines]:
     rate = rate[rate <= plate.x.high]
     said = model.predict(rate)
     curve = np.column_stack((rate, said.damping))
-    inside = ~said.extrapolated
-    trained = curve[inside]
     tube = np.array([0.0, model.epsilon])
+    known, unknown = _runs(curve, ~said.extrapolated), _runs(curve, said.extrapolated)
+    dashes = [dash for run in unknown for dash in _dashes(run if run[0, 0] > 0.0 else run[::-1])]
     return {
-        "function": [trained],
-        "tube": [trained - tube, trained + tube],
-        "uncertainty": _hatch(trained, 1.96 * said.sigma[inside]),
-        "extrapolation": _dashes(curve[rate <= low][::-1]) + _dashes(curve[rate >= high]),
+        "function": known,
+        "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
+        "uncertainty": _hatch(curve, 1.96 * said.sigma, plate),
+        "extrapolation": [dash for dash in dashes if np.abs(dash[:, 1]).max() <= plate.y.high],
         "trained_range": np.concatenate([_dotted(at, plate) for at in (low, high)]),
     }
+
+
+def _runs(curve: Floats, chosen: NDArray[np.bool_]) -> list[Floats]:
+    """The parts of the (n, 2) curve where `chosen` (n,) holds, each at least two points long."""
+    ends = np.flatnonzero(np.diff(chosen)) + 1
+    parts = zip(np.split(curve, ends), np.split(chosen, ends), strict=True)
+    return [part for part, wanted in parts if wanted[0] and len(part) > 1]
 
 
 def trained_part(rate: Floats, model: Model) -> Floats:
@@ -176,12 +184,14 @@ def trained_part(rate: Floats, model: Model) -> Floats:
     return np.unique(np.concatenate(([low], rate[(rate > low) & (rate < high)], [high])))
 
 
-def _hatch(curve: Floats, doubt: Floats) -> list[Floats]:
-    """The area within ±doubt (n,) [N m] of the curve (n, 2): its two edges and upright strokes between them."""
+def _hatch(curve: Floats, doubt: Floats, plate: Plate) -> list[Floats]:
+    """The area within ±doubt (n,) [N m] of the curve (n, 2), on the plate: its two edges and strokes between them."""
     if not np.isfinite(doubt).all():
         return []
-    away = np.column_stack((np.zeros(doubt.size), doubt))
-    below, above = curve - away, curve + away
+    rate, damping = curve.T
+    below, above = (
+        np.column_stack((rate, np.clip(damping + side * doubt, plate.y.low, plate.y.high))) for side in (-1.0, 1.0)
+    )
     # One line runs through all strokes: up the first, along the edge, down the second, along the other edge, and on.
     strokes = np.stack((below, above), axis=1)
     strokes[1::2] = strokes[1::2, ::-1]
@@ -190,7 +200,7 @@ def _hatch(curve: Floats, doubt: Floats) -> list[Floats]:
 
 def _dashes(curve: Floats) -> list[Floats]:
     """The (n, 2) curve with gaps: two steps of line, two of nothing."""
-    return [curve[k : k + 3] for k in range(2, len(curve) - 1, 4)]
+    return [curve[k : k + 3] for k in range(1, len(curve) - 1, 4)]
 
 
 def _dotted(at: float, plate: Plate) -> Floats:

@@ -38,7 +38,9 @@ class Recorder:
         self.recording = recording
         self.path = path
         self.broken = False  # the file could not be written to its end
-        self._file = self._live = None
+        self._file: rr.RecordingStream | None = None
+        self._live: rr.RecordingStream | None = None
+        self._stuck: rr.RecordingStream | None = None
         if port is not None:
             self._live = _stream(recording, rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=MEMORY), blueprint)
         if path is not None:
@@ -81,7 +83,8 @@ class Recorder:
                     self.path,
                     error,
                 )
-                self._file, self.broken = None, True
+                # Closing it, or letting go of it, would wait for ever for a disk that takes nothing.
+                self._stuck, self._file, self.broken = self._file, None, True
         return not self.broken
 
     def close(self) -> None:

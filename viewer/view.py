@@ -66,7 +66,12 @@ def run(args: argparse.Namespace) -> int:
     shelf = Shelf(config, args.theme, choice, args.save, port)
     with _window(port, stop) if window and port is not None else _nothing():
         _follow(config, shelf, stop, until_broken=port is None)
-    return 0 if shelf.close() else 1
+    whole = shelf.close()
+    if shelf.broken:
+        # The stream of a file that cannot be written is never closed, and would keep the interpreter from ending.
+        logging.shutdown()
+        os._exit(1)
+    return 0 if whole else 1
 
 
 def look(path: Path, *, repair: bool, headless: bool) -> int:
@@ -112,6 +117,11 @@ class Shelf:
     def chapter(self) -> Chapter:
         assert self._chapter is not None
         return self._chapter
+
+    @property
+    def broken(self) -> bool:
+        """Whether a file could not be written to its end."""
+        return self.chapter.recorder.broken
 
     def begin(self) -> Chapter:
         """Closes the present chapter and begins the next."""

@@ -1,0 +1,44 @@
+"""Reads recordings back, the way a viewer resolves them: the newest row at or before an iteration counts."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rerun.chunk import RrdReader
+from rerun.error_utils import RerunWarning
+
+from viewer.frame import Floats
+
+Rows = dict[str, dict[int, Any]]
+
+
+def rows(path: Path, column: str, under: str = "/learning") -> Rows:
+    """Entity → iteration → the logged value of a column such as Points2D:positions."""
+    found: Rows = {}
+    with warnings.catch_warnings():
+        # A file that was cut off is read as it is; that it was is not news here.
+        warnings.filterwarnings("ignore", message="RRD file has no footer", category=RerunWarning)
+        reader = RrdReader(str(path))
+    for entry in reader.recordings():
+        for chunk in reader.stream(store=entry).filter(
+            content=f"{under}/**", has_timeline="iteration", components=column
+        ):
+            batch = chunk.to_record_batch()
+            iterations = batch.column("iteration").to_pylist()
+            for iteration, value in zip(iterations, batch.column(column).to_pylist(), strict=True):
+                if value is not None:
+                    found.setdefault(chunk.entity_path, {})[iteration] = value
+    return found
+
+
+def shown(logged: dict[int, Any], iteration: int) -> Any:
+    """What stands on the screen at an iteration; None where nothing was ever logged."""
+    before = [at for at in logged if at <= iteration]
+    return logged[max(before)] if before else None
+
+
+def points(value: Any) -> Floats:
+    return np.array(value, dtype=np.float64).reshape(-1, 2)

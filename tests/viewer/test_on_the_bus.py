@@ -1,0 +1,200 @@
+"""The viewer beside a learner, as processes: late, restarted, killed, stopped; the learner gone; the disk full."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import statistics
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from service.cli import main
+from service.wire import SETS
+from tests.viewer.conftest import KEYS, PATIENCE, House, Run, learn_until, publish
+from tests.viewer.readback import points, rows, shown
+from viewer import archive
+from viewer.frame import positions
+
+
+def test_late_killed_and_restarted_it_loses_no_iteration(house: House, run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "run.rrd"
+    house.serve()
+    session = house.client()
+    t = [report.t + 1.5 for report, _ in run.iterations]
+    learn_until(session, 2, lambda: publish(session, run.part(0.0, t[1])))
+
+    late = house.view("--headless", "--save", str(path))
+    late.wait_for("iteration 2 ")
+    publish(session, run.part(t[1], t[2]))
+    late.wait_for("iteration 3 ")
+    publish(session, run.part(t[2], t[3]))
+    late.wait_for("iteration 4 ")
+    late.end(signal.SIGKILL)
+    assert set(rows(path, "Scalars:scalars")["/learning/revision"]) == {1, 2, 3, 4}
+    assert not archive.facts(path).complete
+    looking = house.view("--headless", str(path))
+    assert "--repair" in looking.wait_for("cut off")
+
+    torn = tmp_path / "torn" / "run.rrd"
+    torn.parent.mkdir()
+    torn.write_bytes(path.read_bytes()[:-5])  # and the last bytes never reached the disk
+    assert main(["view", "--headless", "--repair", str(torn)]) == 0
+    archive.verify(torn)
+    assert set(rows(torn, "Scalars:scalars")["/learning/revision"]) >= {1, 2, 3}
+
+    learn_until(session, 5, lambda: publish(session, run.part(t[3], t[4])))
+    again = house.view("--headless", "--save", str(path))
+    again.wait_for("goes on after revision")
+    again.wait_for("iteration 5 ")
+    publish(session, run.part(t[4], t[5]))
+    again.wait_for("iteration 6 ")
+    assert again.end() == 0
+
+    archive.verify(path)
+    assert archive.facts(path).complete
+    assert [file.name for file in tmp_path.glob("*.rrd*")] == ["run.rrd"]
+    logged = rows(path, "Points2D:positions")
+    # The learner on the bus learned what the one in this process did, so its numbers are known.
+    for report, _ in run.iterations[:6]:
+        for name in SETS:
+            found = points(shown(logged[f"/learning/{name}"], report.iteration))
+            assert found == pytest.approx(positions(getattr(report, name)), abs=1e-4), (name, report.iteration)
+    recording, revision = archive.last_revision(path) or ("", 0)
+    assert revision == 6
+    assert recording
+
+
+def test_it_waits_for_the_learner_and_says_so(house: House, run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "run.rrd"
+    viewer = house.view("--headless", "--save", str(path))
+    viewer.wait_for("waiting for the learner")
+    learner = house.serve()
+    viewer.wait_for("viewer ready")
+    viewer.wait_for("the learner is here")
+    first = house.client()
+    t = [report.t + 1.5 for report, _ in run.iterations]
+    publish(first, run.part(0.0, t[0]))
+    viewer.wait_for("iteration 1 ")
+    learner.end(signal.SIGKILL)
+    viewer.wait_for("the learner went away")
+    house.serve()
+    viewer.wait_for("the learner is here")
+    second = house.client()
+    publish(second, run.part(t[0], t[2]))
+    viewer.wait_for("iteration 2 ")
+    assert viewer.end(signal.SIGINT) == 0
+    assert set(rows(path, "Scalars:scalars")["/learning/revision"]) >= {1, 2}
+    said = rows(path, "TextDocument:text", "/signals/health")["/signals/health/now"]
+    assert any("LEARNER AWAY" in text for (text,) in said.values())
+
+
+def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path: Path) -> None:
+    house.serve()
+    session = house.client()
+    t = [report.t + 1.5 for report, _ in run.iterations]
+    learn_until(session, 1, lambda: publish(session, run.part(0.0, t[0])))
+    viewer = house.view("--headless", "--save", str(tmp_path / "run.rrd"))
+    viewer.wait_for("iteration 1 ")
+    running = [latency(session) for _ in range(300)]
+    viewer.signal(signal.SIGSTOP)
+    # Two more iterations, and their thousands of measurements, while nobody empties the viewer's socket.
+    began = time.monotonic()
+    learn_until(session, 3, lambda: publish(session, run.part(t[0], t[2])))
+    learning = time.monotonic() - began
+    hung = [latency(session) for _ in range(300)]
+    viewer.signal(signal.SIGCONT)
+    viewer.wait_for("iteration 3 ")
+    assert viewer.end() == 0
+    # Every question was answered, or latency had failed; the middle one not twice as slow, on a shared machine.
+    assert statistics.median(hung) < 2.0 * statistics.median(running)
+    assert learning < 10.0
+    assert set(rows(tmp_path / "run.rrd", "Scalars:scalars")["/learning/revision"]) == {1, 2, 3}
+
+
+def test_when_the_disk_is_full_the_live_view_goes_on_at_loopback(house: House, run: Run, tmp_path: Path) -> None:
+    path, seen = tmp_path / "run.rrd", tmp_path / "seen.rrd"
+    house.serve()
+    session = house.client()
+    t = [report.t + 1.5 for report, _ in run.iterations]
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    viewer = house.view("--save", str(path), "--serve", str(port), limit_file=400_000)
+    viewer.wait_for("viewer ready")
+    assert listening(port) == {"127.0.0.1"}
+    learn_until(session, 3, lambda: publish(session, run.part(0.0, t[2])))
+    line = viewer.wait_for("cannot be written any more")
+    assert "disk full" in line
+    publish(session, run.part(t[2], t[4]))
+    viewer.wait_for("iteration 5 ")
+    watch(port, seen)
+    assert viewer.end() == 1
+    assert set(rows(seen, "Scalars:scalars")["/learning/revision"]) == {1, 2, 3, 4, 5}
+    assert path.stat().st_size > 0
+
+
+def listening(port: int) -> set[str]:
+    """The addresses at which somebody on this machine listens at a port."""
+    lines = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+    bound = [words[1].split(":") for words in lines if words[3] == "0A"]
+    return {socket.inet_ntoa(bytes.fromhex(host)[::-1]) for host, at in bound if int(at, 16) == port}
+
+
+def watch(port: int, path: Path) -> None:
+    """Comes as another viewer to what is served at a port, late, and keeps what it is given."""
+    url = f"rerun+http://127.0.0.1:{port}/proxy"
+    command = [str(archive.BINARY), "--connect", url, "--save", str(path), "--bind", "127.0.0.1", "--port", "auto"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            try:
+                if 5 in rows(path, "Scalars:scalars").get("/learning/revision", {}):
+                    break
+            except (ValueError, OSError, RuntimeError):
+                pass  # not written yet
+        process.terminate()
+
+
+def latency(session: zenoh.Session) -> float:
+    """Of one question for the damping [s]."""
+    began = time.perf_counter()
+    (reply,) = list(session.get(f"{KEYS.damping}?rate=0.1", timeout=5.0))
+    assert reply.ok is not None
+    return time.perf_counter() - began
+
+
+@pytest.mark.parametrize(
+    ("words", "cure"),
+    [
+        (["view", "--headless"], "--save"),
+        (["view", "--repair"], "name it"),
+        (["view", "nowhere.rrd"], "--save nowhere.rrd"),
+    ],
+)
+def test_bad_input_gets_one_sentence_with_its_cure(
+    words: list[str], cure: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    said = capsys.readouterr().err.strip()
+    assert cure in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_recording_of_another_release_says_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "old.rrd"
+    path.write_bytes(b"RRF2" + bytes([0, 30, 1, 0]) + bytes(100))
+    assert main(["view", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "Rerun 0.30.1 wrote this" in said
+    assert "rerun-sdk==0.30.1" in said
+
+
+def test_something_else_is_no_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("t,yaw_rate,torque\n")
+    assert main(["view", str(path)]) == 2
+    assert "no Rerun recording" in capsys.readouterr().err

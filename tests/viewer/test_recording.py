@@ -1,0 +1,141 @@
+"""The recording holds the learner's numbers: every set of every iteration, the curve, the figures."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.wire import SETS, Health, Measurement
+from tests.viewer.conftest import Run
+from tests.viewer.readback import points, rows, shown
+from viewer import archive
+from viewer.chapter import Chapter
+from viewer.compare import Choice
+from viewer.error import POINTS
+from viewer.frame import Frame, positions
+from viewer.learning import trained_part
+from viewer.pages import blueprint
+from viewer.palette import DARK
+from viewer.recorder import Recorder, new_recording
+
+
+def record(run: Run, path: Path, choice: Choice) -> None:
+    recorder = Recorder(new_recording(), blueprint(DARK, choice), path=path)
+    chapter = Chapter(recorder, DARK, choice, rate=0.25)
+    newest = 0.0
+    for report, snapshot in run.iterations:
+        now = time.time()
+        for name, (t, value) in run.part(newest, report.t).items():
+            chapter.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), now)
+        newest = report.t
+        chapter.iteration(Frame(report, snapshot, now))
+        counters = {"rejected": 3, "rejected:late": 2, "rejected:duplicate": 1}
+        chapter.health(Health(level="OK", boot="a test", counters=counters, t=report.t), now)
+        assert chapter.flush()
+    recorder.close()
+
+
+@pytest.fixture(scope="module")
+def recorded(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recorded") / "run.rrd"
+    record(run, path, Choice())
+    return path
+
+
+def test_every_set_of_every_iteration_is_there_with_the_learners_numbers(run: Run, recorded: Path) -> None:
+    logged = rows(recorded, "Points2D:positions")
+    for report, _ in run.iterations:
+        for name in SETS:
+            expected = positions(getattr(report, name)).astype(np.float32)
+            found = points(shown(logged[f"/learning/{name}"], report.iteration))
+            assert np.array_equal(found, expected), f"{name} of iteration {report.iteration}"
+
+
+def test_the_curve_is_the_served_model(run: Run, recorded: Path) -> None:
+    logged = rows(recorded, "LineStrips2D:strips")
+    for report, snapshot in run.iterations:
+        model = snapshot.model()
+        curve = np.concatenate([points(strip) for strip in shown(logged["/learning/function"], report.iteration)])
+        assert curve[[0, -1], 0] == pytest.approx(snapshot.trained_range, abs=1e-6)
+        assert curve[:, 1] == pytest.approx(model.predict(curve[:, 0]).damping, abs=1e-3)
+        tubes = [points(strip)[:, 1] for strip in shown(logged["/learning/tube"], report.iteration)]
+        for below, above in zip(tubes[::2], tubes[1::2], strict=True):
+            assert above - below == pytest.approx(2.0 * snapshot.epsilon, abs=1e-4)
+        below, above, _ = (points(strip) for strip in shown(logged["/learning/uncertainty"], report.iteration))
+        doubt = 1.96 * model.predict(below[:, 0]).sigma
+        # Where both edges lie on the axes; beyond, they are cut.
+        whole = (above[:, 1] < above[:, 1].max() - 1e-3) & (below[:, 1] > below[:, 1].min() + 1e-3)
+        assert whole.sum() > 50
+        assert (above - below)[whole, 1] == pytest.approx(2.0 * doubt[whole], abs=1e-3)
+
+
+def test_what_is_dashed_is_extrapolated(run: Run, recorded: Path) -> None:
+    logged = rows(recorded, "LineStrips2D:strips")
+    for report, snapshot in run.iterations:
+        model = snapshot.model()
+        for strip in shown(logged["/learning/extrapolation"], report.iteration):
+            assert model.predict(points(strip)[1:-1, 0]).extrapolated.all()
+
+
+def test_the_errors_are_there(run: Run, recorded: Path) -> None:
+    logged = rows(recorded, "Scalars:scalars", "/error")["/error/progressive"]
+    expected = {report.iteration: [report.progressive_mae] for report, _ in run.iterations[1:]}
+    assert logged == expected
+
+
+def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path) -> None:
+    tables = rows(recorded, "TextDocument:text")
+    for report, _ in run.iterations:
+        (text,) = shown(tables["/learning/table"], report.iteration)
+        assert f"Iteration {report.iteration} " in text
+        assert f"| Support vectors | {len(report.support)} |" in text
+        (text,) = shown(tables["/learning/compared"], report.iteration)
+        assert f"Iteration 1 and {report.iteration}" in text
+    for path in ("/learning", "/signals/scope", "/error"):
+        assert min(rows(recorded, "EncodedImage:blob", path)[f"{path}/axes"]) == run.iterations[0][0].iteration
+
+
+def test_two_chosen_revisions_stand_still(run: Run, tmp_path: Path) -> None:
+    record(run, tmp_path / "chosen.rrd", Choice(before=2, after=4))
+    logged = rows(tmp_path / "chosen.rrd", "Points2D:positions")
+    last = run.iterations[-1][0].iteration
+    for name, chosen in (("before", 2), ("after", 4)):
+        report, snapshot = run.iterations[chosen - 1]
+        found = points(shown(logged[f"/learning/{name}/support"], last))
+        assert np.array_equal(found, positions(report.support).astype(np.float32))
+        assert snapshot.iteration == chosen
+
+
+def test_a_recording_is_verified_and_optimising_keeps_every_number(run: Run, recorded: Path, tmp_path: Path) -> None:
+    archive.verify(recorded)
+    archive.optimise([recorded], tmp_path / "small.rrd")
+    archive.verify(tmp_path / "small.rrd")
+    assert rows(tmp_path / "small.rrd", "Points2D:positions") == rows(recorded, "Points2D:positions")
+    assert archive.facts(tmp_path / "small.rrd").complete
+    assert archive.last_revision(recorded) == archive.last_revision(tmp_path / "small.rrd")
+
+
+def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "bare.rrd"
+    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    Chapter(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
+    recorder.close()
+    assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
+
+
+def test_the_trained_part_ends_at_both_ends(run: Run) -> None:
+    model = run.iterations[0][1].model()
+    rate = trained_part(np.linspace(-1.0, 1.0, 11), model)
+    assert (rate[0], rate[-1]) == model.trained_range
+    assert (np.diff(rate) > 0.0).all()
+
+
+def test_a_curve_never_grows_beyond_what_a_screen_shows(run: Run, tmp_path: Path) -> None:
+    from viewer.error import thinned
+
+    curve = np.column_stack((np.arange(7200.0), np.arange(7200.0)))
+    assert len(thinned(curve)) <= POINTS
+    assert thinned(curve)[[0, -1], 0].tolist() == [0.0, 7199.0]
