@@ -36,7 +36,8 @@ def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: Ar
         epsilon: half the height of the tube [N m], ≥ 0; one number, or (n,).
 
     Raises:
-        BadInput: unequal lengths, a value that is not finite, a parameter out of its range.
+        BadInput: unequal lengths, a value that is not finite, a parameter out of its range, more samples than have a
+            factor of bounded rank.
     """
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
     best: Solution | None = None

@@ -7,10 +7,12 @@ import math
 import numpy as np
 from scipy.linalg import lapack
 
+from incsvr.errors import BadInput
 from incsvr.kernel import rbf
 from incsvr.samples import Array
 
 SMALL = 256  # samples up to which the kernel matrix itself is formed: at most half a megabyte
+MOST = 1024  # columns of L: memory stays n·MOST, never n²
 NARROW = 8.0  # 2γh² up to which the series is used; there it has at most 41 terms
 TOLERANCE = 1e-16  # of κ(x, x) = 1, left out of the series
 LEFT = 2e-15  # of κ(x, x) = 1, left out by the pivots; with less they would take up rounding
@@ -22,6 +24,9 @@ def factor(x: Array, gamma: float) -> Array:
     Args:
         x: (n,) or (n, d), n ≥ 1.
         gamma: γ of the kernel.
+
+    Raises:
+        BadInput: more than `MOST` samples of which each is a column of its own.
     """
     if x.ndim == 1:
         low, high = float(x.min()), float(x.max())
@@ -63,8 +68,13 @@ def _pivoted(x: Array, gamma: float) -> Array:
         pivot = int(left.argmax())
         if left[pivot] <= LEFT:
             return LT[:rank]
+        if rank == MOST:
+            raise BadInput(
+                f"{n} samples with gamma = {gamma:g} lie too far apart to be solved together (rank over {MOST}): "
+                f"lower gamma or take at most {MOST} samples"
+            )
         if rank == LT.shape[0]:
-            LT = np.concatenate([LT, np.empty((min(rank, n - rank), n))])
+            LT = np.concatenate([LT, np.empty((min(rank, MOST - rank), n))])
         row = rbf(x[pivot : pivot + 1], x, gamma)[0]
         row -= LT[:rank, pivot] @ LT[:rank]
         row /= math.sqrt(left[pivot])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr import factor as factors
+from incsvr.errors import BadInput
 from incsvr.factor import factor
 from incsvr.kernel import rbf
 from incsvr.samples import Array
@@ -57,3 +58,9 @@ def test_pivots_with_and_without_the_whole_matrix_agree(monkeypatch: pytest.Monk
     monkeypatch.setattr(factors, "SMALL", 10)
     by_rows = factor(x, 1.0)
     assert np.abs(whole.T @ whole - by_rows.T @ by_rows).max() < 2e-14
+
+
+def test_samples_that_have_too_little_in_common_are_refused_before_memory_is_n_squared() -> None:
+    x = np.linspace(0.0, 1e6, 1500)
+    with pytest.raises(BadInput, match="lower gamma or take at most 1024 samples"):
+        factor(x, 10.0)
