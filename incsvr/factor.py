@@ -74,7 +74,7 @@ def _pivoted(x: Array, gamma: float) -> Array:
                 f"lower gamma or take at most {MOST} samples"
             )
         if rank == LT.shape[0]:
-            LT = np.concatenate([LT, np.empty((min(rank, MOST - rank), n))])
+            LT = np.concatenate([LT, np.empty((min(rank, MOST - rank, n - rank), n))])
         row = rbf(x[pivot : pivot + 1], x, gamma)[0]
         row -= LT[:rank, pivot] @ LT[:rank]
         row /= math.sqrt(left[pivot])
