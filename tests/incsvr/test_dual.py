@@ -39,6 +39,7 @@ def test_the_optimality_conditions_hold(seed: int) -> None:
     assert np.abs(solution.weight).max() <= 1000.0
     assert violation(x, y, solution.weight, 10.0, 1000.0 * each, 0.1 * each) < 1e-9
     assert solution.certified_error < 0.01
+    assert np.abs(solution.fitted - rbf(x, x, 10.0) @ solution.weight).max() < 1e-9
     # The multipliers at a bound are there exactly, not nearly.
     assert (np.abs(solution.weight) == 1000.0).sum() > 0.8 * y.size
 
