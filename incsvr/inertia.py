@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from incsvr.errors import BadInput
 from incsvr.motion import Motion
-from incsvr.plant import integrate
+from incsvr.plant import free_run
 from incsvr.samples import Array
 
 _BLOCKS = 20
@@ -69,7 +69,7 @@ def identify(runs: Sequence[Motion], advance: Callable[[], None] = lambda: None)
         def drag(rate: float) -> float:
             return constant + rate * (linear + abs(rate) * (quadratic + cubic * abs(rate)))
 
-        errors = [run.error(lambda t, tau, r0: integrate(t, tau, r0, inertia, drag)) for run in runs]
+        errors = [run.error(lambda t, tau, r0: free_run(t, tau, r0, inertia=inertia, damping=drag)) for run in runs]
         return np.nan_to_num(np.concatenate(errors) / rate_scale, nan=1e3)
 
     start = _start(runs, rate_scale, torque_scale)

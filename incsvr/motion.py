@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.plant import Damping, integrate, tabulated
+from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 
@@ -59,13 +59,13 @@ def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Moti
     return found
 
 
-def free_run_rmse(runs: Sequence[Motion], inertia: float, damping: Damping) -> float | None:
+def free_run_rmse(runs: Sequence[Motion], inertia: float, damping: Callable[[Array], Array]) -> float | None:
     """RMSE of the free runs [rad/s]; None where there is none, or one runs away."""
     if not runs:
         return None
     fastest = max(float(np.abs(run.yaw_rate).max()) for run in runs)
-    drag = tabulated(damping, 2.0 * max(fastest, 1e-3))
-    errors = [run.error(lambda t, tau, r0: integrate(t, tau, r0, inertia, drag)) for run in runs]
+    table = tabulated(damping, 2.0 * max(fastest, 1e-3))
+    errors = [run.error(lambda t, tau, r0: free_run(t, tau, r0, inertia=inertia, damping=table)) for run in runs]
     value = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
     return value if np.isfinite(value) else None
 

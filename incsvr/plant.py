@@ -10,8 +10,8 @@ import numpy as np
 
 from incsvr.samples import Array
 
-Damping = Callable[[Array], Array]
-"""d(r): (n,) yaw rates [rad/s] → (n,) damping moments [N m]."""
+Damping = Callable[[float], float]
+"""d(r): a yaw rate [rad/s] → the damping moment [N m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ def damping_moment(torque: Array, yaw_acceleration: Array, inertia: float) -> Ar
 def free_run(
     time: Array, torque: Array, yaw_rate: float, *, inertia: float, damping: Damping, max_step: float = 0.05
 ) -> Array:
-    """The yaw rate simulated from the torque alone, I ṙ = τ − d(r), (n,) [rad/s].
+    """The yaw rate simulated from the torque alone, I ṙ = τ − d(r), (n,) [rad/s], by Runge–Kutta steps.
 
     A simulation that runs away, because d(r) feeds energy in, is NaN from there on.
 
@@ -67,20 +67,35 @@ def free_run(
         torque: (n,) τ [N m], linear between the stamps.
         yaw_rate: the first yaw rate [rad/s].
         inertia: I [kg m²].
-        damping: d(r).
-        max_step: longest step of the integration [s].
+        damping: d(r), of one number.
+        max_step: longest step [s].
     """
-    point = np.empty(1)
+    result = np.full(time.size, np.nan)
+    if time.size == 0:
+        return result
+    rate = result[0] = float(yaw_rate)
+    bound = 1e3 * max(1.0, abs(rate))
+    stamps, moments = time.tolist(), torque.tolist()
+    for k in range(1, time.size):
+        whole = stamps[k] - stamps[k - 1]
+        count = max(1, ceil(whole / max_step - 1e-9))
+        step, rise = whole / count, (moments[k] - moments[k - 1]) / count
+        for part in range(count):
+            before = moments[k - 1] + part * rise
+            middle, after = before + 0.5 * rise, before + rise
+            k1 = (before - damping(rate)) / inertia
+            k2 = (middle - damping(rate + 0.5 * step * k1)) / inertia
+            k3 = (middle - damping(rate + 0.5 * step * k2)) / inertia
+            k4 = (after - damping(rate + step * k3)) / inertia
+            rate += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        if not abs(rate) < bound:
+            break
+        result[k] = rate
+    return result
 
-    def drag(rate: float) -> float:
-        point[0] = rate
-        return float(damping(point)[0])
 
-    return integrate(time, torque, yaw_rate, inertia, drag, max_step)
-
-
-def tabulated(damping: Damping, limit: float, nodes: int = 4001) -> Callable[[float], float]:
-    """d(r) of one number for `integrate`, linear between `nodes` rates within ±limit [rad/s], asked itself beyond.
+def tabulated(damping: Callable[[Array], Array], limit: float, nodes: int = 4001) -> Damping:
+    """d(r) of one number for `free_run`, linear between `nodes` rates within ±limit [rad/s], asked itself beyond.
 
     With R = limit it is off by at most (R/(nodes − 1))² max|d″|/2: 8e-5 N m for R = 0.5 rad/s and a d″ of 10⁴ N m s².
     """
@@ -96,34 +111,3 @@ def tabulated(damping: Damping, limit: float, nodes: int = 4001) -> Callable[[fl
         return values[cell] + (place - cell) * (values[cell + 1] - values[cell])
 
     return drag
-
-
-def integrate(
-    time: Array, torque: Array, yaw_rate: float, inertia: float, drag: Callable[[float], float], max_step: float = 0.05
-) -> Array:
-    """free_run for a damping of one number, d(r) [N m] of r [rad/s]: many times faster where d is a formula.
-
-    Classical Runge–Kutta steps between the stamps, none longer than `max_step`.
-    """
-    result = np.full(time.size, np.nan)
-    if time.size == 0:
-        return result
-    rate = result[0] = float(yaw_rate)
-    bound = 1e3 * max(1.0, abs(rate))
-    stamps, moments = time.tolist(), torque.tolist()
-    for k in range(1, time.size):
-        whole = stamps[k] - stamps[k - 1]
-        count = max(1, ceil(whole / max_step - 1e-9))
-        step, rise = whole / count, (moments[k] - moments[k - 1]) / count
-        for part in range(count):
-            before = moments[k - 1] + part * rise
-            middle, after = before + 0.5 * rise, before + rise
-            k1 = (before - drag(rate)) / inertia
-            k2 = (middle - drag(rate + 0.5 * step * k1)) / inertia
-            k3 = (middle - drag(rate + 0.5 * step * k2)) / inertia
-            k4 = (after - drag(rate + step * k3)) / inertia
-            rate += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        if not abs(rate) < bound:
-            break
-        result[k] = rate
-    return result

@@ -16,7 +16,7 @@ from incsvr.baselines import (
     OfflineSVR,
     RecursiveLeastSquares,
 )
-from incsvr.plant import free_run
+from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array, Samples
 
 RATES = np.linspace(-0.22, 0.22, 45, dtype=np.float64)
@@ -30,7 +30,7 @@ def data(duration: float, noise: float = 0.0, factor: float = 1.0) -> Data:
     """A vehicle of 350 kg m² whose damping is linear + quadratic, driven by a sinusoid."""
     time = np.arange(0.0, duration, 0.05, dtype=np.float64)
     torque = 80.0 * np.sin(2.0 * np.pi * time / 40.0)
-    rate = free_run(time, torque, 0.0, inertia=350.0, damping=lambda r: factor * truth(r))
+    rate = free_run(time, torque, 0.0, inertia=350.0, damping=tabulated(lambda r: factor * truth(r), 0.5))
     scatter = np.random.default_rng(1).normal(0.0, noise, time[::10].size)
     return Data(Samples(time[::10], rate[::10], factor * truth(rate[::10]) + scatter), time, rate, torque)
 

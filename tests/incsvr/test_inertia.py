@@ -8,7 +8,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.inertia import identify
 from incsvr.motion import Motion, free_run_rmse, motions
-from incsvr.plant import free_run
+from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array
 
 NOISE = 0.01
@@ -23,7 +23,7 @@ def run(seed: int, inertia: float = 1.5, duration: float = 30.0) -> Motion:
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, duration, 0.04, dtype=np.float64)
     torque = np.repeat(rng.choice([-4.0, -2.0, 0.0, 2.0, 4.0], time.size // 25 + 1), 25)[: time.size]
-    rate = free_run(time, torque, 0.0, inertia=inertia, damping=truth)
+    rate = free_run(time, torque, 0.0, inertia=inertia, damping=tabulated(truth, 4.0))
     return Motion(time, torque, time, rate + rng.normal(0.0, NOISE, time.size))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.plant import Thruster, damping_moment, free_run, integrate, tabulated, thruster_torque
+from incsvr.plant import Thruster, damping_moment, free_run, tabulated, thruster_torque
 from incsvr.samples import Array
 
 
@@ -56,7 +56,3 @@ def test_a_table_stands_for_the_damping() -> None:
     table = tabulated(damping, limit=0.5)
     rates = np.random.default_rng(0).uniform(-0.8, 0.8, 500)
     np.testing.assert_allclose([table(rate) for rate in rates.tolist()], damping(rates), atol=1e-4)
-    time = np.arange(0.0, 20.0, 0.05, dtype=np.float64)
-    torque = 50.0 * np.sin(time)
-    fast = integrate(time, torque, 0.0, 350.0, table)
-    np.testing.assert_allclose(fast, free_run(time, torque, 0.0, inertia=350.0, damping=damping), atol=1e-7)
