@@ -25,6 +25,13 @@ bench: .venv/ready
 trace-table: .venv/ready
 	$(BIN)/python -m benchmarks.trace_table
 
+recording: .venv/ready
+	$(BIN)/python -m benchmarks.recording
+
+pictures: .venv/ready  ## the pictures of the README, from the last demo's recording
+	test -f out/leng.rrd || $(BIN)/incsvr demo
+	$(BIN)/python -m viewer.pictures out/leng.rrd docs/pictures
+
 .venv/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=python3.11 …")'
 	$(PYTHON) -m venv .venv

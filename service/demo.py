@@ -98,6 +98,7 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
             viewer = stack.enter_context(
                 _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint)
             )
+            _wait_until_ready(viewer, out / "view.log")
         player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed)))
         print(f"learner at {endpoint}; playing T1 and T2 at {speed:g} times the vehicle's pace", file=people)
         print(_HEAD, file=people)
@@ -172,6 +173,15 @@ def _process(out: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
             yield process
         finally:
             _end(process)
+
+
+def _wait_until_ready(viewer: subprocess.Popen[bytes], log: Path) -> None:
+    """Returns once the viewer hears the bus, so that the recording begins with the first measurement."""
+    until = time.monotonic() + _LONGEST_START
+    while "viewer ready" not in log.read_text(encoding="utf-8", errors="replace"):
+        if viewer.poll() is not None or time.monotonic() > until:
+            raise Failed(f"the viewer did not start; see {log}")
+        time.sleep(0.05)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

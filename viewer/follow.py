@@ -55,12 +55,18 @@ class Follower:
         while not stop.is_set():
             for message in self._bus.wait(FLUSH_S):
                 self._take(message)
-                if stop.is_set():
-                    return
             if time.monotonic() - flushed >= FLUSH_S:
                 flushed = time.monotonic()
                 if not self._chapter.flush() and until_broken:
                     return
+        self._finish()
+
+    def _finish(self) -> None:
+        """What the learner said before we were told to stop belongs to the recording."""
+        if self._here:
+            self._catch_up()
+        for message in self._bus.wait(0.0):
+            self._take(message)
 
     def _take(self, message: Message | Presence) -> None:
         if isinstance(message, Presence):
