@@ -17,7 +17,7 @@ from service.host import Host
 
 log = logging.getLogger(__name__)
 
-POLL = 0.02
+POLL = 0.04
 """How often measurements are taken in and questions for history are looked at [s]."""
 TICK = 0.2
 """How often health is looked at [s]."""

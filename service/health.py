@@ -7,7 +7,6 @@ an earlier state was set aside. Ages are wall time; the clock is injected.
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -62,9 +61,11 @@ class HealthWatch:
             stream = self._stream(name)
             stream.received += t.size
             stream.at = self._clock()
-            changed = np.flatnonzero(np.diff(value, prepend=math.nan if stream.value is None else stream.value))
+            changed = np.flatnonzero(value[1:] != value[:-1])
             if changed.size:
-                stream.still_since = float(t[changed[-1]])
+                stream.still_since = float(t[changed[-1] + 1])
+            elif value[0] != stream.value:
+                stream.still_since = float(t[0])
             stream.t, stream.value = float(t[-1]), float(value[-1])
 
     def numbered(self, name: str, sequence: int) -> None:

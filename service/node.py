@@ -125,7 +125,10 @@ class LearnerNode:
         with self._lock:
             if stream in self._behind:
                 t, value = self._hold_back(stream, t, value)
-            self._synchroniser.push(stream, t, value)
+            if t.size == 1:  # three times as quick, and the most frequent case by far
+                self._synchroniser.push_one(stream, float(t[0]), float(value[0]))
+            else:
+                self._synchroniser.push(stream, t, value)
             if all(held.count >= RESTART_VALUES for held in self._behind.values()):
                 self._restart_clock()
             self._take(self._synchroniser.ready())
@@ -215,7 +218,7 @@ class LearnerNode:
         They are late where their own stream goes on ahead of them.
         """
         held, newest = self._behind[stream], self._synchroniser.newest(stream)
-        if newest is None:
+        if newest is None or (not held.count and t.min() >= newest - RESTART_S):
             return t, value
         ahead = np.flatnonzero(~((t >= 0.0) & (t < newest - RESTART_S)))
         end = int(ahead[-1]) + 1 if ahead.size else 0

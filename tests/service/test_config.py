@@ -1,0 +1,112 @@
+"""The configuration: what is wrong is said in one sentence, with the line, the variable or the flag."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+import yaml
+
+from incsvr.errors import BadInput
+from incsvr.learner import Settings
+from incsvr.signals import SignalSettings
+from service.cli import main
+from service.config import Config, add_config_arguments, from_arguments, read
+from service.config_command import commented
+from service.session import from_file
+from tests.conftest import ROOT
+
+
+def test_the_defaults_are_those_of_the_mathematics() -> None:
+    assert Config().learner_settings() == Settings()
+    assert Config().signal_settings() == SignalSettings()
+
+
+def test_the_file_of_the_repository_holds_the_defaults_commented() -> None:
+    assert (ROOT / "config.yaml").read_text(encoding="utf-8") == commented(Config())
+    assert read(ROOT / "config.yaml") == Config()
+
+
+def test_every_value_says_what_it_is() -> None:
+    values = yaml.safe_load(commented(Config()))
+    assert values == Config().model_dump(mode="json")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("learner:\n  gamma: 10\n  epsilon: -1\n", "line 3: learner.epsilon"),
+        ("learner:\n  gama: 10\n", "line 2: there is no learner.gama"),
+        ("prefix: a b\n", "line 1: prefix"),
+        ("\n\nvehicle: {inertia: heavy}\n", "line 3: vehicle.inertia"),
+        ("vehicle:\n  rate_range: [0.3, -0.3]\n", "line 1: vehicle: rate_range needs its lower end first"),
+        ("signals:\n  gap: 1.0\n", "line 1: signals: gap is longer than twice the smoothing"),
+        ("bus:\n  listen: tcp/0.0.0.0:7447\n", "line 2: bus.listen: this listens on all interfaces"),
+        ("bus:\n  listen: 7447\n", "line 2: bus.listen"),
+        ("a: b: c\n", "line 1: this is no YAML"),
+        ("- 1\n- 2\n", "the configuration is a list"),
+        ("also:\n  - prefix: b\n    vehicle: {inertia: -3}\n", "line 3: vehicle.inertia"),
+        ("also:\n  - vehicle: {inertia: 3}\n", "two learners share the prefix leng/yaw"),
+        ("learner:\n  C: .nan\n", "line 2: learner.C"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_named_with_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, sentence: str
+) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(text)
+    assert main(["config", "check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+
+
+def test_a_good_file_is_said_to_be_good(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text("vehicle: {name: bluerov}\nprefix: bluerov/yaw\nalso: [{prefix: bluerov/pitch}]\n")
+    assert main(["config", "check", str(path)]) == 0
+    assert "good; the learner serves bluerov/yaw, bluerov/pitch" in capsys.readouterr().out
+
+
+def test_variables_go_before_the_file_and_flags_before_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text("learner: {gamma: 1, C: 2, epsilon: 3}\n")
+    monkeypatch.setenv("INCSVR_LEARNER__C", "20")
+    monkeypatch.setenv("INCSVR_LEARNER__EPSILON", "30")
+    parser = argparse.ArgumentParser()
+    add_config_arguments(parser)
+    args = parser.parse_args(["--config", str(path), "--set", "learner.epsilon=300", "--prefix", "a/b"])
+    config = from_arguments(args)
+    assert (config.learner.gamma, config.learner.C, config.learner.epsilon, config.prefix) == (1, 20, 300, "a/b")
+
+
+def test_a_wrong_variable_and_a_wrong_flag_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    parser = argparse.ArgumentParser()
+    add_config_arguments(parser)
+    args = parser.parse_args(["--set", "learner.C=-1"])
+    with pytest.raises(BadInput, match=r"--set learner.C: learner.C: Input should be greater than 0, not -1"):
+        from_arguments(args)
+    monkeypatch.setenv("INCSVR_LEARNER__GAMMA", "wide")
+    with pytest.raises(BadInput, match=r"the variable INCSVR_LEARNER__GAMMA: learner.gamma"):
+        read()
+    monkeypatch.delenv("INCSVR_LEARNER__GAMMA")
+    monkeypatch.setenv("INCSVR_LERNER__GAMMA", "1")
+    with pytest.raises(BadInput, match="there is no lerner"):
+        read()
+
+
+def test_a_missing_file_and_a_wrong_zenoh_file_are_named(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="there is no such file"):
+        read(tmp_path / "none.yaml")
+    wrong = tmp_path / "zenoh.json5"
+    wrong.write_text("{mode: 'nonsense'}")
+    with pytest.raises(BadInput, match="is no Zenoh configuration"):
+        from_file(wrong)
+
+
+def test_the_example_configurations_are_good() -> None:
+    for path in sorted((ROOT / "deploy").glob("*.yaml")):
+        read(path)
+    for path in sorted((ROOT / "deploy").glob("*.json5")):
+        from_file(path)

@@ -1,0 +1,135 @@
+"""Health: one level, and sentences that say why. The clock is the test's own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.samples import Array
+from service.config import HealthLimits
+from service.health import HealthWatch
+from service.node import LearnerNode
+from simulator import leng
+from tests.service.conftest import configured
+
+
+class Clock:
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def watch(clock: Clock) -> HealthWatch:
+    return HealthWatch(HealthLimits(), started=clock(), clock=clock)
+
+
+@pytest.fixture
+def node() -> LearnerNode:
+    return LearnerNode(configured(), boot="b")
+
+
+def feed(watch: HealthWatch, node: LearnerNode, streams: dict[str, tuple[Array, Array]]) -> None:
+    for name, (t, value) in streams.items():
+        watch.received(name, t, value)
+        node.push(name, t, value)
+
+
+def moving(start: float, end: float) -> dict[str, tuple[Array, Array]]:
+    t = np.arange(start, end, 0.02, dtype=np.float64)
+    return {"yaw_rate": (t, np.array(0.1 * np.sin(t))), "torque": (t, np.array(20.0 * np.cos(t)))}
+
+
+def test_it_is_well_while_both_streams_come(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
+    feed(watch, node, moving(0.0, 5.0))
+    health = watch.report(node)
+    assert (health.level, health.reasons) == ("OK", ())
+    assert health.streams["yaw_rate"].received == 250
+    assert health.counters["rejected"] == 0
+
+
+def test_a_silent_stream_is_stale(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
+    assert watch.report(node).level == "OK"  # it may still come
+    clock.now += 3.0
+    assert watch.report(node).reasons == ("no yaw rate has come yet", "no torque has come yet")
+    feed(watch, node, moving(0.0, 5.0))
+    assert watch.report(node).level == "OK"
+    clock.now += 2.5
+    health = watch.report(node)
+    assert health.level == "STALE"
+    assert health.reasons[0] == "the last yaw rate came 2.5 s ago"
+
+
+def test_rejected_values_warn_and_are_forgiven(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
+    feed(watch, node, moving(0.0, 5.0))
+    watch.refused("not_json")
+    node.push("yaw_rate", np.array([5.0, np.nan]), np.array([50.0, 0.0]))
+    health = watch.report(node)
+    assert health.level == "WARN"
+    assert "1 value rejected: not json" in health.reasons
+    assert {name: health.counters[f"rejected:{name}"] for name in ("not_json", "implausible", "not_finite")} == {
+        "not_json": 1,
+        "implausible": 1,
+        "not_finite": 1,
+    }
+    for step in range(1, 12):
+        clock.now += 1.0
+        feed(watch, node, moving(5.0 + step, 6.0 + step))
+    assert watch.report(node).level == "OK"
+    assert watch.report(node).counters["rejected"] == 3
+
+
+def test_a_sensor_that_stands_still_warns(watch: HealthWatch, node: LearnerNode) -> None:
+    t = np.arange(0.0, 4.0, 0.02, dtype=np.float64)
+    feed(watch, node, {"yaw_rate": (t, np.where(t < 1.0, np.sin(t) / 5, 0.05)), "torque": (t, np.cos(t))})
+    health = watch.report(node)
+    assert health.level == "WARN"
+    assert health.reasons == ("the yaw rate stands still at 0.05 rad/s for 3.0 s",)
+
+
+def test_standing_still_is_seen_in_single_messages_too(watch: HealthWatch, node: LearnerNode) -> None:
+    feed(watch, node, moving(0.0, 1.0))
+    for t in np.arange(1.0, 4.0, 0.5, dtype=np.float64):
+        feed(watch, node, {"yaw_rate": (np.array([t]), np.array([0.07])), "torque": (np.array([t]), np.array([1.0]))})
+    assert watch.report(node).reasons == ("the yaw rate stands still at 0.07 rad/s for 2.5 s",)
+
+
+def test_a_vehicle_beyond_the_learned_range_warns(watch: HealthWatch, node: LearnerNode) -> None:
+    run = leng.recording("T1", seed=1).streams()
+    feed(watch, node, {name: (t[t < 100.0], v[t < 100.0]) for name, (t, v) in run.items()})
+    while node.learn() is not None:
+        pass
+    assert watch.report(node).reasons == ()
+    t = np.arange(100.0, 110.0, 0.02, dtype=np.float64)
+    noise = 0.001 * np.sin(50.0 * t)
+    feed(watch, node, {"yaw_rate": (t, 0.6 + noise), "torque": (t, 90.0 + noise)})
+    health = watch.report(node)
+    assert health.level == "WARN"
+    assert "where the model extrapolates (learned -0.2" in health.reasons[0]
+
+
+def test_what_cannot_be_kept_is_an_error(watch: HealthWatch, node: LearnerNode) -> None:
+    feed(watch, node, moving(0.0, 5.0))
+    watch.saved("database or disk is full")
+    health = watch.report(node)
+    assert (health.level, health.reasons) == ("ERROR", ("what was learned cannot be kept: database or disk is full",))
+    watch.saved(None)
+    assert watch.report(node).level == "OK"
+
+
+def test_learned_is_the_fresh_part_of_the_range(clock: Clock) -> None:
+    node = LearnerNode(configured(health__fresh_for=100.0, learner__batch=10, learner__bins=10), boot="b")
+    assert node.learned == 0.0
+    t = np.arange(0.0, 8.0, 0.02, dtype=np.float64)
+    for start, rate in ((0.0, 0.01), (10.0, 0.06), (200.0, 0.11)):
+        node.push("yaw_rate", start + t, rate + 1e-4 * np.sin(t))
+        node.push("torque", start + t, 100.0 * rate + np.zeros(t.size))
+        assert node.learn() is not None
+        expected = {0.01: 0.1, 0.06: 0.2, 0.11: 0.1}
+        assert node.learned == pytest.approx(expected[rate])

@@ -1,0 +1,247 @@
+"""`incsvr serve` as a process: how it starts, ends, dies and comes back."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+import zenoh
+
+from service import wire
+from service.session import connecting, free_endpoint, open_session
+from simulator import leng
+from simulator.player import messages, play
+from tests.service.conftest import PATIENCE
+
+KEYS = wire.Keys("leng/yaw")
+
+
+def command(*words: str) -> list[str]:
+    return [sys.executable, "-m", "service.cli", *words]
+
+
+@contextmanager
+def serving(endpoint: str, state: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+    process = subprocess.Popen(
+        command("serve", "--listen", endpoint, "--set", f"state={state}", *words), stderr=subprocess.PIPE
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+        assert process.stderr is not None
+        process.stderr.close()
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_endpoint()
+
+
+@contextmanager
+def client(endpoint: str) -> Iterator[tuple[zenoh.Session, queue.Queue[str]]]:
+    """A session, and what its learner's liveliness says."""
+    alive: queue.Queue[str] = queue.Queue()
+    with open_session(connecting(endpoint), PATIENCE) as session:
+        session.liveliness().declare_subscriber(KEYS.alive, lambda sample: alive.put(str(sample.kind)), history=True)
+        yield session, alive
+
+
+def teach(session: zenoh.Session, first: float, last: float) -> None:
+    """Part of Leng's first run, in messages that each carry five seconds."""
+    for start in range(int(first), int(last), 5):
+        for name, (t, value) in leng.recording("T1", seed=9).streams().items():
+            part = (t >= start) & (t < start + 5)
+            session.put(KEYS.stream(name), wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist())))
+
+
+def next_model(models: queue.Queue[wire.ModelSnapshot]) -> wire.ModelSnapshot:
+    return models.get(timeout=PATIENCE)
+
+
+def answered(session: zenoh.Session, selector: str) -> wire.ModelSnapshot:
+    (reply,) = list(session.get(selector, timeout=PATIENCE))
+    assert reply.ok is not None
+    return wire.decode(wire.ModelSnapshot, reply.ok.payload.to_bytes())
+
+
+def following(session: zenoh.Session) -> queue.Queue[wire.ModelSnapshot]:
+    models: queue.Queue[wire.ModelSnapshot] = queue.Queue()
+    session.declare_subscriber(
+        KEYS.model, lambda sample: models.put(wire.decode(wire.ModelSnapshot, sample.payload.to_bytes()))
+    )
+    return models
+
+
+def test_it_is_ready_soon_ends_soon_and_says_goodbye(endpoint: str, tmp_path: Path) -> None:
+    with serving(endpoint, tmp_path) as process, client(endpoint) as (_, alive):
+        assert "PUT" in alive.get(timeout=PATIENCE)
+        began = time.monotonic()
+        process.send_signal(signal.SIGTERM)
+        assert "DELETE" in alive.get(timeout=PATIENCE)
+        assert process.wait(PATIENCE) == 0
+        assert time.monotonic() - began < 1.0
+
+
+def test_after_kill_9_it_goes_on_after_the_last_published_revision(endpoint: str, tmp_path: Path) -> None:
+    with client_after(endpoint, tmp_path) as (process, session, alive):
+        models = following(session)
+        teach(session, 0, 70)
+        before = [next_model(models), next_model(models)]
+        process.send_signal(signal.SIGKILL)
+        assert process.wait(PATIENCE) == -signal.SIGKILL
+        assert "DELETE" in alive.get(timeout=PATIENCE)
+        with serving(endpoint, tmp_path):
+            assert "PUT" in alive.get(timeout=PATIENCE)
+            resumed = answered(session, KEYS.model)
+            assert resumed.model_dump(exclude={"boot"}) == before[-1].model_dump(exclude={"boot"})
+            assert resumed.boot != before[-1].boot
+            teach(session, 70, 140)
+            after = next_model(models)
+            assert (after.revision, after.iteration) == (3, 3)
+            assert answered(session, f"{KEYS.model}?revision=1") == before[0]
+
+
+@contextmanager
+def client_after(
+    endpoint: str, state: Path
+) -> Iterator[tuple[subprocess.Popen[bytes], zenoh.Session, queue.Queue[str]]]:
+    """A learner that is ready, and a client of it."""
+    with serving(endpoint, state) as process, client(endpoint) as (session, alive):
+        assert "PUT" in alive.get(timeout=PATIENCE)
+        yield process, session, alive
+
+
+def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp_path: Path) -> None:
+    """SIGTERM saves also what is on its way to the next batch."""
+    with client_after(endpoint, tmp_path / "whole") as (_, session, _alive):
+        models = following(session)
+        teach(session, 0, 100)
+        whole = [next_model(models) for _ in range(3)]
+    with client_after(endpoint, tmp_path / "halves") as (process, session, alive):
+        models = following(session)
+        teach(session, 0, 45)
+        first = next_model(models)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(PATIENCE) == 0
+        assert "DELETE" in alive.get(timeout=PATIENCE)
+        with serving(endpoint, tmp_path / "halves"):
+            assert "PUT" in alive.get(timeout=PATIENCE)
+            teach(session, 45, 100)
+            again = next_model(models)
+            if again.revision == 1:  # what it had is published once more; we may be connected in time to see it
+                again = next_model(models)
+            halves = [first, again, next_model(models)]
+    for one, other in zip(whole, halves, strict=True):
+        assert one.model_dump(exclude={"boot"}) == other.model_dump(exclude={"boot"})
+
+
+def test_a_taken_port_is_one_sentence_and_status_2() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        listen = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        done = subprocess.run(
+            command("serve", "--listen", listen, "--set", "state=null"), capture_output=True, text=True, check=False
+        )
+    assert done.returncode == 2
+    assert "the bus cannot be opened" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint: str, tmp_path: Path) -> None:
+    nobody = subprocess.run(
+        command("query", "0.1", "--connect", endpoint, "--wait", "0.3"), capture_output=True, text=True, check=False
+    )
+    assert nobody.returncode == 1
+    assert f"nobody answers at {endpoint}" in nobody.stderr
+    waiting = subprocess.Popen(
+        command("query", "0.1", "-0.2", "--connect", endpoint, "--wait", "20", "--json", "-"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    with ExitStack() as stack:
+        stack.enter_context(waiting)
+        stack.callback(waiting.kill)
+        _, session, _ = stack.enter_context(client_after(endpoint, tmp_path))
+        teach(session, 0, 40)
+        out, said = waiting.communicate(timeout=PATIENCE)
+    assert waiting.returncode == 0, said
+    reply = wire.DampingReply.model_validate(json.loads(out))
+    assert reply.rate == (0.1, -0.2)
+    assert reply.damping[0] > 0.0 > reply.damping[1]
+    assert b"damping [N m]" in said
+
+
+def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
+    done = subprocess.run(
+        command("demo", "--speed", "100", "--out", str(tmp_path), "--json", "-"),
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert [row["regressor"] for row in result["rows"]] == ["IncSVR1", "IncSVR2"]
+    assert result["iterations_without_hull"] == 14
+    assert result["iterations"] == 25
+    assert len(result["mae_per_iteration"]["V1"]) == 25
+    for row in result["rows"]:
+        assert row["mae"] < 1.5 * row["paper"]["mae"]
+    assert "IncSVR2 on V2" in done.stderr
+    assert not still_running(str(tmp_path))
+
+
+def test_ctrl_c_ends_the_demo_and_all_it_started(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        command("demo", "--speed", "1", "--out", str(tmp_path)), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    with process:
+        assert b"playing T1 and T2" in process.stdout.readline()
+        assert still_running(str(tmp_path))
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1
+    assert b"nothing is left running" in said
+    assert not still_running(str(tmp_path))
+
+
+def still_running(mark: str) -> list[str]:
+    """Processes whose command line holds a mark of ours."""
+    found = []
+    for process in psutil.process_iter(["cmdline"]):
+        words = " ".join(process.info["cmdline"] or ())
+        if mark in words and process.pid != os.getpid():
+            found.append(words)
+    return found
+
+
+def test_a_player_and_a_learner_find_each_other_in_any_order(endpoint: str, tmp_path: Path) -> None:
+    """The learner may come later, and may be restarted: the client comes back by itself."""
+    with serving(endpoint, tmp_path) as process, client(endpoint) as (session, alive):
+        assert "PUT" in alive.get(timeout=PATIENCE)
+        process.kill()
+        process.wait()
+        assert "DELETE" in alive.get(timeout=PATIENCE)
+        with serving(endpoint, tmp_path):
+            assert "PUT" in alive.get(timeout=PATIENCE)
+            models = following(session)
+            streams = leng.recording("T1", seed=9).streams()
+            short = {name: (t[t < 40.0], value[t < 40.0]) for name, (t, value) in streams.items()}
+            play(session, KEYS, messages(short), speed=1e6, stop=threading.Event())
+            assert next_model(models).iteration == 1
