@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -65,7 +66,7 @@ class Fit:
         name: the recordings, joined.
         signals, learner: the settings in force.
         samples: how many damping samples the recordings gave.
-        rejected: messages refused, by reason.
+        rejected: messages of all recordings refused, by reason.
         remarks: sentences about what was left out.
         iterations: one for each full batch.
         errors: on the unseen recordings after each iteration [N m]; empty where none were given.
@@ -103,7 +104,7 @@ class Fit:
                 f"longer recordings (a sample every {signals.sample_period:g} s)"
             )
         iterations, errors = [], []
-        validation = _samples(sequence(unseen), signals)[0] if unseen else Samples.empty()
+        validation, more = _samples(sequence(unseen), signals) if unseen else (Samples.empty(), {})
         with progress("learning", len(samples) // settings.batch) as advance:
             for iteration in learn(samples, settings):
                 iterations.append(iteration)
@@ -115,7 +116,18 @@ class Fit:
         free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
         said = remarks([*runs, *unseen], samples, signals)
         name = sequence(unseen).name if unseen else ""
-        return Fit(joined.name, signals, settings, len(samples), rejected, said, iterations, errors, name, free_run)
+        return Fit(
+            joined.name,
+            signals,
+            settings,
+            len(samples),
+            Counter(rejected) + Counter(more),
+            said,
+            iterations,
+            errors,
+            name,
+            free_run,
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The contract's form, and what explains it."""

@@ -16,6 +16,8 @@ from simulator.recordings import Recording
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
 """The range for which the paper's settings were tuned [rad/s], [N m]."""
+TORQUE_LIMIT = 1e9
+"""Nobody said what torque [N m] is plausible: recordings are taken at their word."""
 ROTOR_LAG = 0.2
 """How far rotors commonly trail their command [s]; a filter this wide forgives it where the torque is a command."""
 
@@ -47,14 +49,13 @@ def signals_for(recordings: Sequence[Recording], inertia: float, rate_limit: flo
     The filter spans the slower stream's samples and a rotor's lag behind its command. The samples stand five of its
     widths apart, where their noise is nearly white, but closer in short recordings: about five hundred are needed.
     """
-    periods, torque_limit = [], 0.0
+    periods = []
     for name in REQUIRED:
         streams = [recording.streams()[name] for recording in recordings]
         steps = np.concatenate([np.diff(time) for time, _ in streams])
         if steps.size == 0:
             raise BadInput(f"{recordings[0].name}: {name} holds a single sample; record at least a few seconds")
         periods.append(float(f"{np.median(steps):.2g}"))  # a clock's jitter must not show in the settings
-        torque_limit = max(float(np.abs(values).max()) for _, values in streams)
     slower = max(periods)
     smoothing = max(3.0 * slower, ROTOR_LAG)
     duration = sum(float(np.ptp(recording.time)) for recording in recordings)
@@ -65,7 +66,7 @@ def signals_for(recordings: Sequence[Recording], inertia: float, rate_limit: flo
         lateness=0.0,
         gap=min(5.0 * slower, 2.0 * smoothing),
         rate_limit=rate_limit,
-        torque_limit=max(1.0, 2.0 * torque_limit),
+        torque_limit=TORQUE_LIMIT,
     )
 
 
@@ -74,8 +75,10 @@ def learner_for(samples: Samples, **chosen: object) -> Settings:
 
     They were tuned for ±0.25 rad/s and ±100 N m; lengths in yaw rate and in torque are scaled to what `samples` span.
     """
-    rate = float(np.abs(samples.yaw_rate).max()) / PAPER_RATE
-    torque = float(np.abs(samples.damping).max()) / PAPER_TORQUE
+    rate = float(np.abs(samples.yaw_rate).max(initial=0.0)) / PAPER_RATE
+    torque = float(np.abs(samples.damping).max(initial=0.0)) / PAPER_TORQUE
+    if not (rate > 0.0 and torque > 0.0):
+        raise BadInput("yaw rate or damping is zero in every sample; give recordings in which the vehicle turns")
     paper = Settings()
     scaled = {
         "gamma": paper.gamma / rate**2,

@@ -107,6 +107,8 @@ def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path
         (["good.csv", "--inertia", "-3"], "inertia is -3.0: give a positive, finite number"),
         (["good.csv", "--inertia", "nan"], "inertia is nan: give a positive"),
         (["degrees.csv"], "row 12: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
+        (["still.csv"], "zero in every sample; give recordings in which the vehicle turns"),
+        (["still.csv", "--inertia", "estimate"], "the inertia cannot be estimated: torque and yaw rate must change"),
         (["good.csv", "--validate", "degrees.csv"], "degrees.csv, row 12: yaw_rate is 14.3"),
     ],
 )
@@ -127,6 +129,7 @@ def test_bad_input_is_one_sentence(
         ("short", rate, 60),
         ("slow", rate, 5),
         ("degrees", degrees, 1200),
+        ("still", 0.0 * rate, 1200),
     ):
         columns = {"yaw_rate": column[:size], "torque": 50.0 * rate[:size]}
         write(Path(f"{name}.csv"), Recording(name, time[:size], columns))
@@ -142,3 +145,15 @@ def test_an_inertia_of_another_vehicle_is_remarked(
 ) -> None:
     result = fit(capsys, recorded["T1"], "--inertia", "35000")
     assert "declare the vehicle's own with --inertia" in result["remarks"][0]
+
+
+def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
+) -> None:
+    """Weak thrust in the learned run must not make strong thrust in the unseen one implausible."""
+    whole = leng.recording("V1", 1)
+    weak = tmp_path / "weak.csv"
+    write(weak, Recording("weak.csv", whole.time, {"yaw_rate": whole.columns["yaw_rate"], "torque": 0.0 * whole.time}))
+    result = fit(capsys, weak, "--validate", recorded["T1"])
+    assert result["rejected"] == {}
+    assert result["validation"]["rmse"] > 40.0
