@@ -104,6 +104,9 @@ class Bus:
         """The model that is served now; None before there is one."""
         return self._ask(self._keys.model, "", ModelSnapshot)
 
+    def health(self) -> Health | None:
+        return self._ask(self._keys.health, "", Health)
+
     def ledger(self) -> EffectsLedger | None:
         return self._ask(self._keys.effects, "", EffectsLedger)
 

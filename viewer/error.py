@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from math import ceil, log2
 
 import numpy as np
@@ -13,14 +14,15 @@ from service.wire import IterationReport
 from viewer.frame import Floats, Frame
 from viewer.learning import log_plate
 from viewer.palette import Palette
-from viewer.plate import Entry, Plate, axis_for
+from viewer.plate import Entry, Mark, Plate, axis_for
 from viewer.recorder import Recorder
 from viewer.strips import dashed, strips
 
 WIDTH, HEIGHT = 1000, 425
 POINTS = 120  # of a curve at most: a run of ten hours must not log its whole past with every iteration
 PROGRESSIVE = "progressive"
-DASHES = (None, 0.024, 0.012, 0.006)  # of each curve in turn, in parts of the axis
+DASHES = (None, 0.028, 0.009)  # of each curve in turn, in parts of the axis
+MARKS: tuple[Mark, ...] = ("line", "dashes", "dots")
 
 
 class ErrorPage:
@@ -36,12 +38,14 @@ class ErrorPage:
         rec = self._rec
         for name, value in self.remember(frame.report).items():
             rec.log(f"error/{name}", rr.Scalars(value))
-        self._follow(frame.report.iteration)
-        reach = 25.0 if self._plate is None else self._plate.x.high
-        for number, (name, curve) in enumerate(self._curves.items()):
-            points, dash = thinned(np.array(curve)), DASHES[number % len(DASHES)]
-            line = strips(dashed(points, None if dash is None else dash * reach))
-            rec.log(f"error/curve/{name}", line, rr.Points2D.from_fields(positions=points[-1:]))
+        curves = {name: thinned(curve) for name, curve in self._curves.items()}
+        plate = self._follow(frame.report.iteration, curves)
+        for number, (name, points) in enumerate(curves.items()):
+            dash = DASHES[number % len(DASHES)]
+            on_plate = np.column_stack((points[:, 0], np.minimum(points[:, 1], plate.y.high)))
+            line = strips(dashed(on_plate, None if dash is None else dash * plate.x.high))
+            now = points[-1:] if points[-1, 1] <= plate.y.high else points[:0]
+            rec.log(f"error/curve/{name}", line, rr.Points2D.from_fields(positions=now))
 
     def remember(self, report: IterationReport) -> dict[str, float]:
         """Adds an iteration's errors to the curves; the errors by their names."""
@@ -55,18 +59,23 @@ class ErrorPage:
             curve.append((float(report.iteration), value))
         return values
 
-    def _follow(self, iteration: int) -> None:
-        """Widens the axes where the curves need it; a new curve gets its line style."""
-        highest = max((value for curve in self._curves.values() for _, value in curve), default=0.0)
+    def _follow(self, iteration: int, curves: dict[str, Floats]) -> Plate:
+        """Widens the axes where the curves need it; a new curve gets its line style.
+
+        One wild error, as on the first batch with a new range, must not press all others flat: what lies beyond three
+        times the median runs along the frame. Its figure stands in the table.
+        """
+        values = np.concatenate([points[:, 1] for points in curves.values()]) if curves else np.ones(1)
+        highest = min(values.max(), 3.0 * float(np.median(values)))
         plate, shown = self._plate, {entry.text for row in (self._plate.legend if self._plate else ()) for entry in row}
         names = {name: _words(name) for name in self._curves}
         if plate is not None and iteration <= plate.x.high and highest <= plate.y.high and set(names.values()) <= shown:
-            return
+            return plate
         colours = (self._palette.before, self._palette.old, self._palette.support, self._palette.outlier)
         entries = []
         for number, (name, text) in enumerate(names.items()):
             colour = colours[number % len(colours)]
-            entries.append(Entry("line" if DASHES[number % len(DASHES)] is None else "dashes", colour, text))
+            entries.append(Entry(MARKS[number % len(MARKS)], colour, text))
             self._rec.log(
                 f"error/curve/{name}",
                 rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(1.8)),
@@ -76,21 +85,20 @@ class ErrorPage:
         reach = 25.0 * 2.0 ** max(0, ceil(log2(iteration / 25.0)))
         self._plate = Plate(
             axis_for(0.0, reach, "Iteration"),
-            axis_for(0.0, 1.4 * highest or 1.0, "Mean absolute error [N m]", ticks=4),
+            axis_for(0.0, 1.3 * highest or 1.0, "Mean absolute error [N m]", ticks=4),
             WIDTH,
             HEIGHT,
-            legend=tuple(tuple(entries[k : k + 2]) for k in range(0, len(entries), 2)),
+            legend=tuple(tuple(entries[k : k + 3]) for k in range(0, len(entries), 3)),
         )
         log_plate(self._rec, "error/axes", self._plate, self._palette, [f"error/curve/{name}" for name in self._curves])
+        return self._plate
 
 
-def thinned(curve: Floats) -> Floats:
-    """At most POINTS of the (n, 2) points, both ends among them, evenly spread."""
-    if len(curve) <= POINTS:
-        return curve
-    kept: Floats = curve[np.unique(np.linspace(0, len(curve) - 1, POINTS).astype(int))]
-    return kept
+def thinned(curve: Sequence[tuple[float, float]]) -> Floats:
+    """At most POINTS of the points as (n, 2), both ends among them, evenly spread."""
+    few = np.unique(np.linspace(0, len(curve) - 1, min(POINTS, len(curve))).astype(int))
+    return np.array([curve[k] for k in few])
 
 
 def _words(name: str) -> str:
-    return "New batch, before it is learned" if name == PROGRESSIVE else f"Validation {name}"
+    return "Each new batch" if name == PROGRESSIVE else f"Validation {name}"

@@ -67,6 +67,9 @@ class Follower:
             self._catch_up()
         for message in self._bus.wait(0.0):
             self._take(message)
+        health = self._bus.health() if self._here else None
+        if health is not None:
+            self._chapter.health(health, time.time())
 
     def _take(self, message: Message | Presence) -> None:
         if isinstance(message, Presence):

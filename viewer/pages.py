@@ -14,6 +14,7 @@ from viewer.signals import HINT
 
 PAGES = ("Learning", "Before and after", "Signals", "Health")
 WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
+_END = rr.TimeRangeBoundary.infinite()
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
@@ -99,6 +100,7 @@ def _health() -> rrb.Horizontal:
             rrb.TimeSeriesView(
                 origin="signals/health/learned",
                 name="Learned share of the yaw rate range",
+                axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
                 axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
             ),
             rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),

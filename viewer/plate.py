@@ -19,7 +19,20 @@ from PIL import Image, ImageDraw, ImageFont
 from viewer.palette import Colour, Palette
 
 Mark = Literal[
-    "disc", "halo", "square", "cross", "dash", "bar", "diamond", "line", "tube", "band", "dashes", "arrow", "frame"
+    "dots",
+    "disc",
+    "halo",
+    "square",
+    "cross",
+    "dash",
+    "bar",
+    "diamond",
+    "line",
+    "tube",
+    "band",
+    "dashes",
+    "arrow",
+    "frame",
 ]
 SHARP = 1.6  # pixels of the picture for one unit of the canvas: stays sharp on a large screen
 RAMP = 200  # shades from the background to the text; the colours of the legend follow
@@ -237,6 +250,9 @@ class _Pen:
                     colour,
                     3.4 * unit,
                 )
+            case "dots":
+                for at in range(-24, 25, 12):
+                    self.line([(x + (at - 2.5) * unit, y), (x + (at + 2.5) * unit, y)], colour, 5 * unit)
             case "dashes":
                 for at in (-18, 0, 18):
                     self.line([(x + (at - 6) * unit, y), (x + (at + 6) * unit, y)], colour, 5 * unit)

@@ -54,11 +54,11 @@ class SignalsPage:
         self._refusals = (series.discarded, series.new, series.forgotten, series.old, series.outlier, series.support)
         line, dot = self._line, self._dot
         line("signals/yaw_rate/raw", series.old, "Raw", 1.5)
-        dot("signals/yaw_rate/synchronised", series.forgotten, "Synchronised", MarkerShape.Circle)
+        dot("signals/yaw_rate/synchronised", series.forgotten, "Synchronised", MarkerShape.Circle, 1.6)
         line("signals/torque/raw", series.before, "Raw", 1.5)
-        dot("signals/damping/synchronised", series.forgotten, "Sample", MarkerShape.Circle)
+        dot("signals/damping/synchronised", series.forgotten, "Sample", MarkerShape.Circle, 2.2)
         line("signals/damping/predicted", series.support, "Model before it saw the sample", 2.0)
-        dot("signals/residual", series.new, "Sample - model", MarkerShape.Diamond)
+        dot("signals/residual", series.new, "Sample - model", MarkerShape.Diamond, 2.6)
         for name, colour, radius in (("yaw_rate", palette.old, 1.6), ("torque", palette.before, 1.2)):
             rec.log(
                 f"signals/scope/{name}",
@@ -175,8 +175,8 @@ class SignalsPage:
     def _line(self, path: str, colour: Colour, name: str, width: float) -> None:
         self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
 
-    def _dot(self, path: str, colour: Colour, name: str, marker: MarkerShape) -> None:
-        self._rec.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=3.0), static=True)
+    def _dot(self, path: str, colour: Colour, name: str, marker: MarkerShape, size: float) -> None:
+        self._rec.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=size), static=True)
 
 
 def _holds(plate: Plate, right: Axis, reach: Mapping[str, float]) -> bool:

@@ -22,7 +22,6 @@ def table(frame: Frame) -> str:
     ]
     span = None if snapshot is None else snapshot.trained_range
     right = [
-        ("Revision", str(report.revision)),
         ("Training time", f"{report.training_ms:.1f} ms"),
         ("Error before learning", quantity(report.progressive_mae, "N m")),
         *((f"Error on {check.name}", quantity(check.mae, "N m")) for check in report.validation),
@@ -45,7 +44,8 @@ def table(frame: Frame) -> str:
     return "\n".join(
         [
             f"# Iteration {report.iteration}  ·  {headline(frame)}",
-            f"Vehicle time {clock_text(report.time_span[0])} to {clock_text(report.time_span[1])}",
+            f"Vehicle time {clock_text(report.time_span[0])} to {clock_text(report.time_span[1])}, "
+            f"revision {report.revision}",
             *("\n" + note for note in notes),
             "",
             "| Samples | Count | Learning | Value |",
@@ -58,9 +58,6 @@ def table(frame: Frame) -> str:
 def headline(frame: Frame) -> str:
     """The one figure that says how good the model is."""
     report = frame.report
-    if report.validation:
-        check = report.validation[0]
-        return f"error {quantity(check.mae, 'N m')} on {check.name}"
     if report.progressive_mae is not None:
         return f"error {quantity(report.progressive_mae, 'N m')}"
     return "first model"

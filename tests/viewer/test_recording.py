@@ -14,7 +14,7 @@ from tests.viewer.readback import points, rows, shown
 from viewer import archive
 from viewer.chapter import Chapter
 from viewer.compare import Choice
-from viewer.error import POINTS
+from viewer.error import POINTS, thinned
 from viewer.frame import Frame, positions
 from viewer.learning import trained_part
 from viewer.pages import blueprint
@@ -133,9 +133,8 @@ def test_the_trained_part_ends_at_both_ends(run: Run) -> None:
     assert (np.diff(rate) > 0.0).all()
 
 
-def test_a_curve_never_grows_beyond_what_a_screen_shows(run: Run, tmp_path: Path) -> None:
-    from viewer.error import thinned
-
-    curve = np.column_stack((np.arange(7200.0), np.arange(7200.0)))
+def test_a_curve_never_grows_beyond_what_a_screen_shows() -> None:
+    curve = [(float(k), float(k)) for k in range(7200)]
     assert len(thinned(curve)) <= POINTS
     assert thinned(curve)[[0, -1], 0].tolist() == [0.0, 7199.0]
+    assert thinned(curve[:1]).tolist() == [[0.0, 0.0]]
