@@ -17,10 +17,12 @@ lint: .venv/ready
 
 # The long studies: each keeps its last results, with command and date, in benchmarks/results/.
 table1: .venv/ready
-	$(BIN)/incsvr table1 --seeds 20
+	$(BIN)/incsvr table1 --seeds 20 --json benchmarks/results/table1.json > benchmarks/results/table1.txt
+	cat benchmarks/results/table1.txt
 
 bench: .venv/ready
-	$(BIN)/incsvr bench
+	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
+	cat benchmarks/results/bench.txt
 
 trace-table: .venv/ready
 	$(BIN)/python -m benchmarks.trace_table
