@@ -26,6 +26,7 @@ class Hypothesis:
         losses: (n,) the torque that each term takes [N m].
         criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
         position: first column of each term.
+        inertia_ratio: I/I₀ where the acceleration is built from the torque side, else towards 1.
         offsets: (n_b,) of each term: what its columns, being tangents, leave of its loss [N m].
     """
 
@@ -37,6 +38,15 @@ class Hypothesis:
     criterion: float
     position: tuple[int, ...]
     offsets: tuple[Array, ...]
+    inertia_ratio: float
+
+    @property
+    def torque_residual(self) -> Array:
+        """(n_b,) what is left of the torque [N m].
+
+        Where the acceleration is built from the torque side, the fit's residual is that of the acceleration times I₀.
+        """
+        return self.fit.residual * self.inertia_ratio
 
     def names(self) -> tuple[str, ...]:
         return tuple(term.effect for term in self.terms)
@@ -83,6 +93,7 @@ class Views:
             mean = problem.blocks.mean(s.torque) - share * fitted.residual
             expected = share * problem.foretold + (1.0 - share) * mean
             self._expected = problem.blocks.spread(expected, len(s))
+        self.inertia = inertia
         self._plain = replace(
             s, rate=rate, damping=damping, acceleration=acceleration, residual=residual,
             applied=share * self._needed + (1.0 - share) * given,
@@ -119,7 +130,7 @@ def nothing(problem: Problem) -> Hypothesis:
     for _ in range(2 if problem.signals.share < 1.0 else 0):
         columns = problem.columns(fitted.residual)
         fitted = fit(problem.y, columns, problem.blocks, fitted, rounds=3)
-    return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, (), ())
+    return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, (), (), 1.0)
 
 
 def price(effect: Effect, columns: int, problem: Problem) -> float:
@@ -176,6 +187,8 @@ def settle(
         for k, part in enumerate(coarse):
             position.append(at)
             coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
+            if effects[k].acts == "inertia" and not problem.signals.from_rate:
+                coefficients[k] = (_unfolded(coefficients[k][0], seen.inertia, problem.signals.inertia),)
             bend = bends[k]
             losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
             at += part.shape[1]
@@ -184,6 +197,8 @@ def settle(
             break
         before = fitted.log_likelihood
     found = tuple(Term(e.name, e.variant, c, i) for e, c, i in zip(effects, coefficients, inner, strict=True))
+    changed = sum(c[0] for e, c in zip(effects, coefficients, strict=True) if e.acts == "inertia")
+    ratio = 1.0 + (1.0 - problem.signals.share) * max(changed / problem.signals.inertia, -0.95)
     paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
     return Hypothesis(
         found,
@@ -194,7 +209,18 @@ def settle(
         2.0 * fitted.log_likelihood - paid,
         tuple(position),
         tuple(offsets),
+        ratio,
     )
+
+
+def _unfolded(slope: float, assumed: float, declared: float) -> float:
+    """ΔI from a column ṙ ≈ (τ − d)/I that was built with an assumed I.
+
+    The fit sees only g = slope/assumed, the part of τ that y = τ − I₀ ṙ holds: 1 − I₀/I. Solved for ΔI at once, where
+    repeated substitution diverges below I₀/2.
+    """
+    g = min(slope / assumed, 0.9)
+    return max(g * declared / (1.0 - g), -0.9 * declared)
 
 
 def _refined(

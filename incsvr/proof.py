@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.special import erf
 
+from incsvr.effects import Term
 from incsvr.evidence import rms
 from incsvr.forward import model_of
 from incsvr.hypothesis import Hypothesis, left_over, nothing, settle
@@ -54,11 +55,13 @@ class Court:
         problem: the fitted recordings.
         validation: the validation recordings, posed alike; None for held-out pieces.
         pieces: blocks of each held-out piece.
+        known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
 
     problem: Problem
     validation: Problem | None
     pieces: tuple[slice, ...]
+    known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
 
     @staticmethod
     def of(problem: Problem, validate: Sequence[Run] | None) -> Court:
@@ -75,6 +78,21 @@ class Court:
     @property
     def validated_on(self) -> str:
         return "blocks" if self.validation is None else "recordings"
+
+    def __call__(self, hypothesis: Hypothesis) -> float:
+        """Free-run error of a hypothesis on unseen data [rad/s]."""
+        return self._errors_of(hypothesis).free_run_rmse()
+
+    def better(self, new: Hypothesis, old: Hypothesis) -> bool:
+        """Whether the free run of `new` beats that of `old` by more than the standard error over the pieces."""
+        pairs = zip(self._errors_of(old).free_run, self._errors_of(new).free_run, strict=True)
+        gained = np.array([float(o @ o - n @ n) for o, n in pairs])
+        return bool(gained.mean() > gained.std() / np.sqrt(gained.size))
+
+    def _errors_of(self, hypothesis: Hypothesis) -> Errors:
+        if hypothesis.terms not in self.known:
+            self.known[hypothesis.terms] = self.try_(hypothesis)
+        return self.known[hypothesis.terms]
 
     def try_(self, hypothesis: Hypothesis) -> Errors:
         """Errors of a hypothesis; on held-out pieces after a refit without them."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,77 +156,130 @@ def worth(hypothesis: Hypothesis) -> float:
     return hypothesis.criterion - THRESHOLD * len(hypothesis.terms)
 
 
-def search(problem: Problem, effects: Sequence[Effect], most: int = 5) -> Hypothesis:
-    """Add, drop and swap effects until nothing gains; then try all pairs of the first leaders."""
-    base = nothing(problem)
-    singles = [with_lead(problem, base, lead) for lead in best_leads(problem, base, effects, 8)]
-    leaders = sorted((h for h in singles if worth(h) > worth(base)), key=worth, reverse=True)
-    usable = (h for h in leaders if not _rose(h, base) and not sound(problem, h))
-    best = _climb(problem, effects, next(usable, base), most)
-    if leaders:
-        best = _pairs(problem, effects, best, leaders[:LEADERS], most)
-    return _clean(problem, best)
-
-
-def _climb(problem: Problem, effects: Sequence[Effect], base: Hypothesis, most: int) -> Hypothesis:
-    while True:
-        grown = _grow(problem, effects, base) if len(base.terms) < most else base
-        changed = _swap(problem, effects, _clean(problem, grown))
-        if worth(changed) <= worth(base) + 1e-6 or len(changed.terms) >= most:
-            return max(base, changed, key=worth)
-        base = changed
-
-
-def _grow(problem: Problem, effects: Sequence[Effect], base: Hypothesis) -> Hypothesis:
-    taken = set(base.names())
-    open_ = [e for e in effects if e.name not in taken]
-    tried = [with_lead(problem, base, lead) for lead in best_leads(problem, base, open_, 4) if lead.score > -20.0]
-    for grown in sorted(tried, key=worth, reverse=True):
-        if worth(grown) <= worth(base):
-            break
-        if not _rose(grown, base) and not sound(problem, grown):
-            return grown
-    return base
-
-
 def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
     """Whether the raw residual rose: an AR near a unit root can hide that."""
-    return float(np.median(np.abs(grown.fit.residual))) > 1.02 * float(np.median(np.abs(base.fit.residual)))
+    return float(np.median(np.abs(grown.torque_residual))) > 1.02 * float(np.median(np.abs(base.torque_residual)))
 
 
-def _clean(problem: Problem, base: Hypothesis) -> Hypothesis:
-    """Drop effects that others made idle."""
-    while base.terms:
-        less = max((without(problem, base, k) for k in range(len(base.terms))), key=worth)
-        if worth(less) < worth(base):
-            return base
-        base = less
-    return base
+class FreeRun(Protocol):
+    """The judge of every step."""
+
+    def __call__(self, hypothesis: Hypothesis) -> float:
+        """Free-run error on unseen data [rad/s]."""
+        ...
+
+    def better(self, new: Hypothesis, old: Hypothesis) -> bool:
+        """Whether the free run of `new` is better by more than chance would have it."""
+        ...
 
 
-def _swap(problem: Problem, effects: Sequence[Effect], base: Hypothesis) -> Hypothesis:
-    """Replace one effect by a rival that explains more in the presence of the others."""
-    for k in range(len(base.terms)):
-        less = without(problem, base, k)
-        taken = set(less.names())
-        rivals = [e for e in effects if e.name not in taken and e.key != base.effects[k].key]
-        for lead in best_leads(problem, less, rivals, 3):
-            swapped = with_lead(problem, less, lead)
-            if worth(swapped) > worth(base) + 1.0 and not sound(problem, swapped):
-                return _swap(problem, effects, swapped)
-    return base
+@dataclass
+class Search:
+    """One search; it remembers what the free run refused.
 
+    Attributes:
+        problem: the equations.
+        effects: what may be added.
+        free_run: the judge of every step: what improves the equation alone is not added.
+        closed_loop: whether the torque is feedback of the yaw rate.
+        most: effects that may stand at once.
+        refused: effect → why it was not added though the equation asked for it.
+    """
 
-def _pairs(
-    problem: Problem, effects: Sequence[Effect], best: Hypothesis, leaders: Sequence[Hypothesis], most: int
-) -> Hypothesis:
-    """Two effects that need each other are found by no single step."""
-    champion = best
-    for one, two in combinations(leaders, 2):
-        if one.names() == two.names():
-            continue
-        terms = [(h.effects[0], h.terms[0].inner, h.terms[0].coefficients) for h in (one, two)]
-        both = settle(problem, terms, one, frozenset(e.key for e, _, _ in terms), passes=5)
-        if worth(both) > worth(champion) + 2.0 and not sound(problem, both):
-            champion = both
-    return best if champion is best else _climb(problem, effects, champion, most)
+    problem: Problem
+    effects: Sequence[Effect]
+    free_run: FreeRun
+    closed_loop: bool = False
+    most: int = 5
+    refused: dict[str, str] = field(default_factory=dict)
+
+    def run(self) -> Hypothesis:
+        """Add, drop and swap effects until nothing gains; then try all pairs of the first leaders."""
+        base = nothing(self.problem)
+        singles = [with_lead(self.problem, base, lead) for lead in best_leads(self.problem, base, self.effects, 8)]
+        leaders = self._ranked(h for h in singles if worth(h) > worth(base))
+        first = next((h for h in leaders if self._accepts(h, base)), base)
+        best = self._pairs(self._climb(first), leaders[:LEADERS])
+        best = self._clean(best)
+        for name in best.names():
+            self.refused.pop(name, None)
+        return best
+
+    def _ranked(self, hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
+        """Best first: by the equation; where the torque answers the disturbances by the free run."""
+        if self.closed_loop:
+            return sorted((h for h in hypotheses if not sound(self.problem, h)), key=self.free_run)
+        return sorted(hypotheses, key=worth, reverse=True)
+
+    def _accepts(self, new: Hypothesis, old: Hypothesis) -> bool:
+        """Whether physics, the raw residual and the free run all agree to a step that the equation wants."""
+        if sound(self.problem, new) or _rose(new, old):
+            return False
+        if self.free_run.better(new, old):
+            return True
+        for name in set(new.names()) - set(old.names()):
+            self.refused[name] = self._reason(new, old)
+        return False
+
+    def _reason(self, new: Hypothesis, old: Hypothesis) -> str:
+        return (
+            "it improves the torque equation, but the free run on unseen data gets no better: "
+            f"{self.free_run(old):.3g} rad/s without it, {self.free_run(new):.3g} rad/s with it"
+        )
+
+    def _climb(self, base: Hypothesis) -> Hypothesis:
+        while True:
+            grown = self._grow(base) if len(base.terms) < self.most else base
+            changed = self._swap(self._clean(grown))
+            if worth(changed) <= worth(base) + 1e-6:
+                return base
+            base = changed
+            if len(base.terms) >= self.most:
+                return base
+
+    def _grow(self, base: Hypothesis) -> Hypothesis:
+        taken = set(base.names())
+        leads = best_leads(self.problem, base, [e for e in self.effects if e.name not in taken], 4)
+        tried = [with_lead(self.problem, base, lead) for lead in leads if lead.score > -20.0]
+        wanted = self._ranked(h for h in tried if worth(h) > worth(base))
+        return next((h for h in wanted if self._accepts(h, base)), base)
+
+    def _clean(self, base: Hypothesis) -> Hypothesis:
+        """Drop effects that others made idle, in the equation or in the free run."""
+        while base.terms:
+            less = [without(self.problem, base, k) for k in range(len(base.terms))]
+            less = [h for h in less if not (h.terms and sound(self.problem, h))]
+            idle = [h for h in less if worth(h) >= worth(base) or not self.free_run.better(base, h)]
+            if not idle:
+                return base
+            best = max(idle, key=worth)
+            if worth(best) < worth(base):
+                for name in set(base.names()) - set(best.names()):
+                    self.refused[name] = self._reason(base, best)
+            base = best
+        return base
+
+    def _swap(self, base: Hypothesis) -> Hypothesis:
+        """Replace one effect by a rival that explains more in the presence of the others."""
+        for k in range(len(base.terms)):
+            less = without(self.problem, base, k)
+            taken = set(less.names())
+            rivals = [e for e in self.effects if e.name not in taken and e.key != base.effects[k].key]
+            for lead in best_leads(self.problem, less, rivals, 3):
+                swapped = with_lead(self.problem, less, lead)
+                wanted = worth(swapped) > worth(base) + 1.0 and not self.free_run.better(base, swapped)
+                if wanted and self._accepts(swapped, less):
+                    return self._swap(swapped)
+        return base
+
+    def _pairs(self, best: Hypothesis, leaders: Sequence[Hypothesis]) -> Hypothesis:
+        """Two effects that need each other are found by no single step."""
+        champion = best
+        for one, two in combinations(leaders, 2):
+            if one.names() == two.names():
+                continue
+            terms = [(h.effects[0], h.terms[0].inner, h.terms[0].coefficients) for h in (one, two)]
+            both = settle(self.problem, terms, one, frozenset(e.key for e, _, _ in terms), passes=5)
+            if worth(both) > worth(champion) + 2.0 and self._accepts(both, champion):
+                champion = both
+        return best if champion is best else self._climb(champion)

@@ -15,7 +15,7 @@ import numpy as np
 from incsvr.channels import usable
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
-from incsvr.excitation import demand
+from incsvr.excitation import closed_loop, demand
 from incsvr.findings import Finding, Pictures, Rejected, Trace
 from incsvr.forward import model_of
 from incsvr.hypothesis import Hypothesis, nothing, settle
@@ -24,7 +24,7 @@ from incsvr.problem import Problem, pose, torque_scatter
 from incsvr.proof import Court, Errors, sample_errors
 from incsvr.rivals import rivals
 from incsvr.run import Array, Run, check
-from incsvr.search import scan, search, without
+from incsvr.search import Search, scan
 from incsvr.sentences import sentence, streams
 from incsvr.unexplained import smooth_terms
 
@@ -48,7 +48,9 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     names, ignored = usable([*runs, *(validate or [])])
     problem = pose(runs, inertia, names)
     case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
-    found, failed = proven(case.problem, case.effects, case.court)
+    # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
+    hunt = Search(problem, case.effects, Court.of(problem, None), closed_loop(problem))
+    found = hunt.run()
     whole, smooth = smooth_terms(problem, found, names)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
@@ -62,7 +64,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         inertia=inertia,
         verdict="effects" if findings else "unexplained" if smooth else "none",
         effects=tuple(findings),
-        rejected=tuple(_rejected(case, found, failed)),
+        rejected=tuple(_rejected(case, found, hunt.refused)),
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
@@ -74,15 +76,11 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
             after=after,
             ledger_time=s.time,
             ledger=model.parts(s),
-            residual_before=base.fit.residual,
-            residual_after=whole.fit.residual,
+            residual_before=base.torque_residual,
+            residual_after=whole.torque_residual,
             depends={name: problem.blocks.mean(values) for name, values in depends.items()},
         ),
     )
-
-
-SEARCHES = 2
-"""How often the search begins again without what failed in free run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,40 +91,13 @@ class _Case:
     channels: Sequence[str]
 
 
-def proven(problem: Problem, effects: Sequence[Effect], court: Court) -> tuple[Hypothesis, dict[str, str]]:
-    """Search, and search again without whatever did not help the free run on unseen data.
-
-    Returns:
-        the effects that stand, and why each of the others that the equation asked for does not.
-    """
-    failed: dict[str, str] = {}
-    for _ in range(SEARCHES):
-        hypothesis = search(problem, [e for e in effects if e.name not in failed])
-        before = len(failed)
-        while hypothesis.terms:
-            whole = court.try_(hypothesis).free_run_rmse()
-            less = [without(problem, hypothesis, k) for k in range(len(hypothesis.terms))]
-            errors = [court.try_(h).free_run_rmse() for h in less]
-            best = int(np.argmin(errors))
-            if errors[best] > whole:
-                break
-            failed[hypothesis.terms[best].effect] = (
-                "it improves the torque equation, but the free run on unseen data gets no better: "
-                f"{errors[best]:.3g} rad/s without it, {whole:.3g} rad/s with it"
-            )
-            hypothesis = less[best]
-        if len(failed) == before:
-            break
-    return hypothesis, failed
-
-
 def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
     problem = case.problem
     spans = intervals(problem, found)
     notes: list[str] = []
     findings: list[Finding] = []
-    last = _mean_square(base.fit.residual)
-    total = max(last - _mean_square(whole.fit.residual), 1e-300)
+    last = _mean_square(base.torque_residual)
+    total = max(last - _mean_square(whole.torque_residual), 1e-300)
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
         now = _mean_square(_first(problem, found, k + 1))
         share = float(np.clip((last - now) / total, 0.0, 1.0))
@@ -175,9 +146,9 @@ def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Re
 def _first(problem: Problem, found: Hypothesis, count: int) -> Array:
     """Residual with the first `count` effects alone."""
     if count == len(found.terms):
-        return found.fit.residual
+        return found.torque_residual
     pairs = list(zip(found.effects, found.terms, strict=True))[:count]
-    return settle(problem, [(e, t.inner, t.coefficients) for e, t in pairs], nothing(problem)).fit.residual
+    return settle(problem, [(e, t.inner, t.coefficients) for e, t in pairs], nothing(problem)).torque_residual
 
 
 def _mean_square(residual: Array) -> float:
@@ -205,7 +176,7 @@ def _errors(before: Errors, after: Errors, whole: Hypothesis, scatter: float, sc
     torque: Change = change_of_rms(before.torque, after.torque, length(after.block_time))
     free: Change = change_of_rms(before.free_run, after.free_run, length(after.time))
     n, p = whole.columns.shape
-    variance = float(np.mean(whole.fit.residual**2)) * n / max(n - p, 1)
+    variance = float(np.mean(whole.torque_residual**2)) * n / max(n - p, 1)
     return {
         "before": of(before),
         "after": of(after),

@@ -23,7 +23,7 @@ class Memory(Effect):
         return [(float(constant),) for constant in np.geomspace(low, high, 8)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        return max(0.1 * s.scale, s.block), 10.0 * s.scale
+        return max(0.3 * s.scale, 3.0 * s.block), 10.0 * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.lowpass(s.rate, inner[-1]))
