@@ -1,6 +1,8 @@
 # Everything runs from two commands: `make demo` and `make test`. They create .venv on first use.
 PYTHON ?= python3
 BIN := .venv/bin
+# One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
+export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo test lint bench table1 policy trace-table recording pictures soak clean
 

@@ -50,7 +50,7 @@ def gap_with_more_digits(x: Array, y: Array, theta: Array, gamma: float, C: floa
     st.sampled_from([1e-6, 1e-2, 1.0, 10.0, 1000.0, 1e4, 1e5]),
     st.sampled_from([0.0, 0.1, 1.0, 5.0]),
 )
-@settings(max_examples=400)
+@settings(max_examples=300)
 def test_it_is_solved_and_the_certificate_is_true(
     samples: tuple[Array, Array], gamma: float, C: float, epsilon: float
 ) -> None:
