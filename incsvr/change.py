@@ -7,8 +7,9 @@ and M, what the memory knows in the same form,
 
     H0, what is learned holds:  w ~ N(0, (M + D)⁻¹)        H1, the curve has moved:  w ~ N(0, D⁻¹)
 
-    ln BF = ½ vᵀ[(A + D)⁻¹ − (A + M + D)⁻¹]v + ½ ln |A + M + D| |D| / (|A + D| |M + D|).
+    −ln p(e) = ½ (eᵀΣ⁻¹e − vᵀ(A + P)⁻¹v + ln |A + P| − ln |P|) + constant,   P = M + D or D,
 
+and the difference of the two is the logarithm of the Bayes factor.
 Where the memory knows nothing both say the same, so new territory is no change. Correlation takes evidence away, as it
 must (the whitened share of a level shift is 1 − ρ); instead of asking each sample for the rest, as a CUSUM does, the
 factor adds it up over the last one, two and four batches. Under H1 the correction is w = (A + D)⁻¹v with covariance
@@ -35,7 +36,7 @@ DEGREE = 4
 """Of the polynomials."""
 WINDOWS = (1, 2, 4)
 """Last batches that are weighed together."""
-ALARM = 3.5
+ALARM = 5.0
 """ln of the Bayes factor from which on the curve has moved."""
 
 
@@ -46,19 +47,26 @@ class Evidence:
     Attributes:
         information: A (p, p).
         score: v (p,).
+        square: eᵀΣ⁻¹e.
         reach: largest |r| among them [rad/s].
     """
 
     information: Array
     score: Array
+    square: float
     reach: float
 
     def to_dict(self) -> dict[str, Any]:
-        return {"information": self.information.tolist(), "score": self.score.tolist(), "reach": self.reach}
+        return {
+            "information": self.information.tolist(),
+            "score": self.score.tolist(),
+            "square": self.square,
+            "reach": self.reach,
+        }
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Evidence:
-        return Evidence(np.array(data["information"]), np.array(data["score"]), data["reach"])
+        return Evidence(np.array(data["information"]), np.array(data["score"]), data["square"], data["reach"])
 
 
 def features(u: Array, curve: Array) -> Array:
@@ -88,12 +96,12 @@ def gather(rate: Array, phi: Array, residual: Array, index: NDArray[np.intp], no
     """
     p = phi.shape[1]
     if residual.size == 0:
-        return Evidence(np.zeros((p, p)), np.zeros(p), 0.0)
+        return Evidence(np.zeros((p, p)), np.zeros(p), 0.0, 0.0)
     decay = noise.correlation ** (index[1:] - index[:-1])
     white = np.concatenate((phi, residual[:, None]), axis=1)
     white[1:] = (white[1:] - decay[:, None] * white[:-1]) / np.sqrt(1.0 - decay * decay)[:, None]
     gram = white.T @ white / noise.variance
-    return Evidence(gram[:p, :p], gram[:p, p], float(np.abs(rate).max()))
+    return Evidence(gram[:p, :p], gram[:p, p], float(gram[p, p]), float(np.abs(rate).max()))
 
 
 def together(parts: Sequence[Evidence]) -> Evidence:
@@ -101,8 +109,17 @@ def together(parts: Sequence[Evidence]) -> Evidence:
     return Evidence(
         sum((part.information for part in parts[1:]), parts[0].information),
         sum((part.score for part in parts[1:]), parts[0].score),
+        sum(part.square for part in parts),
         max(part.reach for part in parts),
     )
+
+
+def surprise(evidence: Evidence, precision: Array) -> float:
+    """−ln p(e) up to a constant, for a correction of precision P (p, p) about zero."""
+    informed = evidence.information + precision
+    pull = float(evidence.score @ np.linalg.solve(informed, evidence.score))
+    sizes = np.linalg.slogdet(np.stack((informed, precision)))[1]
+    return 0.5 * (evidence.square - pull + float(sizes[0] - sizes[1]))
 
 
 class Verdict(NamedTuple):
@@ -112,21 +129,13 @@ class Verdict(NamedTuple):
     evidence: Evidence
 
 
-def weigh(recent: Sequence[Evidence], memory: Array, precision: Array) -> Verdict:
+def weigh(recent: Sequence[Evidence], held: Array, free: Array) -> Verdict:
     """Weighs the last 1, 2, 4 batches of `recent` (oldest first, at least one).
 
     Args:
         recent: evidence of each batch against the curve of its time.
-        memory: M (p, p).
-        precision: D (p, p).
+        held, free: M + D and D, (p, p).
     """
-    held = memory + precision
     windows = [together(recent[-count:]) for count in WINDOWS if count <= len(recent)]
-    both = np.array([[window.information + precision, window.information + held] for window in windows])
-    score = np.array([[window.score, window.score] for window in windows])
-    pull = (score * np.linalg.solve(both, score[..., None])[..., 0]).sum(axis=-1)
-    size = np.linalg.slogdet(both)[1]
-    least = float(np.log(np.diag(precision)).sum()) - np.linalg.slogdet(held)[1]
-    factors = 0.5 * (pull[:, 0] - pull[:, 1] + size[:, 1] - size[:, 0] + least)
-    best = int(factors.argmax())
-    return Verdict(float(factors[best]), windows[best])
+    verdicts = [Verdict(surprise(window, held) - surprise(window, free), window) for window in windows]
+    return max(verdicts, key=lambda verdict: verdict.log_factor)

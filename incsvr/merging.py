@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,22 @@ class Vectors:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def to_dict(self) -> dict[str, Any]:
+        points = self.points
+        return {
+            "time": points.time.tolist(),
+            "yaw_rate": points.yaw_rate.tolist(),
+            "damping": points.damping.tolist(),
+            "information": self.information.tolist(),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Vectors:
+        time, rate, damping, information = (
+            np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "information")
+        )
+        return Vectors(Samples(time, rate, damping), information)
 
     @staticmethod
     def empty() -> Vectors:

@@ -1,0 +1,172 @@
+"""Watching for a change of the vehicle: transport of what is learned, and probation.
+
+When the evidence says that the curve has moved (incsvr/change.py), every vector moves by the correction g(x) and keeps
+only as much information as the correction is certain. That is a guess from some fifty samples, so for OPEN batches it
+is on probation: each batch corrects the correction, and the vectors from before come back if they explain the batches
+since better than the corrected ones with all their doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
+from incsvr.iteration import Settings
+from incsvr.merging import Vectors
+from incsvr.model import Model
+from incsvr.noise import Noise
+from incsvr.samples import Array, Samples
+
+OPEN = 4
+"""Batches for which a correction is on probation."""
+SHARED = 10.0
+"""Vectors that share one degree of freedom of a correction, about: 60 over six. Their doubts are the same doubt."""
+YOUNG = 3
+"""Batches after which the curve is known well enough to be found changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Probation:
+    """A correction that may still turn out wrong.
+
+    Attributes:
+        precision: (p, p) of what is left to correct.
+        batches: for how many more.
+        vectors, model: from before the correction.
+        held: (p, p) M + D of them.
+        lead: ln of how much better they explain the batches since.
+    """
+
+    precision: Array
+    batches: int
+    vectors: Vectors
+    model: Model
+    held: Array
+    lead: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "precision": self.precision.tolist(),
+            "batches": self.batches,
+            "vectors": self.vectors.to_dict(),
+            "model": self.model.to_dict(),
+            "held": self.held.tolist(),
+            "lead": self.lead,
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Probation:
+        return Probation(
+            np.array(data["precision"]),
+            data["batches"],
+            Vectors.from_dict(data["vectors"]),
+            Model.from_dict(data["model"]),
+            np.array(data["held"]),
+            data["lead"],
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """What is remembered between two batches.
+
+    Attributes:
+        seen: batches so far, as far as they count.
+        recent: evidence of the last batches, oldest first, since the last correction.
+        probation: of the last correction, while it lasts.
+    """
+
+    seen: int = 0
+    recent: tuple[Evidence, ...] = ()
+    probation: Probation | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "seen": self.seen,
+            "recent": [part.to_dict() for part in self.recent],
+            "probation": None if self.probation is None else self.probation.to_dict(),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Watch:
+        probation = data["probation"]
+        return Watch(
+            data["seen"],
+            tuple(Evidence.from_dict(part) for part in data["recent"]),
+            None if probation is None else Probation.from_dict(probation),
+        )
+
+
+def follow(
+    settings: Settings,
+    watch: Watch,
+    vectors: Vectors,
+    model: Model,
+    noise: Noise,
+    batch: Samples,
+    residual: Array,
+    index: NDArray[np.intp],
+) -> tuple[Vectors, Watch, str | None]:
+    """The vectors, moved or put back where the evidence says so, and a sentence when it does.
+
+    Args:
+        vectors, model, noise: as they were before the batch.
+        batch: (n,) samples without outliers.
+        residual: (n,) y − f(x) [N m].
+        index: (n,) their places in the stream.
+    """
+    low, high = settings.rate_range
+
+    def phi(curve: Model, rate: Array) -> Array:
+        return features((2.0 * rate - low - high) / (high - low), curve.evaluate(rate))
+
+    points, probation, sentence = vectors.points, watch.probation, None
+    # Both curves are judged by the same samples: those at rates that both knew.
+    known = points.yaw_rate if probation is None else probation.vectors.points.yaw_rate
+    inside = (batch.yaw_rate >= known[0]) & (batch.yaw_rate <= known[-1])
+    rate, residual, index = batch.yaw_rate[inside], residual[inside], index[inside]
+    fresh = gather(rate, phi(model, rate), residual, index, noise)
+    if probation is not None:
+        other = batch.damping[inside] - probation.model.evaluate(rate)
+        before = gather(rate, phi(probation.model, rate), other, index, noise)
+        lead = probation.lead + surprise(fresh, probation.precision) - surprise(before, probation.held)
+        if lead > ALARM:
+            sentence = f"the damping is as it was before the last change (ln Bayes factor {lead:.1f})"
+            vectors, model, fresh, probation = probation.vectors, probation.model, before, None
+            points = vectors.points
+        else:
+            probation = replace(probation, lead=lead)
+
+    seen = min(watch.seen + 1, YOUNG)
+    recent = (*watch.recent, fresh)[-WINDOWS[-1] :]
+    free = prior(noise.sigma)
+    at_vectors = phi(model, points.yaw_rate)
+    held = (at_vectors.T * (vectors.information * noise.worth)) @ at_vectors + free
+    log_factor, evidence = weigh(recent, held, free)
+    changed = log_factor > ALARM and seen >= YOUNG
+    if changed:
+        precision = free + evidence.information
+    elif probation is not None:
+        evidence, precision = fresh, probation.precision + fresh.information
+    else:
+        return vectors, Watch(seen, recent), sentence
+
+    # A correction is not trusted beyond the largest rate that showed it: from there on it stays as it is.
+    at_vectors = phi(model, np.clip(points.yaw_rate, -evidence.reach, evidence.reach))
+    correction = at_vectors @ np.linalg.solve(precision, evidence.score)
+    moved = replace(vectors, points=replace(points, damping=points.damping + correction))
+    if not changed:
+        assert probation is not None
+        probation = replace(probation, precision=precision, batches=probation.batches - 1)
+        return moved, Watch(seen, (), probation if probation.batches else None), None
+    doubt = (at_vectors * np.linalg.solve(precision, at_vectors.T).T).sum(axis=1)
+    moved = replace(moved, information=1.0 / (1.0 / vectors.information + SHARED * noise.worth * doubt))
+    curve = at_vectors[:, 0]
+    gain = 100.0 * float(correction @ curve / (curve @ curve))
+    sentence = f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"
+    return moved, Watch(seen, (), Probation(precision, OPEN, vectors, model, held)), sentence
