@@ -9,7 +9,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from incsvr.tracing import Finding, Trace
+from incsvr.findings import Finding
+from incsvr.tracing import Trace
 from viewer.report.charts import damping_curves, free_runs, residual_against, torque_split
 
 # The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.
