@@ -32,6 +32,8 @@ SPEED = 25.0
 """757 s of the vehicle's time then take half a minute."""
 PAPER = {"V1": ("IncSVR1", 3.26, 4.36, 60), "V2": ("IncSVR2", 3.52, 4.61, 60)}
 """Table I: regressor, MAE and RMSE [N m], active support vectors, by validation run."""
+COMPARED = ("--compare", "14", "25")
+"""The last iterations without and with the hull, for the viewer's page Before and after (Fig. 8)."""
 KEYS = Keys("leng/yaw")
 _LONGEST_START = 30.0
 _LONGEST_STOP = 10.0
@@ -96,7 +98,7 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
         viewer = None
         if find_spec("viewer.view") is not None and find_spec("rerun") is not None:
             viewer = stack.enter_context(
-                _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint)
+                _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint, *COMPARED)
             )
             _wait_until_ready(viewer, out / "view.log")
         player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed)))

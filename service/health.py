@@ -61,6 +61,11 @@ class HealthWatch:
             stream = self._stream(name)
             stream.received += t.size
             stream.at = self._clock()
+            finite = np.isfinite(t) & np.isfinite(value)
+            if not finite.all():
+                t, value = t[finite], value[finite]
+                if not t.size:
+                    return
             changed = np.flatnonzero(value[1:] != value[:-1])
             if changed.size:
                 stream.still_since = float(t[changed[-1] + 1])
