@@ -57,8 +57,10 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def _share(hits: int, count: int) -> str:
+    if not count:
+        return "–"
     low, high = interval(hits, count)
-    return f"{100 * hits / max(count, 1):.1f} % ({100 * low:.0f}–{100 * high:.0f})"
+    return f"{100 * hits / count:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
 
 
 def _summary(records: Sequence[Record]) -> str:
@@ -84,8 +86,18 @@ def _alarms(records: Sequence[Record]) -> str:
         false = sum(bool(record["named"]) for record in chosen)
         unexplained = sum(record["verdict"] == "unexplained" for record in chosen)
         named = ", ".join(f"{name} {count}" for name, count in Counter(alarms).most_common())
-        rows.append([level, len(chosen), false, _share(false, len(chosen)), unexplained, named or "–"])
-    head = ["residual autocorrelation", "runs", "with a false effect", "share (95 %)", "“unexplained”", "named"]
+        failed = sum(bool(record["failure"]) for record in chosen)
+        share = _share(false, len(chosen) - failed)
+        rows.append([level, len(chosen), failed, false, share, unexplained, named or "–"])
+    head = [
+        "residual autocorrelation",
+        "runs",
+        "failed",
+        "with a false effect",
+        "share (95 %)",
+        "“unexplained”",
+        "named",
+    ]
     return _table(head, rows)
 
 
@@ -136,7 +148,7 @@ def _quality(records: Sequence[Record]) -> str:
         "within 5 % of it",
         "after / the tracer's floor",
         "free-run error after / before",
-        "seconds a trace (worst)",
+        "processor seconds a trace (worst)",
     ]
     text = (
         "Median and 90th percentile. Without the effects: the error that the tracer leaves on the same vehicle, noise "
@@ -169,7 +181,7 @@ def _peers(records: Sequence[Record]) -> str:
         for group in GROUPS:
             chosen = [record for record in both if record["group"] == group]
             judged = [record["judged"] if name == names[0] else record["peers"][name]["judged"] for record in chosen]
-            cells.append(_share(sum(each in GOOD for each in judged), len(judged)) if judged else "–")
+            cells.append(_share(sum(each in GOOD for each in judged), len(judged)))
         hidden = [record for record in both if record["group"] != "quiet"]
         named = [record["named"] if name == names[0] else record["peers"][name]["named"] for record in hidden]
         extra = [len(set(each) - set(record["effects"])) for each, record in zip(named, hidden, strict=True)]
