@@ -55,6 +55,8 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, tmp_path:
         assert rejected.reason in words
     for when in ("before", "after"):
         assert f"{found.error[when]['free_run_rmse']:.3g}" in words
+    for label in ("torque, mean absolute error", "torque, root mean square error", "yaw rate in free run"):
+        assert label in words
     assert path.read_text(encoding="utf-8").count("<svg") == 4
 
 

@@ -56,7 +56,7 @@ def residual_against(depends: Mapping[str, Array], before: Array, after: Array) 
         for axes in grid.flat[len(shown) :]:
             axes.set_visible(False)
         for axes, (name, x) in zip(grid.flat, shown.items(), strict=False):
-            edges = np.unique(np.nanquantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+            edges = _edges(x)
             axes.axhline(0.0, color="#555555", linewidth=0.8)
             for residual, color, style, mark, label in (
                 (before, BEFORE, "--", "s", "before"),
@@ -130,6 +130,17 @@ def torque_split(parts: Mapping[str, Array]) -> str:
         axes.set_xlabel("root mean square [N m]")
 
     return _svg(draw, 4.7, max(1.6, 0.9 + 0.42 * len(size)))
+
+
+def _edges(x: Array) -> Array:
+    """Bins of equal count, but none narrower than a fiftieth of the range: held commands pile up at few values."""
+    quantiles = np.nanquantile(x, np.linspace(0.0, 1.0, BINS + 1))
+    narrowest = 0.02 * (quantiles[-1] - quantiles[0])
+    edges = [quantiles[0]]
+    for edge in quantiles[1:]:
+        if edge - edges[-1] >= narrowest:
+            edges.append(edge)
+    return np.array(edges)
 
 
 def _binned(x: Array, y: Array, edges: Array) -> tuple[Array, Array, Array, Array]:

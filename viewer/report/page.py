@@ -26,8 +26,8 @@ SUFFIXES = (
 ERRORS = (
     ("torque_mae", "torque, mean absolute error", "N m"),
     ("torque_rmse", "torque, root mean square error", "N m"),
+    ("free_run_rmse", "yaw rate in free run, root mean square error", "rad/s"),
 )
-FREE_RUN = ("free_run_rmse", "yaw rate in free run, root mean square error", "rad/s")
 HEADLINES = {
     "none": "Nothing is missing that these recordings could show",
     "unexplained": "Something is missing that no effect of the catalogue explains",
