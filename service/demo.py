@@ -108,10 +108,17 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
         for report in _iterations(session, reports, player, learner):
             history.append(report)
             print(_line(report, hull_comes), file=people, flush=True)
+        counters = _health(session).counters
         if viewer is not None:
             _end(viewer)
-    verified = _verify(recording, people) if recording.exists() else None
-    return _result(history, hull_comes, recording if recording.exists() else None, verified)
+    result = _result(history, hull_comes)
+    result["rejected"] = {name: count for name, count in counters.items() if name.startswith("rejected:")}
+    if recording.exists():
+        size, verified = recording.stat().st_size, _verify(recording, people)
+        result["recording"] = {"file": str(recording), "bytes": size, "verified": verified}
+    elif viewer is not None:
+        raise Failed("the viewer recorded nothing; see view.log")
+    return result
 
 
 def _iterations(
@@ -228,9 +235,7 @@ def _line(report: IterationReport, hull_comes: float) -> str:
     )
 
 
-def _result(
-    history: list[IterationReport], hull_comes: float, recording: Path | None, verified: bool | None
-) -> dict[str, Any]:
+def _result(history: list[IterationReport], hull_comes: float) -> dict[str, Any]:
     rows = []
     bare = [report for report in history if report.t <= hull_comes]
     for name, part in (("V1", bare), ("V2", history[len(bare) :])):
@@ -256,9 +261,8 @@ def _result(
             name: [next(each.mae for each in report.validation if each.name == name) for report in history]
             for name in PAPER
         },
-        "recording": None
-        if recording is None
-        else {"file": str(recording), "bytes": recording.stat().st_size, "verified": verified},
+        "vehicle_seconds": history[-1].t,
+        "recording": None,
     }
 
 
@@ -269,13 +273,15 @@ def _summary(result: dict[str, Any], out: Path) -> str:
         name = f"{row['regressor']} on {row['validation']}"
         reached = f"{row['mae']:6.2f}  {row['rmse']:6.2f} {row['support_vectors']:17d}"
         lines.append(f"{name}  {reached}      ({paper['mae']:.2f}, {paper['rmse']:.2f}, {paper['support_vectors']})")
-    if result["recording"] is not None:
-        file = result["recording"]
-        state = "verified" if file["verified"] else "NOT verified"
-        lines.append(
-            f"recording: {file['file']}, {file['bytes'] / 1e6:.1f} MB, {state}; open it with `rerun {file['file']}`"
-        )
-    else:
+    refused = ", ".join(f"{count} {name.removeprefix('rejected:')}" for name, count in result["rejected"].items())
+    lines.append(f"rejected: {refused or 'nothing'}")
+    file = result["recording"]
+    if file is None:
         lines.append("no recording: the viewer is not installed (pip install '.[viewer]')")
-    lines.append(f"{result['iterations']} iterations; {result['seconds']} s; report in {out / 'report.json'}")
+    else:
+        state = "verified" if file["verified"] else "NOT whole"
+        extent = f"{result['iterations']} iterations, {result['vehicle_seconds']:.0f} s of the vehicle"
+        lines.append(f"recording: {file['file']}, {file['bytes'] / 1e6:.1f} MB, {extent}, {state}")
+        lines.append(f"           open it with `incsvr view {file['file']}`")
+    lines.append(f"{result['seconds']} s in all; the report is {out / 'report.json'}")
     return "\n".join(lines)
