@@ -27,8 +27,8 @@ def report(document: dict[str, Any]) -> str:
     parts = [
         "# What the tracer names when something is hidden",
         f"Made by `{document['command']}` on {document['date']}, seeds from {document['first_seed']}, "
-        f"{len(records)} recordings of {records[0]['duration'] / 60:.0f} minutes at about 20 Hz, "
-        f"{document['minutes']} minutes in all.",
+        f"{len(records)} of {document['planned']} planned recordings of {records[0]['duration'] / 60:.0f} minutes "
+        f"at about 20 Hz, traced in {document['minutes']} minutes.",
         "The vehicles come from `simulator/trial.py`, which shares nothing with the tracer: drag that is no "
         "polynomial, noise in water and sensors, streams on their own clocks, coarse torque, 1 % outliers, idle "
         "channels. Noise: 3.5 % of the full torque (3.5 N m at the paper's scale), residual autocorrelation over "

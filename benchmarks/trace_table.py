@@ -13,7 +13,7 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -87,22 +87,36 @@ def as_run(outcome: Outcome) -> Run:
     return Run(outcome.recording.name, outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
 
 
-def study(work: Sequence[tuple[str, Trial, bool]], processes: int) -> list[dict[str, Any]]:
-    """The records of all cases in their order, with a progress bar on standard error."""
+def study(work: Sequence[tuple[str, Trial, bool]], processes: int, at_most: float) -> list[dict[str, Any]]:
+    """The records of the cases, in their order, with a progress bar on standard error.
+
+    Args:
+        work: arguments for `examine`.
+        processes: how many work at once.
+        at_most: after so many seconds no further case is begun.
+    """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     records: dict[int, dict[str, Any]] = {}
+    pending: dict[Future[dict[str, Any]], int] = {}
     # One core a process; the processes that are spawned load NumPy anew and see this.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    end = time.monotonic() + at_most
     with (
         ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool,
         Progress(*columns, console=Console(stderr=True)) as progress,
     ):
         task = progress.add_task("tracing trials", total=len(work))
-        futures = {pool.submit(examine, *item): position for position, item in enumerate(work)}
-        for future in as_completed(futures):
-            records[futures[future]] = future.result()
-            progress.advance(task)
-    return [records[position] for position in range(len(work))]
+        for position, item in enumerate(work):
+            if time.monotonic() > end:
+                break
+            pending[pool.submit(examine, *item)] = position
+            if len(pending) >= processes:
+                finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+                records.update({pending.pop(future): future.result() for future in finished})
+                progress.update(task, completed=len(records))
+        records.update({position: future.result() for future, position in pending.items()})
+        progress.update(task, completed=len(records))
+    return [records[position] for position in sorted(records)]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -117,6 +131,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--deep-every", type=int, default=3, metavar="N", help="peers and floors for every Nth trial; 0: none"
     )
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument(
+        "--at-most", type=float, default=180.0, metavar="MINUTES", help="begin no trial after that long"
+    )
     parser.add_argument("--only", metavar="GROUP:SEED", help="one case again, printed instead of written")
     parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the results (default: %(default)s)")
 
@@ -128,19 +145,22 @@ def run(args: argparse.Namespace) -> int:
         record = examine(group, case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes), True)
         print(json.dumps(record, indent=2, ensure_ascii=False))
         return 0
-    every = args.deep_every
+    every, counts = args.deep_every, {group: getattr(args, group) for group in GROUPS}
+    indices = [(group, index) for group, count in counts.items() for index in range(count)]
+    # The groups take turns in proportion, so that a study that stops early is a smaller study of the same kind.
+    indices.sort(key=lambda each: (each[1] + 0.5) / counts[each[0]])
     work = [
         (group, case(group, index, args.first_seed, 60 * args.minutes), every > 0 and index % every == 0)
-        for group in GROUPS
-        for index in range(getattr(args, group))
+        for group, index in indices
     ]
     began = time.perf_counter()
-    records = study(work, args.processes)
+    records = study(work, args.processes, 60 * args.at_most)
     document = {
         "command": shlex.join(["python", "-m", "benchmarks.trace_table", *sys.argv[1:]]),
         "date": datetime.now(UTC).date().isoformat(),
         "first_seed": args.first_seed,
         "minutes": round((time.perf_counter() - began) / 60, 1),
+        "planned": len(work),
         "records": records,
     }
     args.out.mkdir(parents=True, exist_ok=True)

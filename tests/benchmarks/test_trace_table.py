@@ -89,7 +89,7 @@ def test_a_small_table_is_written_with_command_and_date(tmp_path: Path, capsys: 
     )
     assert run(args) == 0
     document = json.loads((tmp_path / "trace_table.json").read_text(encoding="utf-8"))
-    assert [record["group"] for record in document["records"]] == ["one", "half", "two", "quiet", "quiet"]
+    assert [record["group"] for record in document["records"]] == ["quiet", "one", "half", "two", "quiet"]
     assert [record["seed"] for record in document["records"]] == [50, 50, 50, 50, 51]
     text = (tmp_path / "trace_table.md").read_text(encoding="utf-8")
     assert document["date"] in text
