@@ -1,0 +1,110 @@
+"""The forms on the bus: exact, finite, and told apart from what they are not."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from incsvr.errors import BadInput
+from service import wire
+from service.node import LearnerNode
+from simulator import leng
+from tests.service.conftest import configured
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.fixture(scope="module")
+def snapshot() -> wire.ModelSnapshot:
+    node = LearnerNode(configured(), boot="b")
+    for name, (t, value) in leng.recording("T1", seed=5).streams().items():
+        node.push(name, t[t < 60.0], value[t < 60.0])
+    outcome = node.learn()
+    assert outcome is not None
+    return outcome.snapshot
+
+
+@given(rate=st.lists(finite, max_size=20))
+def test_numbers_travel_to_the_last_bit(rate: list[float]) -> None:
+    points = wire.Points(rate=tuple(rate), damping=tuple(rate))
+    assert wire.decode(wire.Points, wire.encode(points)) == points
+
+
+def test_a_snapshot_has_the_contracts_names_and_predicts(snapshot: wire.ModelSnapshot) -> None:
+    payload = json.loads(wire.encode(snapshot))
+    promised = {
+        "boot",
+        "revision",
+        "iteration",
+        "t",
+        "kernel",
+        "epsilon",
+        "C",
+        "support",
+        "inertia",
+        "effects",
+        "sigma",
+    }
+    assert promised | {"trained_range", "certified_error"} == set(payload)
+    assert payload["kernel"] == {"name": "rbf", "gamma": 10.0}
+    assert {"rate", "damping", "weight"} <= set(payload["support"])
+    low, high = payload["trained_range"]
+    rate = np.linspace(low, high, 7)
+    kernel = np.exp(-10.0 * np.subtract.outer(rate, payload["support"]["rate"]) ** 2)
+    np.testing.assert_allclose(kernel @ payload["support"]["weight"], snapshot.model().predict(rate).damping, atol=1e-6)
+
+
+def test_a_newer_learner_may_say_more(snapshot: wire.ModelSnapshot) -> None:
+    payload = json.loads(wire.encode(snapshot)) | {"mood": "good"}
+    assert wire.decode(wire.ModelSnapshot, json.dumps(payload).encode()) == snapshot
+
+
+@pytest.mark.parametrize(
+    ("payload", "names"),
+    [
+        (b"", "Invalid JSON"),
+        (b"[]", "Input should be an object"),
+        (b'{"rate": [1.0], "damping": []}', "rate has 1 and damping 0 values"),
+        (b'{"rate": ["fast"]}', r"rate\.0"),
+        (b'{"rate": [1e999], "damping": [1.0]}', "finite"),
+    ],
+)
+def test_what_is_no_such_form_is_named(payload: bytes, names: str) -> None:
+    with pytest.raises(BadInput, match=names):
+        wire.decode(wire.Points, payload)
+
+
+def test_nothing_infinite_is_published() -> None:
+    with pytest.raises(ValidationError):
+        wire.Validation(name="V1", mae=float("nan"), rmse=1.0, samples=1)
+
+
+def test_measurements_have_the_contracts_form() -> None:
+    assert json.loads(wire.measurement(12.34, 0.083)) == {"t": 12.34, "value": 0.083}
+    assert json.loads(wire.measurement((1.0, 2.0), (3.0, 4.0), 5)) == {"t": [1.0, 2.0], "value": [3.0, 4.0], "seq": 5}
+
+
+def test_keys_are_those_of_the_contract() -> None:
+    keys = wire.Keys("leng/yaw")
+    assert [
+        keys.rate,
+        keys.torque,
+        keys.model,
+        keys.iteration,
+        keys.damping,
+        keys.health,
+        keys.effects,
+        keys.alive,
+    ] == [
+        f"leng/yaw/{name}" for name in ("rate", "torque", "model", "iteration", "damping", "health", "effects", "alive")
+    ]
+    assert [keys.stream(name) for name in ("yaw_rate", "torque", "depth")] == [
+        "leng/yaw/rate",
+        "leng/yaw/torque",
+        "leng/yaw/channel/depth",
+    ]
