@@ -61,8 +61,6 @@ def measure(path: Path, hours: float) -> dict[str, Any]:
     began = time.perf_counter()
     archive.optimise([path], path)
     optimised = time.perf_counter()
-    archive.verify(path)
-    verified = time.perf_counter()
     size = path.stat().st_size
     return {
         "iterations": count,
@@ -74,7 +72,6 @@ def measure(path: Path, hours: float) -> dict[str, Any]:
         "optimised_kilobytes_per_iteration": round(size / 1e3 / count, 2),
         "of_which_raw_signals_kilobytes": round(_raw_bytes(path) / 1e3 / count, 2),
         "optimise_seconds": round(optimised - began, 1),
-        "verify_seconds": round(verified - optimised, 1),
         "open_seconds": _opened(path),
     }
 

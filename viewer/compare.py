@@ -8,12 +8,12 @@ import numpy as np
 import rerun as rr
 from rerun.components import Radius
 
+from viewer.drawn import boxes, points, strips
 from viewer.frame import Floats, Frame, clock_text, positions
 from viewer.learning import CURVE_STEP, log_plate, trained_part
 from viewer.palette import Palette
 from viewer.plate import Entry, Plate
 from viewer.recorder import Recorder
-from viewer.strips import strips
 from viewer.table import quantity
 
 
@@ -81,9 +81,9 @@ class ComparePage:
 
     def _draw(self, name: str, frame: Frame, plate: Plate) -> None:
         curve, at = curve_of(frame, plate), positions(frame.report.support)
-        samples: list[rr.AsComponents] = [rr.Points2D.from_fields(positions=at)]
+        samples = [points(at)]
         if name == "before":
-            samples.append(rr.Boxes2D.from_fields(centers=at, half_sizes=np.tile(plate.size(8.0), (len(at), 1))))
+            samples.append(boxes(at, plate.size(8.0)))
         lines = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
         self._rec.log(f"learning/{name}/function", strips(lines))
         self._rec.log(f"learning/{name}/support", *samples)
@@ -95,7 +95,7 @@ class ComparePage:
         rows: tuple[tuple[Entry, ...], ...] = (
             (),
             (Entry("dashes", palette.before, "Before"), Entry("frame", palette.before, "Its support vectors")),
-            (Entry("line", palette.function, "After"), Entry("halo", palette.support, "Its support vectors")),
+            (Entry("line", palette.function, "After"), Entry("disc", palette.support, "Its support vectors")),
         )
         last = (
             Entry("band", palette.band, "95 % of samples, after"),

@@ -11,12 +11,13 @@ import rerun as rr
 from rerun.components import Radius
 
 from service.wire import IterationReport
+from viewer.drawn import dashed, strips
+from viewer.drawn import points as points_at
 from viewer.frame import Floats, Frame
 from viewer.learning import log_plate
 from viewer.palette import Palette
 from viewer.plate import Entry, Mark, Plate, axis_for
 from viewer.recorder import Recorder
-from viewer.strips import dashed, strips
 
 WIDTH, HEIGHT = 1000, 425
 POINTS = 120  # of a curve at most: a run of ten hours must not log its whole past with every iteration
@@ -45,7 +46,7 @@ class ErrorPage:
             on_plate = np.column_stack((points[:, 0], np.minimum(points[:, 1], plate.y.high)))
             line = strips(dashed(on_plate, None if dash is None else dash * plate.x.high))
             now = points[-1:] if points[-1, 1] <= plate.y.high else points[:0]
-            rec.log(f"error/curve/{name}", line, rr.Points2D.from_fields(positions=now))
+            rec.log(f"error/curve/{name}", line, points_at(now))
 
     def remember(self, report: IterationReport) -> dict[str, float]:
         """Adds an iteration's errors to the curves; the errors by their names."""

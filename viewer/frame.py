@@ -42,7 +42,7 @@ class Frame:
 
 def positions(points: Points) -> Floats:
     """(n, 2): yaw rate [rad/s], damping [N m]."""
-    return np.column_stack((np.array(points.rate), np.array(points.damping))).reshape(-1, 2)
+    return np.array((points.rate, points.damping)).T.reshape(-1, 2)
 
 
 def clock_text(seconds: float) -> str:

@@ -9,16 +9,17 @@ from rerun.components import Radius
 
 from incsvr.model import Model
 from service.wire import SETS, IterationReport
+from viewer.drawn import NONE, Lines, strips
 from viewer.frame import Floats, Frame, positions
 from viewer.marks import shape, style
 from viewer.palette import Colour, Palette
 from viewer.plate import SHARP, Axis, Entry, Mark, Plate, axis_for
 from viewer.recorder import Recorder
-from viewer.strips import NONE, Lines, strips
 
 RATE, DAMPING = "Yaw rate [rad/s]", "Damping moment [N m]"
 WIDTH, HEIGHT = 1500, 1330
 CURVE_STEP = 9.0  # canvas units between two points of the curve
+WILD = 1.3  # times the largest damping that was taken seriously
 CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")
 
 _MARKS: dict[str, Mark] = {
@@ -89,11 +90,11 @@ class LearningPage:
 
     def _follow(self, report: IterationReport, model: Model | None) -> Plate:
         """Widens the axes where this iteration needs it, and draws them anew then."""
-        rate, damping = _reach(report, model, *self._reach)
+        self._reach = _reach(report, model, *self._reach)
+        rate, damping = self._reach[0], _with_outliers(report, self._reach[1])
         if self._plate is not None and rate <= self._plate.x.high and damping <= self._plate.y.high:
             return self._plate
-        self._reach = max(rate, self._reach[0]), max(damping, self._reach[1])
-        x, y = symmetric(self._reach[0], RATE), symmetric(self._reach[1], DAMPING)
+        x, y = symmetric(rate, RATE), symmetric(damping, DAMPING)
         self._plate = Plate(x, y, WIDTH, HEIGHT, legend=legend(self._palette), font=32)
         log_plate(
             self._rec, "learning/axes", self._plate, self._palette, [f"learning/{name}" for name in (*SETS, *CURVES)]
@@ -213,30 +214,31 @@ def _dotted(at: float, plate: Plate) -> Floats:
 
 
 def _reach(report: IterationReport, model: Model | None, rate: float, damping: float) -> tuple[float, float]:
-    """The largest |rate| and |damping| that the axes must hold: what was taken seriously, and what lies near to that.
-
-    A single wild sample must not squeeze everything else into a line, so outliers count only while they lie within 1.4
-    times the rest; those beyond get an arrow at the frame.
-    """
+    """The largest |rate| and |damping| so far of what the learner took seriously."""
     serious = [report.support, report.old, report.discarded_tube, report.discarded_near]
     if model is None or not any(len(points) for points in serious):
         serious.append(report.new)
     for points in serious:
         rate = max([rate, *map(abs, points.rate)])
         damping = max([damping, *map(abs, points.damping)])
-    for points in (report.new, report.forgotten, report.outliers):
-        rate = max([rate, *(abs(value) for value in points.rate if abs(value) <= 1.4 * rate)])
-    others = sorted(
-        abs(value) for points in (report.new, report.forgotten, report.outliers) for value in points.damping
-    )
-    for value in others:
-        damping = max(damping, value) if value <= 1.4 * damping else damping
     return rate, damping
+
+
+def _with_outliers(report: IterationReport, damping: float) -> float:
+    """What the axis must hold: samples beyond a wild one's distance get an arrow at the frame instead.
+
+    A single wild sample must not press everything else flat, today or for the rest of the run.
+    """
+    others = (abs(value) for points in (report.new, report.forgotten, report.outliers) for value in points.damping)
+    return max([damping, *(value for value in others if value <= WILD * damping)])
 
 
 def _arrows(report: IterationReport, plate: Plate) -> Floats:
     """An arrow at the frame for each sample beyond the axes, as (n, 3, 2) strips pointing to it."""
-    at = np.concatenate([positions(points) for points in (report.new, report.forgotten, report.outliers)])
+    sets = (report.new, report.forgotten, report.outliers)
+    if max((abs(value) for points in sets for value in points.damping), default=0.0) <= plate.y.high:
+        return NONE
+    at = np.concatenate([positions(points) for points in sets])
     beyond = at[(np.abs(at[:, 1]) > plate.y.high) & (np.abs(at[:, 0]) <= plate.x.high)]
     beyond = np.unique(beyond, axis=0)
     dx, dy = plate.size(11.0)

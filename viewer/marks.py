@@ -10,10 +10,10 @@ import numpy as np
 import rerun as rr
 from rerun.components import Radius
 
+from viewer.drawn import Drawn, boxes, points, strips
 from viewer.frame import Floats
 from viewer.palette import Colour
 from viewer.plate import Mark, Plate
-from viewer.strips import strips
 
 _CORE: dict[Mark, float] = {
     "disc": 4.5,
@@ -41,13 +41,12 @@ def style(mark: Mark, colour: Colour, *, order: float) -> list[rr.AsComponents]:
     return parts
 
 
-def shape(mark: Mark, at: Floats, plate: Plate) -> list[rr.AsComponents]:
+def shape(mark: Mark, at: Floats, plate: Plate) -> list[Drawn]:
     """The samples `at` (n, 2) [rad/s, N m] as this mark, upright on `plate`."""
-    parts: list[rr.AsComponents] = [rr.Points2D.from_fields(positions=at)]
     if mark in _BOXES:
-        half = np.multiply(plate.size(1.0), _BOXES[mark])
-        parts.append(rr.Boxes2D.from_fields(centers=at, half_sizes=np.tile(half, (len(at), 1))))
-    elif mark in ("cross", "diamond"):
+        across, up = plate.size(1.0)
+        return [points(at), boxes(at, (across * _BOXES[mark][0], up * _BOXES[mark][1]))]
+    if mark in ("cross", "diamond"):
         dx, dy = plate.size(10.0 if mark == "cross" else 14.0)
         strokes = (
             [[[-dx, -dy], [dx, dy]], [[-dx, dy], [dx, -dy]]]
@@ -55,5 +54,5 @@ def shape(mark: Mark, at: Floats, plate: Plate) -> list[rr.AsComponents]:
             else [[[0.0, dy], [dx, 0.0], [0.0, -dy], [-dx, 0.0], [0.0, dy]]]
         )
         corners = np.array(strokes)
-        parts.append(strips((at[:, None, None, :] + corners[None]).reshape(-1, corners.shape[1], 2)))
-    return parts
+        return [points(at), strips((at[:, None, None, :] + corners[None]).reshape(-1, corners.shape[1], 2))]
+    return [points(at)]

@@ -9,16 +9,17 @@ import numpy as np
 import rerun as rr
 from rerun.components import InterpolationMode, MarkerShape, Radius
 
+from viewer.drawn import dashed, strips
 from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
 from viewer.learning import log_plate, log_transform
 from viewer.palette import LIGHT, Colour, Palette
 from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 from viewer.recorder import Recorder
-from viewer.strips import dashed, strips
 
 SCOPE = 60.0  # s
 SCOPE_POINTS = 240  # of a stream in the scope at most
 WIDTH, HEIGHT = 1000, 425
+PAUSE = 1.0  # s without a message that the scope shows as one
 ALL = "all_reasons"
 HINT = "signals/clock"
 SWITCH = "# Choose *vehicle_time* below\n\nThe signals run on the vehicle's time, in the list at the lower left."
@@ -122,7 +123,9 @@ class SignalsPage:
             lines["yaw_rate"] = np.column_stack((np.array(batch.time) - end, batch.rate))
         self._follow(lines)
         for name, line in lines.items():
-            self._rec.log(f"signals/scope/{name}", strips(dashed(line, DASH[name])))
+            self._rec.log(
+                f"signals/scope/{name}", strips([dash for part in unbroken(line) for dash in dashed(part, DASH[name])])
+            )
 
     def reject(self, counters: Mapping[str, int]) -> None:
         """The refused samples so far, altogether and by reason, at the clocks that are set."""
@@ -181,6 +184,11 @@ class SignalsPage:
 
 def _holds(plate: Plate, right: Axis, reach: Mapping[str, float]) -> bool:
     return reach["yaw_rate"] <= plate.y.high and reach["torque"] <= right.high
+
+
+def unbroken(line: Floats) -> list[Floats]:
+    """The (n, 2) line in parts between its pauses: nothing is drawn where nothing came in."""
+    return np.split(line, np.flatnonzero(np.diff(line[:, 0]) > PAUSE) + 1)
 
 
 def thinned(points: Floats) -> Floats:

@@ -79,7 +79,6 @@ def look(path: Path, *, repair: bool, headless: bool) -> int:
     known = archive.facts(path)
     if repair:
         archive.optimise([path], path)
-        archive.verify(path)
         print(f"{path} is whole again, {path.stat().st_size / 1e6:.1f} MB", file=sys.stderr)
     elif not known.complete:
         log.warning(
@@ -132,18 +131,22 @@ class Shelf:
         return self._open(new_recording())
 
     def close(self) -> bool:
-        """Closes the file, joins, halves and verifies it; whether it holds everything."""
+        """Closes the file, joins, halves and reads it again; whether it holds everything."""
         recorder = self.chapter.recorder
         self.chapter.flush()
         recorder.close()
         if self._path is None or self._before is None:
             return True
         parts = [part for part in (self._before, self._path) if part.exists()]
+        log.info("closing %s: about five seconds for each hour of it", self._path)
         try:
             archive.optimise(parts, self._path)
-            archive.verify(self._path)
         except BadInput as error:
             log.error("%s", error)
+            return False
+        found = archive.last_revision(self._path)
+        if self.chapter.revision and (found is None or found[1] != self.chapter.revision):
+            log.error("%s does not hold all up to revision %d", self._path, self.chapter.revision)
             return False
         self._before.unlink(missing_ok=True)
         log.info("%s: %.2f MB; open it with `incsvr view %s`", self._path, self._path.stat().st_size / 1e6, self._path)

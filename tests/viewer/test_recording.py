@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.wire import SETS, Health, Measurement
+from service.wire import SETS, Health, Measurement, Points
 from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, shown
 from viewer import archive
@@ -138,3 +138,23 @@ def test_a_curve_never_grows_beyond_what_a_screen_shows() -> None:
     assert len(thinned(curve)) <= POINTS
     assert thinned(curve)[[0, -1], 0].tolist() == [0.0, 7199.0]
     assert thinned(curve[:1]).tolist() == [[0.0, 0.0]]
+
+
+def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path: Path) -> None:
+    report, snapshot = run.iterations[0]
+    wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
+    path = tmp_path / "wild.rrd"
+    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    chapter.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
+    chapter.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
+    recorder.close()
+    strips = rows(path, "LineStrips2D:strips")
+    (arrow,) = shown(strips["/learning/off_scale"], 1)
+    assert points(arrow)[1, 0] == pytest.approx(0.1)
+    assert 50.0 < points(arrow)[1, 1] < 200.0
+    assert shown(strips["/learning/off_scale"], 2) == []
+    assert points(shown(rows(path, "Points2D:positions")["/learning/outliers"], 1))[-1].tolist() == [
+        pytest.approx(0.1),
+        900.0,
+    ]
