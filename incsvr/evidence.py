@@ -72,7 +72,7 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
                 sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
             design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
     white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks)
-    scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-300
+    scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-100
     information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
     covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
     out, at = [], base

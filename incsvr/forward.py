@@ -236,9 +236,9 @@ class _Instant:
 def model_of(problem: Problem, hypothesis: Hypothesis) -> TracedModel:
     """A fitted hypothesis as a model.
 
-    The damping table reaches as far as the fitted blocks did (but for the outermost half per cent). A free run needs drag
-    that holds where the data were few: passive, r d(r) ≥ 0, and never less for a faster turn (isotonic regression,
-    weighted by how often each rate occurred).
+    The damping table reaches as far as the fitted blocks did (but for the outermost half per cent). A free run needs
+    drag that holds where the data were few: passive, r d(r) ≥ 0, and never less for a faster turn (isotonic
+    regression, weighted by how often each rate occurred).
     """
     s, blocks = problem.signals, problem.blocks
     seen = blocks.mean(s.rate)[blocks.used]

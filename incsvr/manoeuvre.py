@@ -119,9 +119,11 @@ def _evidence(
     run = Run("manoeuvre", time, rate, manoeuvre.torque, {**channels, "heading": heading})
     try:
         driven = pose_like(problem, [run])
+        driven = replace(driven, signals=replace(driven.signals, share=0.0))  # this torque has no noise
     except BadInput:
         return 0.0
-    return max(_left(driven, rival, found) - _left(driven, found, found), 0.0)
+    own = _left(driven, found, found)  # nothing but the error of integration: half of it again is no evidence
+    return max(_left(driven, rival, found) - 1.5 * own, 0.0)
 
 
 def _left(driven: Problem, hypothesis: Hypothesis, noise: Hypothesis) -> float:

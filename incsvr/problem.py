@@ -17,6 +17,9 @@ from incsvr.whitening import Fit, fit
 MOST_BLOCKS = 2000
 """Of long recordings: more blocks than that tell no more, so they may be as long as T_c/6."""
 
+FEWEST_SCALES = 12.0
+"""Shortest recordings from which anything is concluded, in T_c."""
+
 INTERVALS = 8
 """Of the cubic spline of d(r): 6 or 16 were worse on simulated vehicles."""
 
@@ -102,6 +105,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Proble
     scale = time_scale(runs)
     period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
     sigma = gyro_noise(runs)
+    _long_enough(runs, scale)
     resolution = _resolution(runs)
     length = sum(float(run.time[-1] - run.time[0]) for run in runs)
     best: tuple[float, Problem, Fit] | None = None
@@ -155,6 +159,15 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
         steep=_steep(problem.damping, signals.rate, blocks), foretold=_foretell(blocks.mean(signals.torque), blocks),
     )  # fmt: skip
+
+
+def _long_enough(runs: Sequence[Run], scale: float) -> None:
+    length = sum(float(run.time[-1] - run.time[0]) for run in runs)
+    if length < FEWEST_SCALES * scale:
+        raise BadInput(
+            f"{length:.3g} s are too few to trace anything: the yaw rate changes within {scale:.2g} s, so record at "
+            f"least {FEWEST_SCALES * scale:.0f} s of varied turning, better ten minutes"
+        )
 
 
 def _resolution(runs: Sequence[Run]) -> float:

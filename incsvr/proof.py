@@ -117,7 +117,9 @@ def refit(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     if not hypothesis.terms:
         return nothing(problem)
     terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
-    return settle(problem, terms, hypothesis, frozenset(e.key for e in hypothesis.effects), passes=3)
+    # an instant or a period on the recording's clock stays: no other piece of the recording can tell it
+    refined = frozenset(e.key for e in hypothesis.effects if not e.needs_clock)
+    return settle(problem, terms, hypothesis, refined, passes=3)
 
 
 def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:

@@ -16,6 +16,10 @@ SHORTEST = 200
 """Fewest samples of each stream, over all runs, from which anything is concluded."""
 
 
+FASTEST = 6.0
+"""Fastest plausible yaw rate [rad/s], about a turn a second: beyond, it is probably in degrees per second."""
+
+
 @dataclass(frozen=True, slots=True)
 class Run:
     """One contiguous recording; a cell that was not sampled is NaN.
@@ -70,7 +74,7 @@ def _check_streams(run: Run) -> None:
             f"{run.name}: the yaw rate comes every {period:g} s, which looks like time stamps in ms; divide t by 1000"
         )
     fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
-    if fastest > 12.0:
+    if fastest > FASTEST:
         raise BadInput(
             f"{run.name}: |yaw_rate| reaches {fastest:.3g}, no vehicle turns at that many rad/s; convert degrees"
         )

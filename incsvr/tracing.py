@@ -18,7 +18,7 @@ from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
 from incsvr.excitation import closed_loop, demand
 from incsvr.findings import Finding, Pictures, Rejected, Trace
 from incsvr.forward import model_of
-from incsvr.hypothesis import Hypothesis, nothing, settle
+from incsvr.hypothesis import Hypothesis, left_over, nothing, settle
 from incsvr.manoeuvre import separate
 from incsvr.problem import Problem, pose, torque_scatter
 from incsvr.proof import Court, Errors, sample_errors
@@ -55,7 +55,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
     before, after = case.court.try_(base), case.court.try_(whole)
-    error = _errors(before, after, whole, torque_scatter(runs, problem), problem.signals.scale)
+    error = _errors(problem, whole, before, after, torque_scatter(runs, problem))
     error["validated_on"] = case.court.validated_on
     model = model_of(problem, whole)
     s = problem.signals
@@ -163,7 +163,7 @@ def _below_sampling(parameters: dict[str, float], resolution: float) -> bool:
     return names in ({"delay_s"}, {"time_constant_s"}) and abs(next(iter(parameters.values()))) < resolution
 
 
-def _errors(before: Errors, after: Errors, whole: Hypothesis, scatter: float, scale: float) -> dict[str, Any]:
+def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, scatter: float) -> dict[str, Any]:
     def of(errors: Errors) -> dict[str, float]:
         mae, rmse = sample_errors(errors.torque, scatter)
         return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": errors.free_run_rmse()}
@@ -171,12 +171,14 @@ def _errors(before: Errors, after: Errors, whole: Hypothesis, scatter: float, sc
     def length(times: tuple[Array, ...]) -> int:
         """Four time scales, in samples: well above the errors' correlation time."""
         step = np.median(np.concatenate([np.diff(t) for t in times]))
-        return max(round(4.0 * scale / float(step)), 4)
+        return max(round(4.0 * problem.signals.scale / float(step)), 4)
 
     torque: Change = change_of_rms(before.torque, after.torque, length(after.block_time))
     free: Change = change_of_rms(before.free_run, after.free_run, length(after.time))
     n, p = whole.columns.shape
-    variance = float(np.mean(whole.torque_residual**2)) * n / max(n - p, 1)
+    # the same residual as `after`, on the fitted blocks, made up for the parameters
+    left, _ = left_over(problem, whole)
+    variance = float(np.mean(left**2)) * n / max(n - p, 1)
     return {
         "before": of(before),
         "after": of(after),

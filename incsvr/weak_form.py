@@ -105,7 +105,7 @@ def despiked(values: Array, threshold: float = 6.0) -> Array:
     scale = 1.4826 * float(np.median(away))
     if scale <= 0.0:  # a held command: its usual deviation is zero, take that of the deviating samples
         scale = float(np.quantile(away, 0.995)) / threshold
-    spike = away > threshold * max(scale, 1e-12)
+    spike = away > max(threshold * scale, 0.02 * float(np.std(values)))  # the top of a smooth sine is no spike
     spike[1:] &= ~(spike[:-1] & (away[:-1] > 0.5 * away[1:]))  # two in a row are no spike
     return np.where(spike, calm, values)
 

@@ -1,0 +1,149 @@
+"""One harness of checks over every effect of the catalogue."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from incsvr.effects import Effect, Signals, Term, candidates, catalogue
+from incsvr.forward import TracedModel
+from incsvr.sentences import LABELS, sentence
+
+EVERY = list(candidates(["winch"]))
+VOCABULARY = {
+    "bias_torque", "inertia", "torque_lag", "torque_delay", "dead_zone", "torque_asymmetry", "torque_saturation",
+    "inflow", "heading_current", "tether", "wave", "drag_drift", "drag_step", "memory", "coulomb", "bias_drift",
+    "coupling:winch", "modulation:winch",
+}  # fmt: skip
+SIZES = {
+    "bias_torque": (4.0,), "inertia": (50.0,), "torque_lag": (0.7,), "torque_delay": (0.7,), "dead_zone": (1.0,),
+    "torque_asymmetry": (0.2,), "inflow": (6.0,), "heading_current": (4.0, 3.0), "tether": (2.0, -0.5),
+    "wave": (4.0, 2.0), "drag_drift": (0.3,), "drag_step": (0.3,), "memory": (-60.0,), "coulomb": (5.0,),
+    "bias_drift": (0.02, -1.0), "coupling:winch": (3.0, 0.5),
+}  # fmt: skip
+"""θ of a realistic size for the plant below; the keys that are missing depend on the variant."""
+
+
+def coefficients(effect: Effect) -> tuple[float, ...]:
+    if effect.name == "torque_saturation":
+        return (1.0,) if effect.variant == "limit" else (0.002,)
+    if effect.name == "modulation:winch":
+        return (0.1, -0.05) if "level" in effect.variant else (0.1,)
+    return SIZES[effect.name]
+
+
+@pytest.fixture(scope="module")
+def signals() -> Signals:
+    """Two runs of a multisine command and the motion it gave a plain vehicle, on a fine grid of 0.1 s."""
+    step, n = 0.1, 3000
+    time = np.asarray(step * np.arange(n), dtype=np.float64)
+    torque = 60.0 * np.sin(2 * np.pi * time / 37.0) + 30.0 * np.sin(2 * np.pi * time / 11.0 + 1.0)
+    start = np.array([0, n // 2, n])
+    winch = 2.0 + np.sin(2 * np.pi * time / 53.0)
+    plain = Signals(
+        step, start, time, np.zeros(n), torque, {"winch": winch}, np.zeros(n), scale=6.0, block=0.8, origin=(0.0, 300.0)
+    )
+    table = np.linspace(-0.3, 0.3, 61)
+    model = TracedModel(350.0, table, 100.0 * table + 500.0 * table * np.abs(table), (), 1.0, 0.8, 6.0, (0.0, 300.0))
+    index, simulated = model.simulate(plain, step)
+    rate = np.interp(np.arange(n), index, simulated)
+    moving = replace(plain, rate=rate)
+    return replace(
+        moving,
+        heading=moving.integral(rate),
+        damping=model.damping_at(rate),
+        acceleration=moving.slope(rate),
+        applied=torque,
+        command=torque,
+        expected=torque,
+        residual=np.sin(2 * np.pi * time / 6.1),
+        inertia=350.0,
+    )
+
+
+def model_with(effect: Effect, signals: Signals) -> TracedModel:
+    inner = effect.starts(signals)[len(effect.starts(signals)) // 2]
+    table = np.linspace(-0.3, 0.3, 61)
+    term = Term(effect.name, effect.variant, coefficients(effect), inner)
+    damping = 100.0 * table + 500.0 * table * np.abs(table)
+    return TracedModel(350.0, table, damping, (term,), 1.0, 0.8, 6.0, (0.0, 300.0))
+
+
+def test_the_catalogue_is_the_contracts_vocabulary() -> None:
+    assert {effect.name for effect in EVERY} == VOCABULARY
+    assert len({effect.key for effect in EVERY}) == len(EVERY)
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.key)
+class TestEveryEffect:
+    def test_says_its_physics_and_source(self, effect: Effect) -> None:
+        assert len(effect.sentence) > 20
+        assert any(character.isdigit() for character in effect.source)
+        assert effect.__doc__ or type(effect).__mro__[1].__doc__
+
+    def test_columns_are_finite_and_of_the_promised_shape(self, effect: Effect, signals: Signals) -> None:
+        for share in (0.0, 1.0):
+            seen = replace(signals, share=share)
+            for inner in effect.starts(seen):
+                columns = effect.columns(seen, inner, ())
+                assert columns.shape == (len(signals), len(coefficients(effect)))
+                assert np.all(np.isfinite(columns))
+                assert 1 <= effect.core <= columns.shape[1]
+
+    def test_sees_no_run_from_within_another(self, effect: Effect, signals: Signals) -> None:
+        """What one run does changes nothing in the other's columns, but for levels that all runs share."""
+        inner = effect.starts(signals)[0]
+        whole = effect.columns(signals, inner, ())[signals.start[1] :]
+        alone = effect.columns(signals.pieces(signals.runs()[1:]), inner, ())
+        np.testing.assert_allclose(whole, alone, rtol=1e-9, atol=1e-9)
+
+    def test_parameters_have_labels_and_survive_json(self, effect: Effect, signals: Signals) -> None:
+        model = model_with(effect, signals)
+        parameters = effect.parameters(model.terms[0], 350.0)
+        assert parameters
+        assert set(parameters) <= set(LABELS)
+        assert effect.name in sentence(effect, parameters, dict.fromkeys(parameters, (0.0, 1.0)), 0.5)
+        again = TracedModel.from_dict(model.to_dict())
+        assert again.terms == model.terms
+        np.testing.assert_array_equal(again.damping, model.damping)
+
+    def test_a_realistic_size_is_plausible(self, effect: Effect, signals: Signals) -> None:
+        assert effect.implausible(model_with(effect, signals).terms[0], signals) == ""
+
+    def test_an_absurd_size_is_not(self, effect: Effect, signals: Signals) -> None:
+        term = model_with(effect, signals).terms[0]
+        absurd = replace(term, coefficients=tuple(-1e6 * abs(c) - 1e6 for c in term.coefficients))
+        assert effect.implausible(absurd, signals) != ""
+
+    def test_changes_the_free_run_and_stays_bounded(self, effect: Effect, signals: Signals) -> None:
+        with_effect = model_with(effect, signals)
+        _, rate = with_effect.simulate(signals)
+        _, plain = replace(with_effect, terms=()).simulate(signals)
+        assert np.all(np.isfinite(rate))
+        assert np.max(np.abs(rate)) < 1.5
+        assert np.sqrt(np.mean((rate - plain) ** 2)) > 1e-4
+
+    def test_the_ledger_of_a_free_run_adds_up_to_the_command(self, effect: Effect, signals: Signals) -> None:
+        """The equation form and the simulation say the same physics: simulate, then split the torque into its parts."""
+        model = model_with(effect, signals)
+        index, simulated = model.simulate(signals, signals.step)
+        rate = np.interp(np.arange(len(signals)), index, simulated)
+        moved = replace(signals, rate=rate, acceleration=signals.slope(rate))
+        starts = [signals.heading[run.start] for run in signals.runs()]
+        runs = signals.runs()
+        turned = moved.integral(rate) + np.concatenate(
+            [np.full(run.stop - run.start, s) for run, s in zip(runs, starts, strict=True)]
+        )
+        moved = replace(moved, heading=turned)
+        settled = np.concatenate([np.arange(run.start + 100, run.stop - 2) for run in runs])
+        left = (model.predict(moved) - moved.torque)[settled]
+        assert list(model.parts(moved)) == ["declared inertia", "damping", effect.name]
+        assert np.sqrt(np.mean(left**2)) < 1.0  # of a command of 95 N m
+
+
+def test_every_effect_is_found_by_its_key() -> None:
+    known = catalogue(["winch"])
+    assert all(known[effect.key].sentence == effect.sentence for effect in EVERY)
+    assert "thrust_efficiency" in known

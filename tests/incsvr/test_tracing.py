@@ -1,0 +1,172 @@
+"""The tracer on vehicles whose simulator shares nothing with it, on measured ones, and on input that cannot answer."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.findings import Trace
+from incsvr.forward import TracedModel
+from incsvr.run import Run
+from incsvr.tracing import trace
+from simulator.recordings import Recording, read
+from simulator.trial import Trial, play
+
+PUBLISHED = 1.125
+"""Moment of inertia of the measured ROV, as published [kg m²]."""
+
+
+def as_run(recording: Recording) -> Run:
+    columns = dict(recording.columns)
+    return Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
+
+
+@cache
+def traced(*effects: str, vehicle: str = "leng", excitation: str = "multisine", seed: int = 11) -> Trace:
+    outcome = play(Trial(seed, effects, 1.0, vehicle, excitation, 0.5, 360.0))
+    return trace([as_run(outcome.recording)], inertia=outcome.inertia)
+
+
+@pytest.mark.parametrize("effect", ["torque_lag", "bias_torque", "heading_current"])
+def test_names_what_is_hidden_and_proves_it(effect: str) -> None:
+    found = traced(effect)
+    assert [finding.effect for finding in found.effects] == [effect]
+    finding = found.effects[0]
+    assert finding.p_value < 1e-3
+    assert finding.share > 0.5
+    change = found.error["change"]["free_run_rmse"]
+    assert change["low"] <= change["estimate"] <= change["high"] < 0.0
+    assert found.error["after"]["torque_rmse"] < found.error["before"]["torque_rmse"]
+
+
+def test_names_nothing_where_nothing_is_hidden() -> None:
+    found = traced(seed=12)
+    assert found.verdict == "none"
+    assert found.effects == ()
+    assert found.error["after"] == found.error["before"]
+
+
+def test_says_what_no_yaw_recording_can_tell_apart() -> None:
+    found = traced("inertia")
+    names = {finding.effect: finding for finding in found.effects}
+    assert "inertia" in names
+    assert "thrust_efficiency" in names["inertia"].cannot_tell_from
+    assert "no manoeuvre in yaw" in names["inertia"].next_manoeuvre
+
+
+def test_the_json_keeps_the_contract() -> None:
+    plain = json.loads(json.dumps(traced("torque_lag").to_dict(), allow_nan=False))
+    assert {"declared", "verdict", "effects", "rejected", "unexplained", "error"} <= set(plain)
+    assert plain["verdict"] == "effects"
+    keys = {"effect", "channels", "parameters", "interval", "p_value", "share", "cannot_tell_from", "next_manoeuvre"}
+    for finding in plain["effects"]:
+        assert keys | {"sentence"} <= set(finding)
+        assert set(finding["interval"]) == set(finding["parameters"])
+        for name, (low, high) in finding["interval"].items():
+            assert low <= finding["parameters"][name] <= high
+    for side in ("before", "after"):
+        assert set(plain["error"][side]) == {"torque_mae", "torque_rmse", "free_run_rmse"}
+    assert plain["error"]["floor"]["torque_rmse"] > 0.0
+    assert plain["error"]["validated_on"] == "blocks"
+
+
+def test_the_model_with_effects_is_one_value() -> None:
+    """It survives JSON to the last bit, and its ledger splits every prediction into parts that add up."""
+    found = traced("torque_lag")
+    again = TracedModel.from_dict(json.loads(json.dumps(found.model.to_dict())))
+    np.testing.assert_array_equal(again.damping, found.model.damping)
+    assert again.terms == found.model.terms
+    parts = found.pictures.ledger
+    assert list(parts) == ["declared inertia", "damping", "torque_lag"]
+    assert all(part.shape == found.pictures.ledger_time.shape for part in parts.values())
+
+
+def test_a_validation_recording_is_where_the_proof_happens() -> None:
+    outcome = play(Trial(21, ("bias_torque",), 1.0, "leng", "multisine", 0.0, 360.0))
+    other = play(Trial(21, ("bias_torque",), 1.0, "leng", "steps", 0.0, 240.0))
+    found = trace([as_run(outcome.recording)], inertia=outcome.inertia, validate=[as_run(other.recording)])
+    assert found.error["validated_on"] == "recordings"
+    assert sum(t.size for t in found.pictures.after.time) > 100
+
+
+def sine(seconds: float = 300.0) -> Run:
+    """A plain vehicle under a sine, without noise to speak of."""
+    time = np.asarray(np.arange(0.0, seconds, 0.05), dtype=np.float64)
+    rate = np.asarray(0.2 * np.sin(2 * np.pi * time / 40.0), dtype=np.float64)
+    torque = 350.0 * np.gradient(rate, 0.05) + 100.0 * rate + 800.0 * rate * np.abs(rate)
+    noise = np.random.default_rng(3).normal(0.0, 1.0, time.size)
+    return Run("sine", time, rate, torque + noise)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "cure"),
+    [
+        (lambda run: replace(run, time=run.time * 1000.0), "divide t by 1000"),
+        (lambda run: replace(run, yaw_rate=run.yaw_rate * 180.0 / math.pi), "convert degrees"),
+        (lambda run: replace(run, torque=-run.torque), "multiply torque by −1"),
+        (lambda run: replace(run, torque=np.full(run.time.size, 40.0)), "varied commands"),
+        (lambda run: replace(run, torque=np.full(run.time.size, np.nan)), "torque holds no numbers"),
+        (lambda run: replace(run, yaw_rate=np.zeros(run.time.size)), "never changes"),
+        (lambda run: replace(run, time=run.time[::-1]), "t must increase"),
+        (lambda run: replace(run, yaw_rate=run.yaw_rate[:-1]), "different lengths"),
+        (lambda run: replace(run, channels={"heading": np.degrees(np.cumsum(run.yaw_rate) * 0.05)}), "to rad"),
+    ],
+)
+def test_bad_input_gets_one_sentence_with_its_cure(spoil, cure: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(BadInput, match=cure):
+        trace([spoil(sine())], inertia=350.0)
+
+
+def test_too_short_a_recording_is_refused_not_called_empty() -> None:
+    with pytest.raises(BadInput, match="too few"):
+        trace([sine(9.0)], inertia=350.0)
+    with pytest.raises(BadInput, match="too few"):
+        trace([sine(20.0)], inertia=350.0)
+
+
+def test_channels_that_say_nothing_are_named() -> None:
+    run = sine(400.0)
+    sway = np.sin(run.time / 7.0)
+    channels = {
+        "dead": np.full(run.time.size, 3.0),
+        "empty": np.full(run.time.size, np.nan),
+        "sway": sway,
+        "sway_again": 2.0 * sway + 1.0,
+        "command": 0.01 * run.torque,
+    }
+    ignored = trace([replace(run, channels=channels)], inertia=350.0).ignored_channels
+    assert set(ignored) == {"dead", "empty", "sway_again", "command"}
+    assert "constant" in ignored["dead"]
+    assert "copy of sway" in ignored["sway_again"]
+    assert "torque" in ignored["command"]
+
+
+def rov(measured: Path, *numbers: int) -> list[Run]:
+    return [as_run(read(measured / "bluerov" / f"run_{number:02d}.csv")) for number in numbers]
+
+
+@pytest.mark.parametrize("held_out", [3, 4, 5])
+def test_measured_open_loop(measured: Path, held_out: int) -> None:
+    """Inertia and the late thrust of a real vehicle, proven on the run that was not fitted."""
+    fitted = [number for number in (3, 4, 5) if number != held_out]
+    found = trace(rov(measured, *fitted), inertia=PUBLISHED, validate=rov(measured, held_out))
+    values = {finding.effect: finding.parameters for finding in found.effects}
+    assert set(values) == {"torque_delay", "inertia"}
+    assert 0.75 < values["inertia"]["inertia_kg_m2"] < 1.0
+    assert 0.03 < values["torque_delay"]["delay_s"] < 0.05
+    error = found.error
+    assert error["after"]["free_run_rmse"] < 0.85 * error["before"]["free_run_rmse"]
+    assert error["change"]["free_run_rmse"]["high"] < 0.0
+
+
+def test_measured_coupling_turns_a_vehicle_without_yaw_torque(measured: Path) -> None:
+    found = trace(rov(measured, 1), inertia=PUBLISHED, validate=rov(measured, 2))
+    assert [finding.effect for finding in found.effects] == ["coupling:thruster_1_pwm"]
+    assert found.error["after"]["free_run_rmse"] < found.error["before"]["free_run_rmse"]

@@ -1,0 +1,86 @@
+"""Blocks, resampling, time scale and the whitened regression."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from incsvr.run import Array, Run
+from incsvr.weak_form import despiked, on_fine_grid, smoothed, split, time_scale
+from incsvr.whitening import burg, fit
+
+
+def test_a_block_holds_the_mean_and_the_slope_exactly() -> None:
+    blocks = split(np.array([0, 101, 202]), 10, 0.1)
+    ramp = np.concatenate([0.1 * np.arange(101), 5.0 + 0.2 * np.arange(101)])
+    assert len(blocks) == 20
+    np.testing.assert_allclose(blocks.slope(ramp)[[0, 19]], [1.0, 2.0])
+    np.testing.assert_allclose(blocks.mean(ramp)[0], 0.5)
+    assert blocks.whole.size == 20 - 2 * 3  # an AR(3) needs three predecessors in the same run
+
+
+def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:
+    time = np.asarray(np.arange(0.0, 20.0, 0.01), dtype=np.float64)
+    rate = np.where(np.arange(time.size) % 2 == 0, np.sin(time), np.nan)
+    torque = np.where(np.arange(time.size) % 7 == 3, np.cos(time), np.nan)
+    signals = on_fine_grid([Run("x", time, rate, torque)], 0.1, [], held=False)
+    inside = slice(2, -2)
+    np.testing.assert_allclose(signals.rate[inside], np.sin(signals.time[inside]), atol=2e-3)
+    np.testing.assert_allclose(signals.torque[inside], np.cos(signals.time[inside]), atol=3e-3)
+
+
+def test_a_pause_of_the_recorder_splits_a_run() -> None:
+    time = np.concatenate([np.arange(0.0, 30.0, 0.05), np.arange(45.0, 80.0, 0.05)])
+    signals = on_fine_grid([Run("x", time, np.sin(time), np.cos(time))], 0.1, [], held=False)
+    assert len(signals.runs()) == 2
+    assert not np.any((signals.time > 30.1) & (signals.time < 44.9))
+
+
+def test_spikes_go_and_steps_stay() -> None:
+    steps = np.repeat([0.0, 40.0, -40.0], 50)
+    noisy = steps + np.random.default_rng(1).normal(0.0, 1.0, steps.size)
+    spiked = noisy.copy()
+    spiked[[20, 75, 120]] += 30.0
+    clean = despiked(spiked)
+    assert np.max(np.abs(clean - steps)) < 6.0
+    np.testing.assert_array_equal(despiked(steps), steps)
+
+
+def test_the_time_scale_is_that_of_the_motion() -> None:
+    time = np.asarray(np.arange(0.0, 600.0, 0.05), dtype=np.float64)
+    scale = time_scale([Run("x", time, np.sin(2 * np.pi * time / 60.0), np.zeros(time.size))])
+    assert scale == pytest.approx(10.0, rel=0.03)  # cos = 1/2 after a sixth of the period
+
+
+def test_smoothing_keeps_a_ramp_up_to_the_ends_of_each_run() -> None:
+    ramp = np.concatenate([np.arange(50.0), 100.0 - 2.0 * np.arange(50.0)])
+    start = np.array([0, 50, 100])
+    np.testing.assert_allclose(smoothed(ramp, start, 4.0), ramp, atol=1e-9)
+    np.testing.assert_allclose(smoothed(ramp, start, 4.0, order=1)[[0, 49, 50, 99]], [1.0, 1.0, -2.0, -2.0], rtol=1e-3)
+
+
+def coloured(n: int, rho: float, seed: int) -> Array:
+    noise: Array = lfilter([1.0], [1.0, -rho], np.random.default_rng(seed).normal(size=n))
+    return noise
+
+
+def test_burg_finds_the_autocorrelation_over_several_runs() -> None:
+    blocks = split(np.array([0, 2001, 5002]), 1, 1.0)
+    noise = np.concatenate([coloured(2000, 0.9, 1), coloured(3000, 0.9, 2)])
+    np.testing.assert_allclose(burg(noise, blocks), [0.9, 0.0, 0.0], atol=0.04)
+
+
+def test_the_regression_is_calibrated_under_autocorrelation_and_outliers() -> None:
+    """Twice the log likelihood ratio of an idle column is χ² of one degree, though noise has memory and outliers."""
+    blocks = split(np.array([0, 801]), 1, 1.0)
+    gains = []
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        noise = coloured(800, 0.9, 1000 + seed) + (random.random(800) < 0.01) * random.normal(0.0, 10.0, 800)
+        idle = coloured(800, 0.8, 2000 + seed)
+        base = np.column_stack([np.ones(800), np.linspace(-1.0, 1.0, 800)])
+        without = fit(noise, base, blocks).log_likelihood
+        gains.append(2.0 * (fit(noise, np.column_stack([base, idle]), blocks).log_likelihood - without))
+    assert np.median(gains) < 1.5  # of χ²: 0.45
+    assert np.mean(np.array(gains) > 6.63) <= 0.1  # of χ²: 0.01
