@@ -70,16 +70,17 @@ class Continuation:
         end = np.where(upper, self.ends[1], self.ends[0])
         damping = np.where(upper, self.damping[1], self.damping[0])
         doubt = np.where(upper, self.doubt[1], self.doubt[0])
-        drag, drag_end = _terms(rate), _terms(end)
-        growth = drag - drag_end
-        far = drag @ self.coefficients
-        at_end = drag_end @ self.coefficients
-        onward = damping + growth @ self.coefficients
+        linear, quadratic = self.coefficients.tolist()
+        (a, b), (_, c) = self.covariance.tolist()
+        slower, faster = rate - end, rate * np.abs(rate) - end * np.abs(end)
+        far = linear * rate + quadratic * rate * np.abs(rate)
+        at_end = linear * end + quadratic * end * np.abs(end)
+        onward = damping + linear * slower + quadratic * faster
         share = np.divide(far, at_end, out=np.zeros(rate.size), where=at_end != 0.0)
         inward = np.abs(rate) < np.abs(end)
         value = np.where(rate * end < 0.0, far, np.where(inward, damping * share, onward))
-        variance = doubt * doubt + np.einsum("ni,ij,nj->n", growth, self.covariance, growth)
-        return value, np.sqrt(variance)
+        variance = a * slower * slower + 2.0 * b * slower * faster + c * faster * faster
+        return value, np.sqrt(doubt * doubt + np.maximum(variance, 0.0))
 
 
 def _terms(rate: Array) -> Array:

@@ -41,7 +41,7 @@ class State:
     iterations: int
     model: Model
     policy: str
-    memory: paper.Memory
+    memory: paper.Memory | weighted.Memory
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""

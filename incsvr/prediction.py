@@ -51,7 +51,8 @@ class Table:
     """A model made ready for questions.
 
     Attributes:
-        low, scale, cells: of the nodes low, low + 1/scale, …, one more than cells.
+        low, high: the learned range [rad/s].
+        scale: nodes stand at low, low + 1/scale, …, high.
         rows: (6, cells + 1): the cubic of each cell in u ∈ [0, 1), then sigma and its increase; the last node is a cell
             of its own.
         thin: (cells + 1,) whether a cell is far from every vector; None where none is.
@@ -60,8 +61,8 @@ class Table:
     """
 
     low: float
+    high: float
     scale: float
-    cells: int
     rows: Array
     thin: NDArray[np.bool_] | None
     noise: float
@@ -104,18 +105,20 @@ class Table:
             at_ends=(float(f[0]), float(f[-1])),
             doubt=(float(doubt[0]), float(doubt[-1])),
         )
-        return Table(low, 1.0 / h, cells, rows, thin if thin.any() else None, model.sigma, beyond)
+        return Table(
+            low, high, cells / span if span > 0.0 else 1.0, rows, thin if thin.any() else None, model.sigma, beyond
+        )
 
     def predict(self, rate: Array) -> Prediction:
         """At (n,) rates [rad/s]."""
-        place = (rate - self.low) * self.scale
-        inside = np.minimum(np.maximum(place, 0.0), self.cells)
-        outside = inside != place
+        inside = np.minimum(np.maximum(rate, self.low), self.high)
+        outside = inside != rate
         beyond = bool(outside.any())
         if beyond and not np.isfinite(rate).all():
             raise BadInput("a rate is not finite; give numbers in rad/s")
-        cell = inside.astype(np.intp)
-        u = inside - cell
+        place = (inside - self.low) * self.scale
+        cell = place.astype(np.intp)
+        u = place - cell
         f, slope, bend, twist, sigma, increase = self.rows.take(cell, axis=1)
         damping = ((twist * u + bend) * u + slope) * u + f
         sigma = increase * u + sigma

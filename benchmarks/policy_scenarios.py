@@ -1,0 +1,111 @@
+"""What can happen to a learner, as streams of damping samples whose true curve is known at every moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from simulator import leng
+
+PERIOD = 0.6
+"""Between two samples [s], as in the Leng experiment."""
+SIGMA = 4.0
+"""Noise of a sample [N m]."""
+RATES: Array = np.linspace(-0.24, 0.24, 97)
+"""Where a learner is judged [rad/s]."""
+FIRST = 700
+"""Samples before anything happens, as many as T1 has."""
+
+Factor = Callable[[Array, Array], Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A stream and its truth.
+
+    Attributes:
+        sentence: what happens.
+        samples: how many.
+        event: the sample at which it happens: from that batch on a learner is judged.
+        amplitude: (n,) of the sinusoidal yaw rate at each sample [rad/s].
+        correlation: of two consecutive samples' noise.
+        outliers: part of the samples that lie 20 to 60 N m off.
+        factor: (rates, sample numbers) → by what the vehicle's damping is multiplied.
+        offset: (sample numbers) → moment that comes on top [N m].
+        disturbance: (sample numbers) → moment in the samples that is not the vehicle's damping [N m].
+    """
+
+    sentence: str
+    samples: int = FIRST + 550
+    event: int = FIRST
+    amplitude: Callable[[Array], Array] = lambda k: np.full(k.size, 0.24)
+    correlation: float = 0.0
+    outliers: float = 0.01
+    factor: Factor = lambda r, k: np.ones(np.broadcast(r, k).shape)
+    offset: Callable[[Array], Array] = lambda k: np.zeros(k.size)
+    disturbance: Callable[[Array], Array] = lambda k: np.zeros(k.size)
+
+    def truth(self, sample: int) -> Array:
+        """d(RATES) [N m] when `sample` samples have been taken."""
+        at = np.array([sample - 1.0])
+        return leng.damping(RATES) * self.factor(RATES, at) + self.offset(at)
+
+    def draw(self, seed: int) -> Samples:
+        """The stream; its rates carry the gyro's noise after smoothing, 0.0015 rad/s."""
+        rng = np.random.default_rng([seed, *self.sentence.encode()])
+        k: Array = np.arange(self.samples, dtype=np.float64)
+        rate = self.amplitude(k) * np.sin(2.0 * np.pi * k * PERIOD / 67.0 + rng.uniform(0.0, 2.0 * np.pi))
+        noise = rng.normal(size=k.size)
+        for i in range(1, k.size if self.correlation else 0):
+            noise[i] = self.correlation * noise[i - 1] + np.sqrt(1.0 - self.correlation**2) * noise[i]
+        damping = leng.damping(rate) * self.factor(rate, k) + self.offset(k) + self.disturbance(k) + SIGMA * noise
+        wild = rng.random(k.size) < self.outliers
+        damping += wild * rng.choice([-1.0, 1.0], k.size) * rng.uniform(20.0, 60.0, k.size)
+        return Samples(k * PERIOD, rate + 0.0015 * rng.normal(size=k.size), damping)
+
+
+def _step(part: float, at: int = FIRST) -> Factor:
+    return lambda r, k: 1.0 + part * (k >= at) * np.ones(np.shape(r))
+
+
+def _one_side(r: Array, k: Array) -> Array:
+    return np.asarray(1.0 + 0.15 * (k >= FIRST) * (r > 0.0))
+
+
+def _offset(k: Array) -> Array:
+    return np.where(k >= FIRST, 6.0, 0.0)
+
+
+def _burst(k: Array) -> Array:
+    return np.where((k >= FIRST + 5) & (k < FIRST + 35), 25.0, 0.0)
+
+
+def _drift(r: Array, k: Array) -> Array:
+    return 1.0 + 0.5 * np.maximum(k - 500.0, 0.0) / 2000.0 * np.ones(np.shape(r))
+
+
+SCENARIOS: Mapping[str, Scenario] = {
+    "hull on": Scenario("the hull adds 11.5 %", factor=_step(leng.HULL)),
+    "hull off": Scenario("the hull's 11.5 % go", factor=_step(-leng.HULL)),
+    "outliers": Scenario("20 % outliers, and the hull", outliers=0.2, factor=_step(leng.HULL)),
+    "correlated": Scenario("noise correlated at 0.8, and the hull", correlation=0.8, factor=_step(leng.HULL)),
+    "low speed": Scenario(
+        "1,000 samples at |r| ≤ 0.06 rad/s, judged over all rates",
+        samples=FIRST + 1000,
+        amplitude=lambda k: np.where(k < FIRST, 0.24, 0.06),
+    ),
+    "drift": Scenario("+50 % over 2,000 samples", samples=2500, event=500, factor=_drift),
+    "one side": Scenario("+15 % at positive rates alone", factor=_one_side),
+    "offset": Scenario("6 N m come on top", offset=_offset),
+    "burst": Scenario(
+        "30 samples are 25 N m off, then all is as before",
+        disturbance=_burst,
+    ),
+    "nothing": Scenario("5,000 samples, nothing happens", samples=5000, event=200),
+    "nothing, correlated": Scenario(
+        "5,000 samples, noise correlated at 0.8, nothing happens", samples=5000, event=200, correlation=0.8
+    ),
+}

@@ -1,0 +1,234 @@
+"""Which samples to keep: the paper's policy and the weighted one, row by row.
+
+    python -m benchmarks.policy_study [--seeds N] [--measured FOLDER] [--out FOLDER]
+
+Writes policy.json and policy.md into the folder. The weighted policy's constants were set on seeds from 1,000 on and on
+nothing measured; the seeds here begin at 0. Every figure is lower the better.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from benchmarks.policy_scenarios import RATES, SCENARIOS
+from incsvr.dual import solve
+from incsvr.kernel import rbf
+from incsvr.learner import Settings, start, step
+from incsvr.model import Model
+from incsvr.samples import Samples
+from incsvr.signals import synchronise
+from simulator import leng
+from simulator.online import Errors, learn, learner_for, signals_for
+from simulator.progress import progress
+from simulator.recordings import read, sequence
+
+Policy = Literal["paper", "weighted"]
+POLICIES: tuple[Policy, Policy] = ("paper", "weighted")
+SETTLED = 1.03
+"""An error has settled from the batch on after which it stays below this times its final value."""
+SOON = 4
+"""Batches in which a policy should have settled after a change."""
+MEASURED = Path(__file__).resolve().parents[2] / "shared" / "measured" / "bluerov"
+OPEN_LOOP, CLOSED_LOOP = (3, 4, 5), tuple(range(7, 16))
+INERTIAS = (0.6, 1.125)
+"""What a least squares on these runs prefers, and what was published [kg m²]."""
+RATE_LIMIT = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A figure under both policies.
+
+    Attributes:
+        name: what happens. figure: what is measured, with its unit.
+        paper, weighted: (seeds or runs,) one each, in the same order.
+        kind: what there is one figure for: "seed" or "run".
+    """
+
+    name: str
+    figure: str
+    paper: tuple[float, ...]
+    weighted: tuple[float, ...]
+    kind: str
+
+    def to_dict(self) -> dict[str, Any]:
+        paper, weighted = np.array(self.paper), np.array(self.weighted)
+        spread = 1 if paper.size > 1 else 0
+        return {
+            "name": self.name,
+            "figure": self.figure,
+            "paper": {"mean": float(paper.mean()), "spread": float(paper.std(ddof=spread))},
+            "weighted": {"mean": float(weighted.mean()), "spread": float(weighted.std(ddof=spread))},
+            "ratio": float(weighted.mean() / paper.mean()) if paper.mean() else None,
+            "weighted_better_in": int(np.count_nonzero(weighted < paper)),
+            "of": int(paper.size),
+            "kind": self.kind,
+            "values": {"paper": self.paper, "weighted": self.weighted},
+        }
+
+
+def batches(samples: Samples, size: int) -> Iterator[Samples]:
+    for first in range(0, len(samples) - size + 1, size):
+        yield samples.take(slice(first, first + size))
+
+
+def experiment(seed: int, policy: Policy) -> dict[tuple[str, str], float]:
+    """The Leng experiment: the learner over T1 and T2, against offline SVRs with the same hyper-parameters."""
+    data = leng.experiment(seed)
+    settings = Settings(policy=policy)
+    state, curves, largest = start(settings), {}, 0
+    for training, validation in ((data.T1, data.V1), (data.T2, data.V2)):
+        offline = solve(
+            training.yaw_rate, training.damping, gamma=settings.gamma, C=settings.C, epsilon=settings.epsilon
+        )
+        curve_of_all = rbf(validation.yaw_rate, training.yaw_rate, settings.gamma) @ offline.weight
+        reference = float(np.abs(curve_of_all - validation.damping).mean())
+        curve = []
+        for batch in batches(training, settings.batch):
+            state, _ = step(settings, state, batch)
+            largest = max(largest, state.model.weight.size)
+            curve.append(Errors.of(state.model, validation).mae / reference)
+        curves[validation is data.V2] = np.array(curve)
+    first, second = curves[False], curves[True]
+    unsettled = np.flatnonzero(second > SETTLED * second[-1])
+    return {
+        ("T1 → V1", "final MAE over the offline SVR's"): float(first[-1]),
+        ("T2 → V2", "final MAE over the offline SVR's"): float(second[-1]),
+        ("T2 → V2", f"mean of the first {SOON} batches' MAE over the offline SVR's"): float(second[:SOON].mean()),
+        ("T2 → V2", "batches until within 3 % of the final MAE for good"): float(unsettled.max(initial=-1) + 2),
+        ("T1, T2", "most vectors served"): float(largest),
+    }
+
+
+def scenario(name: str, seed: int, policy: Policy) -> dict[tuple[str, str], float]:
+    """One scenario: RMS of the served curve to the true one [N m]."""
+    case = SCENARIOS[name]
+    settings = Settings(policy=policy)
+    state, errors, changes = start(settings), [], 0
+    for number, batch in enumerate(batches(case.draw(seed), settings.batch), 1):
+        state, iteration = step(settings, state, batch)
+        if number * settings.batch > case.event:
+            error = state.model.evaluate(RATES) - case.truth(number * settings.batch)
+            errors.append(float(np.sqrt(np.mean(error**2))))
+            changes += iteration.change is not None
+    figures = {
+        (name, "RMS to the truth, mean of all batches since [N m]"): float(np.mean(errors)),
+        (name, "RMS to the truth, mean of the last four batches [N m]"): float(np.mean(errors[-4:])),
+    }
+    if name not in ("drift", "nothing", "nothing, correlated", "low speed"):
+        figures[name, f"RMS to the truth, mean of the first {SOON} batches since [N m]"] = float(np.mean(errors[:SOON]))
+    return figures
+
+
+def measured(folder: Path, inertia: float) -> Iterator[Row]:
+    """The BlueROV's recordings with the settings that `incsvr fit` gives them; only runs whose yaw is driven."""
+    runs = {number: read(folder / f"run_{number:02d}.csv") for number in OPEN_LOOP + CLOSED_LOOP}
+
+    def samples(numbers: Sequence[int], group: Sequence[int]) -> Samples:
+        signals = signals_for([runs[number] for number in group], inertia, RATE_LIMIT)
+        return synchronise(signals, sequence([runs[number] for number in numbers]).streams())[0]
+
+    def progressive(numbers: Sequence[int], group: Sequence[int], policy: Policy) -> tuple[float, Model]:
+        stream = samples(numbers, group)
+        iterations = list(learn(stream, learner_for(stream, policy=policy)))
+        errors = [iteration.progressive_mae for iteration in iterations if iteration.progressive_mae is not None]
+        return float(np.mean(errors)), iterations[-1].model
+
+    where = f"BlueROV, I = {inertia:g} kg m²"
+    for what, group in (("open loop, runs 03–05", OPEN_LOOP), ("closed loop, runs 07–15", CLOSED_LOOP)):
+        ahead: dict[str, list[float]] = {policy: [] for policy in POLICIES}
+        unseen: dict[str, list[float]] = {policy: [] for policy in POLICIES}
+        for left_out in group:
+            rest = [number for number in group if number != left_out]
+            for policy in POLICIES:
+                error, model = progressive(rest, group, policy)
+                ahead[policy].append(error)
+                unseen[policy].append(Errors.of(model, samples([left_out], group)).mae)
+        for figure, values in (("MAE on each run left out [N m]", unseen), ("progressive MAE without it [N m]", ahead)):
+            yield Row(f"{where}: {what}", figure, tuple(values["paper"]), tuple(values["weighted"]), "run")
+    both = OPEN_LOOP + CLOSED_LOOP
+    results = {policy: progressive(both, both, policy) for policy in POLICIES}
+    paper, weighted = results["paper"], results["weighted"]
+    yield Row(f"{where}: both days in order", "progressive MAE [N m]", (paper[0],), (weighted[0],), "run")
+    back = [
+        tuple(Errors.of(results[policy][1], samples([number], both)).mae for number in OPEN_LOOP) for policy in POLICIES
+    ]
+    yield Row(f"{where}: the first day's runs asked again at the end", "MAE [N m]", back[0], back[1], "run")
+
+
+def rows(seeds: int, folder: Path, advance: Callable[[], None]) -> Iterator[Row]:
+    """All rows; `advance` is called after each of `steps(seeds)` steps."""
+    cases: list[Callable[[int, Policy], dict[tuple[str, str], float]]] = [experiment]
+    cases += [lambda seed, policy, name=name: scenario(name, seed, policy) for name in SCENARIOS]  # type: ignore[misc]
+    for case in cases:
+        found: dict[Policy, list[dict[tuple[str, str], float]]] = {policy: [] for policy in POLICIES}
+        for seed in range(seeds):
+            for policy in POLICIES:
+                found[policy].append(case(seed, policy))
+            advance()
+        for name, figure in found["paper"][0]:
+            values = [tuple(one[name, figure] for one in found[policy]) for policy in POLICIES]
+            yield Row(name, figure, values[0], values[1], "seed")
+    for inertia in INERTIAS if folder.is_dir() else ():
+        yield from measured(folder, inertia)
+        advance()
+
+
+def markdown(result: dict[str, Any]) -> str:
+    """The table for people."""
+    lines = [
+        "# Which samples to keep: the paper's policy and the weighted one",
+        "",
+        f"`{result['command']}`, {result['date']}. Seeds {result['seeds']}; {result['tuned_on']}",
+        "Mean ± standard deviation over the seeds or runs; every figure is lower the better.",
+        "",
+        "| what | figure | paper | weighted | ratio | weighted better in |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in result["rows"]:
+        paper, weighted = (f"{row[key]['mean']:.3f} ± {row[key]['spread']:.3f}" for key in POLICIES)
+        ratio = "–" if row["ratio"] is None else f"{row['ratio']:.2f}"
+        count = f"{row['weighted_better_in']} of {row['of']} {row['kind']}s"
+        lines.append(f"| {row['name']} | {row['figure']} | {paper} | {weighted} | {ratio} | {count} |")
+    worse = [row for row in result["rows"] if row["ratio"] is not None and row["ratio"] > 1.0]
+    lines += ["", f"The weighted policy is worse in {len(worse)} of {len(result['rows'])} rows."]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="seeds 0 to N − 1 (20)")
+    parser.add_argument("--measured", type=Path, default=MEASURED, metavar="FOLDER", help="the BlueROV's recordings")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results", metavar="FOLDER")
+    args = parser.parse_args(arguments)
+    steps = args.seeds * (1 + len(SCENARIOS)) + (len(INERTIAS) if args.measured.is_dir() else 0)
+    if not args.measured.is_dir():
+        print(f"no measured recordings in {args.measured}: their rows are left out", file=sys.stderr)
+    with progress("policies", steps) as advance:
+        found = [row.to_dict() for row in rows(args.seeds, args.measured, advance)]
+    result = {
+        "command": f"python -m benchmarks.policy_study --seeds {args.seeds}",
+        "date": date.today().isoformat(),
+        "seeds": f"0–{args.seeds - 1}",
+        "tuned_on": "the weighted policy's constants were set on seeds from 1,000 on.",
+        "rows": found,
+    }
+    args.out.mkdir(parents=True, exist_ok=True)
+    (args.out / "policy.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    text = markdown(result)
+    (args.out / "policy.md").write_text(text, encoding="utf-8")
+    print(text, end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,189 @@
+"""One iteration as a value, under both policies."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.learner import Iteration, Settings, State, start, step
+from incsvr.samples import Samples
+from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
+
+RATES = np.linspace(-0.24, 0.24, 49)
+both = pytest.mark.parametrize("policy", ["paper", "weighted"])
+Policy = Literal["paper", "weighted"]
+
+
+def plain(value: Any) -> str:
+    """Everything in a state or iteration, to the bit."""
+    return json.dumps(value, default=lambda array: array.tolist())
+
+
+def columns(samples: Samples) -> list[Any]:
+    return [samples.time, samples.yaw_rate, samples.damping]
+
+
+def as_text(iteration: Iteration) -> str:
+    fields = {name: getattr(iteration, name) for name in Iteration.__slots__}
+    model = fields.pop("model").to_dict()
+    samples = {name: columns(part) for name, part in fields.items() if isinstance(part, Samples)}
+    rest = {name: part for name, part in fields.items() if not isinstance(part, Samples)}
+    return plain([model, samples, rest])
+
+
+@both
+@pytest.mark.parametrize("solver", ["exact", "passes"])
+def test_a_state_from_a_file_goes_on_to_the_bit(policy: Policy, solver: Literal["exact", "passes"]) -> None:
+    settings = Settings(policy=policy, solver=solver)
+    # With a hull, so that the evidence, the open correction and the vectors from before it are in the state as well.
+    samples = stream(3, 700, hull_from=400) if solver == "exact" else stream(3, 100)
+    straight, resumed = start(settings), start(settings)
+    for batch in batches(samples):
+        straight, expected = step(settings, straight, batch)
+        resumed, found = step(settings, State.from_dict(json.loads(json.dumps(resumed.to_dict()))), batch)
+        assert as_text(found) == as_text(expected)
+        assert plain(resumed.to_dict()) == plain(straight.to_dict())
+
+
+@both
+def test_a_step_changes_nothing_that_it_was_given(policy: Policy) -> None:
+    settings = Settings(policy=policy)
+    state, _ = run(settings, stream(4, 800, hull_from=600))
+    batch = stream(5, 50)
+    before, samples = plain(state.to_dict()), plain(columns(batch))
+    step(settings, state, batch)
+    assert plain(state.to_dict()) == before
+    assert plain(columns(batch)) == samples
+
+
+@both
+def test_memory_is_bounded(policy: Policy) -> None:
+    settings = Settings(policy=policy)
+    state, iterations = run(settings, stream(6, 3000, hull_from=1500))
+    assert max(iteration.model.weight.size for iteration in iterations) <= settings.capacity
+    sizes = [len(json.dumps(state.to_dict())) for state in (run(settings, stream(6, 1000))[0], state)]
+    assert sizes[1] < 2 * sizes[0]
+
+
+@both
+def test_every_sample_of_a_batch_is_accounted_for(policy: Policy) -> None:
+    for iteration in run(Settings(policy=policy), stream(7, 600, wild=0.1))[1]:
+        parts = [iteration.new, iteration.discarded_tube, iteration.discarded_near]
+        if policy == "weighted":  # the paper's outliers are support vectors, new or old
+            parts.append(iteration.outliers)
+        assert sum(len(part) for part in parts) == 50
+        assert len(np.unique(np.concatenate([part.time for part in parts]))) == 50
+
+
+@both
+def test_the_progressive_error_is_the_error_before_learning(policy: Policy) -> None:
+    settings = Settings(policy=policy)
+    state, _ = run(settings, stream(8, 400))
+    batch = stream(9, 50)
+    expected = float(np.abs(state.model.evaluate(batch.yaw_rate) - batch.damping).mean())
+    assert step(settings, state, batch)[1].progressive_mae == pytest.approx(expected, rel=1e-12)
+    assert step(settings, start(settings), batch)[1].progressive_mae is None
+
+
+@both
+def test_the_hull_is_learned(policy: Policy) -> None:
+    _, iterations = run(Settings(policy=policy), stream(10, 1400, hull_from=700))
+    bare = rms(iterations[13].model.evaluate(RATES) - drag(RATES))
+    hulled = rms(iterations[-1].model.evaluate(RATES) - (1.0 + HULL) * drag(RATES))
+    stale = rms(iterations[13].model.evaluate(RATES) - (1.0 + HULL) * drag(RATES))
+    assert bare < 3.0
+    assert hulled < 3.0
+    assert stale > 4.0  # so that the two lines above could fail
+
+
+@both
+def test_the_certificate_is_in_every_model(policy: Policy) -> None:
+    for seed in range(3):
+        for iteration in run(Settings(policy=policy), stream(20 + seed, 900, hull_from=450, wild=0.05))[1]:
+            assert 0.0 <= iteration.model.certified_error <= 0.01
+
+
+@both
+def test_the_noise_level_is_found(policy: Policy) -> None:
+    for sigma in (1.0, 4.0):
+        state, _ = run(Settings(policy=policy), stream(30, 1000, sigma=sigma, wild=0.03))
+        assert state.model.sigma == pytest.approx(sigma, rel=0.25)
+
+
+@both
+@pytest.mark.parametrize(
+    "samples",
+    [
+        Samples(np.zeros(1), np.zeros(1), np.zeros(1)),
+        Samples(np.linspace(0, 2, 3), np.full(3, 0.1), np.array([1.0, 2.0, 300.0])),
+        Samples(np.linspace(0, 79, 80), np.full(80, 0.1), np.full(80, 20.0)),
+        Samples(np.linspace(0, 79, 80), np.linspace(-0.2, 0.2, 80), np.zeros(80)),
+        Samples(np.linspace(0, 79, 80), np.linspace(-0.2, 0.2, 80).round(2), np.linspace(-30, 30, 80).round(0)),
+        Samples(np.linspace(0, 79, 80), np.linspace(-3.0, 3.0, 80), np.linspace(-1e5, 1e5, 80)),
+    ],
+    ids=["one", "three", "one rate", "no damping", "gridded", "beyond the range"],
+)
+def test_odd_batches_are_learned_without_complaint(policy: Policy, samples: Samples) -> None:
+    settings = Settings(policy=policy)
+    state = start(settings)
+    for _ in range(6):
+        state, iteration = step(settings, state, samples)
+        assert np.isfinite(iteration.model.weight).all()
+        assert iteration.model.weight.size <= settings.capacity
+        if iteration.model.is_trained:
+            said = iteration.model.predict(np.array([-0.3, 0.0, 0.1, 5.0]))
+            assert np.isfinite(said.damping).all()
+            assert np.isfinite(said.sigma).all()
+
+
+def test_channels_pass_by_the_learner() -> None:
+    batch = stream(11, 50)
+    with_depth = replace(batch, channels={"depth": np.linspace(0, 49, 50)})
+    settings = Settings()
+    plain_state, _ = step(settings, start(settings), batch)
+    state, iteration = step(settings, start(settings), with_depth)
+    assert plain(state.to_dict()) == plain(plain_state.to_dict())
+    assert not iteration.new.channels
+
+
+@pytest.mark.parametrize(
+    ("batch", "cure"),
+    [
+        (Samples.empty(), "wait for more"),
+        (Samples(np.zeros(1), np.array([np.nan]), np.zeros(1)), "reject them"),
+        (Samples(np.zeros(1), np.zeros(1), np.array([np.inf])), "reject them"),
+    ],
+)
+def test_a_batch_that_cannot_be_learned_is_refused(batch: Samples, cure: str) -> None:
+    with pytest.raises(BadInput, match=cure):
+        step(Settings(), start(Settings()), batch)
+
+
+def test_a_state_of_another_policy_or_form_is_refused() -> None:
+    state = start(Settings(policy="paper"))
+    with pytest.raises(BadInput, match='policy "paper"'):
+        step(Settings(policy="weighted"), state, stream(1, 50))
+    with pytest.raises(BadInput, match="empty state directory"):
+        State.from_dict(state.to_dict() | {"form": 0})
+
+
+@pytest.mark.parametrize(
+    ("wrong", "cure"),
+    [
+        ({"gamma": 0.0}, "above 0"),
+        ({"capacity": -1}, "above 0"),
+        ({"epsilon": -0.1}, "0 or more"),
+        ({"rate_range": (0.25, -0.25)}, "lower end first"),
+        ({"policy": "newest"}, "choose"),
+        ({"solver": "smo"}, "choose"),
+        ({"C": float("nan")}, "above 0"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(wrong: dict[str, Any], cure: str) -> None:
+    with pytest.raises(BadInput, match=cure):
+        Settings(**wrong)

@@ -1,0 +1,144 @@
+"""What is served: the table against the sum, doubt, extrapolation and what lies beyond."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from incsvr.continuation import Continuation
+from incsvr.dual import solve
+from incsvr.errors import BadInput
+from incsvr.learner import Settings
+from incsvr.model import Model
+from incsvr.samples import Array
+from tests.incsvr.learning import drag, run, stream
+
+
+def model_of(rate: Array, damping: Array, *, gamma: float = 10.0, sigma: float = 4.0, count: float = 1.0) -> Model:
+    weight = solve(rate, damping, gamma=gamma, C=1000.0, epsilon=0.1).weight
+    return Model(gamma, 1000.0, 0.1, rate, damping, weight, np.full(rate.size, count), sigma, 0.0)
+
+
+@pytest.fixture(scope="module")
+def learned() -> Model:
+    return run(Settings(policy="weighted"), stream(1, 1000))[0].model
+
+
+def test_the_table_is_the_sum(learned: Model) -> None:
+    low, high = learned.trained_range or (0.0, 0.0)
+    rate = np.concatenate((np.linspace(low, high, 3001), [low, high]))
+    np.testing.assert_allclose(learned.predict(rate).damping, learned.evaluate(rate), atol=1e-5)
+    assert not learned.predict(rate).extrapolated.any()
+
+
+@given(st.integers(1, 40), st.floats(0.1, 1000.0), st.integers(0, 1000))
+def test_the_table_is_the_sum_for_any_model(n: int, gamma: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rate = rng.uniform(-0.25, 0.25, n)
+    model = model_of(rate, drag(rate) + 4.0 * rng.normal(size=n), gamma=gamma)
+    at = np.append(rng.uniform(rate.min(), rate.max(), 50), [rate.min(), rate.max()])
+    np.testing.assert_allclose(model.predict(at).damping, model.evaluate(at), atol=1e-4)
+
+
+def test_one_rate_and_many_give_the_same(learned: Model) -> None:
+    rates = np.linspace(-0.4, 0.4, 81)
+    many = learned.predict(rates)
+    for k, rate in enumerate(rates.tolist()):
+        one = learned.predict(rate)
+        assert (one.damping[0], one.sigma[0], one.extrapolated[0]) == (
+            many.damping[k],
+            many.sigma[k],
+            many.extrapolated[k],
+        )
+
+
+def test_fresh_samples_scatter_as_sigma_says() -> None:
+    scores = []
+    for seed in range(8):
+        model = run(Settings(policy="weighted"), stream(40 + seed, 700, wild=0.0))[0].model
+        fresh = stream(90 + seed, 700, wild=0.0)
+        said = model.predict(fresh.yaw_rate)
+        scores.append((fresh.damping - said.damping) / said.sigma)
+    score = np.concatenate(scores)
+    assert score.std() == pytest.approx(1.0, abs=0.08)
+    assert np.mean(np.abs(score) < 1.96) == pytest.approx(0.95, abs=0.02)
+
+
+def test_doubt_grows_where_data_are_thin() -> None:
+    rng = np.random.default_rng(5)
+    rate = np.concatenate((np.linspace(-0.25, -0.2, 30), np.linspace(0.0, 0.25, 30)))
+    model = model_of(rate, drag(rate) + 4.0 * rng.normal(size=60), gamma=60.0)
+    dense, thin, outside, far = model.predict([0.12, -0.1, 0.3, 0.6]).sigma
+    assert 4.0 < dense < 5.0
+    assert thin > 2.0 * dense
+    assert dense < outside < far
+    more = model_of(rate, model.support_damping, gamma=60.0, count=10.0)
+    assert more.predict(0.12).sigma[0] < dense
+
+
+def test_a_gap_between_vectors_is_extrapolated_too() -> None:
+    rate = np.concatenate((np.linspace(-0.25, -0.15, 20), np.linspace(0.1, 0.25, 20)))
+    model = model_of(rate, drag(rate), gamma=200.0)
+    assert model.predict([-0.3, -0.2, 0.0, 0.2, 0.3]).extrapolated.tolist() == [True, False, True, False, True]
+
+
+def test_beyond_the_learned_rates_it_goes_on_as_drag_does(learned: Model) -> None:
+    low, high = learned.trained_range or (0.0, 0.0)
+    rate = np.linspace(high, 1.0, 400)
+    for sign, edge in ((1.0, high), (-1.0, -low)):
+        outward = np.linspace(edge, 1.0, 400)
+        said = learned.predict(sign * outward)
+        assert (sign * said.damping > 0.0).all()  # dissipative
+        assert (np.diff(sign * said.damping) > 0.0).all()  # grows
+        assert said.extrapolated[1:].all()
+        assert abs(said.damping[0] - learned.evaluate(np.array([sign * edge]))[0]) < 1e-5  # continuous
+    assert learned.predict(0.4).damping[0] == pytest.approx(float(drag(np.array([0.4]))[0]), rel=0.05)
+    # What the bare sum does there is the reason for all this.
+    assert learned.evaluate(rate)[-1] < 0.5 * drag(rate)[-1]
+
+
+def test_where_only_one_side_was_learned_the_other_is_its_mirror() -> None:
+    rng = np.random.default_rng(6)
+    rate = np.linspace(0.05, 0.25, 60)
+    model = model_of(rate, drag(rate) + rng.normal(size=60), sigma=1.0)
+    at = np.linspace(-0.25, 0.05, 301)
+    said = model.predict(at)
+    assert said.extrapolated[:-1].all()
+    assert (said.damping * at >= 0.0).all()
+    assert np.abs(np.diff(said.damping)).max() < 2.0  # continuous, through zero at rest
+    assert said.damping[np.abs(at).argmin()] == pytest.approx(0.0, abs=0.05)
+    assert said.damping[0] == pytest.approx(float(-drag(np.array([0.25]))[0]), rel=0.1)
+
+
+def test_drag_is_never_negative_however_the_data_slope() -> None:
+    rate = np.linspace(-0.2, 0.2, 41)
+    for damping in (-100.0 * rate, 300.0 * rate - 1000.0 * rate * np.abs(rate), np.full(41, 5.0), np.zeros(41)):
+        beyond = Continuation.fit(
+            rate, damping, np.full(41, 1.0), ends=(-0.2, 0.2), at_ends=(damping[0], damping[-1]), doubt=(0.1, 0.1)
+        )
+        assert beyond.coefficients.min() >= 0.0
+        outward = np.linspace(0.201, 1.0, 50)
+        assert (np.diff(beyond.predict(outward)[0]) >= 0.0).all()
+
+
+def test_a_model_survives_a_file_to_the_bit(learned: Model) -> None:
+    back = Model.from_dict(json.loads(json.dumps(learned.to_dict())))
+    rates = np.linspace(-0.5, 0.5, 101)
+    np.testing.assert_array_equal(back.predict(rates).damping, learned.predict(rates).damping)
+    np.testing.assert_array_equal(back.predict(rates).sigma, learned.predict(rates).sigma)
+    untrained = Model.from_dict(json.loads(json.dumps(Model.untrained(10.0, 1000.0, 0.1).to_dict())))
+    assert not untrained.is_trained
+    assert untrained.trained_range is None
+
+
+def test_questions_that_cannot_be_answered_are_refused(learned: Model) -> None:
+    with pytest.raises(BadInput, match="nothing is learned yet"):
+        Model.untrained(10.0, 1000.0, 0.1).predict(0.1)
+    for rate in (float("nan"), float("inf"), -float("inf")):
+        with pytest.raises(BadInput, match="not finite"):
+            learned.predict([0.1, rate])
+    assert learned.predict(np.empty(0)).damping.size == 0

@@ -1,0 +1,57 @@
+"""The tracked noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.noise import HORIZON, Noise
+
+
+def track(residual: np.ndarray[tuple[int], np.dtype[np.float64]], noise: Noise | None = None) -> Noise:
+    noise = noise or Noise()
+    for first in range(0, residual.size, 50):
+        part = residual[first : first + 50]
+        noise = noise.after(part, np.arange(part.size))
+    return noise
+
+
+def coloured(rng: np.random.Generator, n: int, rho: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    noise = rng.normal(size=n)
+    for i in range(1, n):
+        noise[i] = rho * noise[i - 1] + np.sqrt(1.0 - rho**2) * noise[i]
+    return noise
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.8])
+def test_level_and_colour_are_found(rho: float) -> None:
+    found = [track(4.0 * coloured(np.random.default_rng(seed), 1000, rho)) for seed in range(20)]
+    assert np.mean([noise.sigma for noise in found]) == pytest.approx(4.0, rel=0.15)
+    assert np.mean([noise.correlation for noise in found]) == pytest.approx(rho, abs=0.08)
+
+
+def test_outliers_hardly_move_the_level() -> None:
+    rng = np.random.default_rng(1)
+    residual = 4.0 * rng.normal(size=1000)
+    clean = track(residual).sigma
+    residual[rng.random(1000) < 0.1] += 1000.0
+    assert track(residual).sigma == pytest.approx(clean, rel=0.25)
+
+
+def test_a_loud_time_is_forgotten() -> None:
+    rng = np.random.default_rng(2)
+    noise = track(40.0 * rng.normal(size=500))
+    assert noise.seen == HORIZON
+    assert track(0.4 * rng.normal(size=750), noise).sigma == pytest.approx(0.4, rel=0.5)
+
+
+def test_missing_samples_are_no_neighbours() -> None:
+    residual = np.tile([1.0, -1.0], 25)
+    assert Noise().after(residual, np.arange(50)).correlation == 0.0  # −1, bounded at 0
+    assert Noise().after(np.ones(50), np.arange(50)).correlation == pytest.approx(0.95)  # 1, bounded
+    assert Noise().after(np.ones(50), 2 * np.arange(50)).correlation == 0.0
+
+
+def test_before_the_first_batch_there_is_no_level() -> None:
+    assert np.isnan(Noise().sigma)
+    assert Noise().after(np.zeros(5), np.arange(5)).sigma > 0.0
