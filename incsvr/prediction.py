@@ -26,6 +26,8 @@ STEP = 0.015
 """Distance of two nodes, in kernel lengths 1/√γ."""
 NODES = 4096
 """At most."""
+NARROW = 1e-9
+"""A learned range of this width is one rate [rad/s]."""
 GAP = 0.5
 """Distance from the nearest vector beyond which a rate between vectors is not learned either, in kernel lengths."""
 
@@ -52,7 +54,7 @@ class Table:
 
     Attributes:
         low, high: the learned range [rad/s].
-        scale: nodes stand at low, low + 1/scale, …, high.
+        scale, cells: nodes stand at low, low + 1/scale, …, low + cells/scale.
         rows: (6, cells + 1): the cubic of each cell in u ∈ [0, 1), then sigma and its increase; the last node is a cell
             of its own.
         thin: (cells + 1,) whether a cell is far from every vector; None where none is.
@@ -63,6 +65,7 @@ class Table:
     low: float
     high: float
     scale: float
+    cells: int
     rows: Array
     thin: NDArray[np.bool_] | None
     noise: float
@@ -74,7 +77,7 @@ class Table:
         low, high = float(x.min()), float(x.max())
         span = high - low
         cells = min(max(ceil(span * sqrt(model.gamma) / STEP), 1), NODES)
-        h = span / cells if span > 0.0 else 1.0
+        h = span / cells if span > NARROW else 1.0
         nodes = np.linspace(low, low + h * cells, cells + 1)
         kernel = rbf(nodes, x, model.gamma)
         f = kernel @ model.weight
@@ -105,9 +108,7 @@ class Table:
             at_ends=(float(f[0]), float(f[-1])),
             doubt=(float(doubt[0]), float(doubt[-1])),
         )
-        return Table(
-            low, high, cells / span if span > 0.0 else 1.0, rows, thin if thin.any() else None, model.sigma, beyond
-        )
+        return Table(low, high, 1.0 / h, cells, rows, thin if thin.any() else None, model.sigma, beyond)
 
     def predict(self, rate: Array) -> Prediction:
         """At (n,) rates [rad/s]."""
@@ -116,7 +117,7 @@ class Table:
         beyond = bool(outside.any())
         if beyond and not np.isfinite(rate).all():
             raise BadInput("a rate is not finite; give numbers in rad/s")
-        place = (inside - self.low) * self.scale
+        place = np.minimum((inside - self.low) * self.scale, self.cells)
         cell = place.astype(np.intp)
         u = place - cell
         f, slope, bend, twist, sigma, increase = self.rows.take(cell, axis=1)
