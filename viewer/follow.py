@@ -123,10 +123,10 @@ class Follower:
         for report in missed:
             if before is not None and report.revision >= before:
                 return
-            self._show(report, None)
+            self._show(report, None, hurry=behind > MANY)
         self._chapter.flush()
 
-    def _show(self, report: IterationReport, seen: float | None) -> None:
+    def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
         if self._time is not None and report.t < self._time:
             log.warning("the vehicle's clock began anew at %.1f s", report.t)
             self._anew()
@@ -136,7 +136,8 @@ class Follower:
             self._chapter.remember(frame)
         else:
             self._chapter.iteration(frame)
-            if seen is not None or report.iteration % 10 == 0:
+            # Whatever happens to us from here on, it is in the file; the far past goes there in larger pieces.
+            if not hurry or report.iteration % 20 == 0:
                 self._chapter.flush()
             log.info("iteration %d at %.1f s", report.iteration, report.t)
 

@@ -109,8 +109,10 @@ def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path:
     viewer.signal(signal.SIGCONT)
     viewer.wait_for("iteration 3 ")
     assert viewer.end() == 0
-    # Every question was answered, or latency had failed; the middle one not twice as slow, on a shared machine.
-    assert statistics.median(hung) < 2.0 * statistics.median(running)
+    # Every question was answered, or latency had failed. Other work on this machine slows many questions at random, but
+    # never the quickest tenth; a learner that waits for its viewer would slow them all.
+    assert statistics.quantiles(hung, n=10)[0] < 2.0 * statistics.quantiles(running, n=10)[0]
+    assert max(hung) < 1.0
     assert learning < 10.0
     assert set(rows(tmp_path / "run.rrd", "Scalars:scalars")["/learning/revision"]) == {1, 2, 3}
 
