@@ -80,6 +80,12 @@ class Vectors:
         order = np.argsort(together.yaw_rate, kind="stable")
         return Vectors(together.take(order), np.concatenate((information, np.full(len(loose), each)))[order])
 
+    def without(self, others: Vectors) -> Samples:
+        """The points whose yaw rate is none of the others'."""
+        if others is self:
+            return Samples.empty()
+        return self.points.take(~np.isin(self.points.yaw_rate, others.points.yaw_rate))
+
     def condense(self, capacity: int, *, most: float) -> Vectors:
         """Forget: while there are more than `capacity`, the two closest neighbours become their weighted mean."""
         excess = len(self) - capacity

@@ -9,6 +9,7 @@ from math import exp, log
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.criteria import quartiles
 from incsvr.samples import Array
 
 NORMAL = 1.4826
@@ -55,7 +56,7 @@ class Noise:
             index: (n,) place of each in the stream, increasing; only neighbours tell of the correlation.
         """
         n = residual.size
-        level = max(NORMAL * float(np.median(np.abs(residual))), SMALLEST)
+        level = max(NORMAL * quartiles(np.abs(residual))[1], SMALLEST)
         power = float(residual @ residual) / n
         neighbours = index[1:] - index[:-1] == 1
         pairs = int(np.count_nonzero(neighbours))

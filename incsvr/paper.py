@@ -16,7 +16,6 @@ import numpy as np
 
 from incsvr.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.iteration import Iteration, Settings, train
-from incsvr.kernel import rbf
 from incsvr.model import Model
 from incsvr.noise import Noise
 from incsvr.samples import Array, Samples
@@ -89,10 +88,10 @@ def learn(
     if len(new):
         stack = Samples.concatenate((old, new))
         warm = np.concatenate((memory.weight[stays], np.zeros(len(new))))
-        weight = train(settings, stack.yaw_rate, stack.damping, start=warm).weight
-        active = np.abs(weight) > ZERO * settings.C
-        support, weight = stack.take(active), weight[active]
-        wild = outliers(rbf(support.yaw_rate, support.yaw_rate, settings.gamma) @ weight - support.damping)
+        trained = train(settings, stack.yaw_rate, stack.damping, start=warm)
+        active = np.abs(trained.weight) > ZERO * settings.C
+        support, weight = stack.take(active), trained.weight[active]
+        wild = outliers(trained.fitted[active] - support.damping)
         removed = support.take(wild)
         vectors = support.take(~wild)
         stays = forgetting(

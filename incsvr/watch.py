@@ -109,7 +109,7 @@ def follow(
     model: Model,
     noise: Noise,
     batch: Samples,
-    residual: Array,
+    predicted: Array,
     index: NDArray[np.intp],
 ) -> tuple[Vectors, Watch, str | None]:
     """The vectors, moved or put back where the evidence says so, and a sentence when it does.
@@ -117,23 +117,23 @@ def follow(
     Args:
         vectors, model, noise: as they were before the batch.
         batch: (n,) samples without outliers.
-        residual: (n,) y − f(x) [N m].
+        predicted: (n,) f(x) of these samples under `model` [N m].
         index: (n,) their places in the stream.
     """
     low, high = settings.rate_range
 
-    def phi(curve: Model, rate: Array) -> Array:
-        return features((2.0 * rate - low - high) / (high - low), curve.evaluate(rate))
+    def phi(rate: Array, curve: Array) -> Array:
+        return features((2.0 * rate - low - high) / (high - low), curve)
 
     points, probation, sentence = vectors.points, watch.probation, None
     # Both curves are judged by the same samples: those at rates that both knew.
     known = points.yaw_rate if probation is None else probation.vectors.points.yaw_rate
     inside = (batch.yaw_rate >= known[0]) & (batch.yaw_rate <= known[-1])
-    rate, residual, index = batch.yaw_rate[inside], residual[inside], index[inside]
-    fresh = gather(rate, phi(model, rate), residual, index, noise)
+    rate, damping, now, index = batch.yaw_rate[inside], batch.damping[inside], predicted[inside], index[inside]
+    fresh = gather(rate, phi(rate, now), damping - now, index, noise)
     if probation is not None:
-        other = batch.damping[inside] - probation.model.evaluate(rate)
-        before = gather(rate, phi(probation.model, rate), other, index, noise)
+        then = probation.model.evaluate(rate)
+        before = gather(rate, phi(rate, then), damping - then, index, noise)
         lead = probation.lead + surprise(fresh, probation.precision) - surprise(before, probation.held)
         if lead > ALARM:
             sentence = f"the damping is as it was before the last change (ln Bayes factor {lead:.1f})"
@@ -145,7 +145,7 @@ def follow(
     seen = min(watch.seen + 1, YOUNG)
     recent = (*watch.recent, fresh)[-WINDOWS[-1] :]
     free = prior(noise.sigma)
-    at_vectors = phi(model, points.yaw_rate)
+    at_vectors = phi(points.yaw_rate, model.evaluate(points.yaw_rate))
     held = (at_vectors.T * (vectors.information * noise.worth)) @ at_vectors + free
     log_factor, evidence = weigh(recent, held, free)
     changed = log_factor > ALARM and seen >= YOUNG
@@ -157,7 +157,8 @@ def follow(
         return vectors, Watch(seen, recent), sentence
 
     # A correction is not trusted beyond the largest rate that showed it: from there on it stays as it is.
-    at_vectors = phi(model, np.clip(points.yaw_rate, -evidence.reach, evidence.reach))
+    reached = np.clip(points.yaw_rate, -evidence.reach, evidence.reach)
+    at_vectors = phi(reached, model.evaluate(reached))
     correction = at_vectors @ np.linalg.solve(precision, evidence.score)
     moved = replace(vectors, points=replace(points, damping=points.damping + correction))
     if not changed:

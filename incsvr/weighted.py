@@ -90,7 +90,7 @@ def learn(
         wild = outliers(residual) & (np.abs(residual) > CLEAR * noise.sigma)
         index = index[~wild]
         kept, residual = batch.take(index), residual[index]
-        vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, residual, index)
+        vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, predicted[index], index)
     each = 1.0 / noise.variance
     low, high = settings.rate_range
     radius = RADIUS * (high - low) / settings.capacity
@@ -107,7 +107,7 @@ def learn(
         old=memory.vectors.points,
         new=kept,
         support=vectors.points,
-        forgotten=included.points.take(~np.isin(included.points.yaw_rate, vectors.points.yaw_rate)),
+        forgotten=included.without(vectors),
         discarded_tube=Samples.empty(),
         discarded_near=Samples.empty(),
         outliers=batch.take(wild),
