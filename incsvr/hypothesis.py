@@ -13,6 +13,9 @@ from incsvr.problem import Problem
 from incsvr.run import Array
 from incsvr.whitening import Fit, fit
 
+ALIGNMENT = 30.0
+"""What a delay within one sample period pays in 2 ℓ: any effect that explains as much is the better explanation."""
+
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
@@ -133,6 +136,11 @@ def nothing(problem: Problem) -> Hypothesis:
     return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, (), (), 1.0)
 
 
+def below_sampling(term: Term, problem: Problem) -> bool:
+    """A delay or lag within one sample period is how the streams were sampled, not how the thrust acts."""
+    return term.effect in ("torque_delay", "torque_lag") and abs(term.coefficients[0]) < problem.resolution
+
+
 def price(effect: Effect, columns: int, problem: Problem) -> float:
     """What an effect pays in 2 ℓ for its freedom (BIC) and for the looks of the search over its inner parameter."""
     freedom = columns + (1 if effect.searched else 0)
@@ -200,6 +208,8 @@ def settle(
     changed = sum(c[0] for e, c in zip(effects, coefficients, strict=True) if e.acts == "inertia")
     ratio = 1.0 + (1.0 - problem.signals.share) * max(changed / problem.signals.inertia, -0.95)
     paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
+    paid += ALIGNMENT * sum(below_sampling(term, problem) for term in found)
+    paid -= len(problem.blocks) * sum(e.noise_gain(t, problem.signals) for e, t in zip(effects, found, strict=True))
     return Hypothesis(
         found,
         tuple(effects),
@@ -241,6 +251,8 @@ def _refined(
         return -fit(y, np.column_stack([*others, column]), problem.blocks, start, rounds=1).log_likelihood
 
     low, high = effect.bracket(seen, inner)
+    if not low < high:
+        return inner
     best = minimize_scalar(
         lost, bounds=(low, high), method="bounded", options={"xatol": 0.01 * (high - low), "maxiter": 12}
     )

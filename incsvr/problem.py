@@ -12,7 +12,7 @@ from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.run import Array, Run, stream
 from incsvr.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_grid, smoothed, split, time_scale
-from incsvr.whitening import Fit, fit
+from incsvr.whitening import fit
 
 MOST_BLOCKS = 2000
 """Of long recordings: more blocks than that tell no more, so they may be as long as T_c/6."""
@@ -95,12 +95,12 @@ class Problem:
         return freed
 
 
-def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
+def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False) -> Problem:
     """Set the block length and build the equations.
 
     T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
-    at most 0.2 of the innovations' deviation, at most T_c/4.5. The torque is taken as held or as linear between its
-    stamps, whichever explains more: a command is held, a measured moment is not.
+    at most 0.2 of the innovations' deviation, at most T_c/4.5. `held` says whether the torque stays at its value until
+    its next stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
     period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
@@ -108,22 +108,16 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Proble
     _long_enough(runs, scale)
     resolution = _resolution(runs)
     length = sum(float(run.time[-1] - run.time[0]) for run in runs)
-    best: tuple[float, Problem, Fit] | None = None
-    for held in (False, True):
-        block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), scale / 4.5)
-        while True:
-            problem = _equations(runs, inertia, channels, scale, block, period, held)
-            base = fit(problem.y, problem.coarse, problem.blocks)
-            noise = inertia * sigma * np.sqrt(min(period / problem.signals.step, 1.0)) / problem.blocks.period
-            noise *= float(np.linalg.norm(np.convolve(np.concatenate([[1.0], -base.ar]), [1.0, -1.0])))
-            longer = 1.3 * problem.blocks.period
-            if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
-                break
-            block = longer
-        if best is None or base.log_likelihood / len(problem.blocks) > best[0] + 2.0 / len(problem.blocks):
-            best = base.log_likelihood / len(problem.blocks), problem, base
-    assert best is not None
-    _, problem, base = best
+    block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), scale / 4.5)
+    while True:
+        problem = _equations(runs, inertia, channels, scale, block, period, held)
+        base = fit(problem.y, problem.coarse, problem.blocks)
+        noise = inertia * sigma * np.sqrt(min(period / problem.signals.step, 1.0)) / problem.blocks.period
+        noise *= float(np.linalg.norm(np.convolve(np.concatenate([[1.0], -base.ar]), [1.0, -1.0])))
+        longer = 1.3 * problem.blocks.period
+        if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
+            break
+        block = longer
     s = problem.signals
     width = _derivative_width(problem, sigma * np.sqrt(min(period / s.step, 1.0)), base.scale)
     acceleration = smoothed(s.rate, s.start, width, order=1) / s.step

@@ -22,7 +22,10 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
     for lead in best_leads(problem, less, others, 5):
         swapped = with_lead(problem, less, lead)
         s = views(problem, swapped).of(lead.effect)
-        if swapped.criterion < found.criterion - TIE or lead.effect.implausible(swapped.terms[-1], s):
+        # what rests on how the noise is split between torque and water is known to half of it at best
+        split = lead.effect.noise_gain(swapped.terms[-1], s) - found.effects[k].noise_gain(found.terms[k], s)
+        margin = TIE + 0.5 * len(problem.blocks) * abs(split)
+        if swapped.criterion < found.criterion - margin or lead.effect.implausible(swapped.terms[-1], s):
             continue
         known = tied.get(lead.effect.name)
         if known is None or swapped.criterion > known.criterion:

@@ -12,15 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.alignment import aligned
 from incsvr.channels import usable
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
 from incsvr.excitation import closed_loop, demand
 from incsvr.findings import Finding, Pictures, Rejected, Trace
 from incsvr.forward import model_of
-from incsvr.hypothesis import Hypothesis, left_over, nothing, settle
+from incsvr.hypothesis import Hypothesis, below_sampling, left_over, nothing, settle
 from incsvr.manoeuvre import separate
-from incsvr.problem import Problem, pose, torque_scatter
+from incsvr.problem import Problem, torque_scatter
 from incsvr.proof import Court, Errors, sample_errors
 from incsvr.rivals import rivals
 from incsvr.run import Array, Run, check
@@ -46,7 +47,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     if validate:
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
-    problem = pose(runs, inertia, names)
+    problem = aligned(runs, inertia, names)
     case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
     # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
     hunt = Search(problem, case.effects, Court.of(problem, None), closed_loop(problem))
@@ -103,7 +104,7 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
         share = float(np.clip((last - now) / total, 0.0, 1.0))
         last = now
         parameters = effect.parameters(term, problem.signals.inertia)
-        if _below_sampling(parameters, problem.resolution):
+        if below_sampling(term, problem):
             notes.append(
                 f"torque and yaw rate are aligned by {next(iter(parameters.values())):.3g} s, less than a sample "
                 "period: part of the sampling, not an effect"
@@ -155,12 +156,6 @@ def _mean_square(residual: Array) -> float:
     """Robust against outliers: of the residual drawn in to four deviations."""
     limit = 4.0 * 1.4826 * float(np.median(np.abs(residual)))
     return float(np.mean(np.clip(residual, -limit, limit) ** 2))
-
-
-def _below_sampling(parameters: dict[str, float], resolution: float) -> bool:
-    """A delay or lag (alone) within one sample period is how the streams were sampled, not how the thrust acts."""
-    names = set(parameters)
-    return names in ({"delay_s"}, {"time_constant_s"}) and abs(next(iter(parameters.values()))) < resolution
 
 
 def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, scatter: float) -> dict[str, Any]:

@@ -94,8 +94,15 @@ class Effect(ABC):
         """φ(t), (n, c) [N m per unit of θ]; `coefficients` are those of the last pass (empty in the first)."""
 
     def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
-        """(n,) loss(θ) − φ θ [N m] where φ is but the tangent of a loss curved in θ; None where φ θ is the loss."""
+        """(n,) loss(θ) − φ θ [N m] where φ is but the tangent of a curved loss; None where φ θ is the loss."""
         return None
+
+    def noise_gain(self, term: Term, s: Signals) -> float:
+        """Mean over frequency by which this effect's regressor changes ln of the residual's noise (negative: lowers it).
+
+        A filter on the recorded torque filters its noise, too; without this account it would be rewarded for that.
+        """
+        return 0.0
 
     @abstractmethod
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:

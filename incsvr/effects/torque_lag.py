@@ -42,6 +42,14 @@ class TorqueLag(Effect):
     def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
         return min(max(coefficients[0], 0.25 * s.step), 2.0 * s.scale)
 
+    def noise_gain(self, term: Term, s: Signals) -> float:
+        """Thrust space: the torque's noise passes the lag. Command space: the water's noise passes its inverse."""
+        frequency = np.pi / s.block * (np.arange(64) + 0.5) / 64.0
+        inverse = 1.0 + (frequency * max(term.coefficients[0], 0.0)) ** 2
+        if s.from_rate:
+            return float(np.mean(np.log(s.share + (1.0 - s.share) * inverse)))
+        return float(np.mean(np.log(s.share / inverse + 1.0 - s.share)))
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}
 

@@ -1,0 +1,29 @@
+"""How the torque runs between its stamps: held, as a command is, or linear, as a measured moment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from incsvr.effects.torque_delay import TorqueDelay
+from incsvr.hypothesis import nothing
+from incsvr.problem import Problem, pose
+from incsvr.run import Run
+from incsvr.search import scan, with_lead
+
+
+def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
+    """The equations with whichever of the two explains more.
+
+    Both are given a free delay before they are compared: holding delays by half a sample, and would else be taken for a
+    late thrust.
+    """
+    linear = pose(runs, inertia, channels, held=False)
+    if linear.resolution <= linear.blocks.period / 10.0:
+        return linear
+    return max((linear, pose(runs, inertia, channels, held=True)), key=_explained)
+
+
+def _explained(problem: Problem) -> float:
+    base = nothing(problem)
+    late = max((with_lead(problem, base, lead).criterion for lead in scan(problem, base, [TorqueDelay()])), default=0.0)
+    return max(base.criterion, late) / len(problem.blocks)
