@@ -72,10 +72,11 @@ class Evidence:
 def features(u: Array, curve: Array) -> Array:
     """φ (n, p): the curve f [N m] and the polynomials, at rates scaled to u ∈ [−1, 1] (n,); beyond, they stay."""
     u = np.minimum(np.maximum(u, -1.0), 1.0)
-    columns = [curve, np.ones(u.size), u]
-    for _ in range(DEGREE - 1):
-        columns.append(2.0 * u * columns[-1] - columns[-2])
-    return np.stack(columns, axis=1)
+    phi = np.empty((DEGREE + 2, u.size))
+    phi[0], phi[1], phi[2] = curve, 1.0, u
+    for row in range(3, DEGREE + 2):
+        phi[row] = 2.0 * u * phi[row - 1] - phi[row - 2]
+    return phi.T
 
 
 def prior(sigma: float) -> Array:
@@ -137,13 +138,13 @@ def weigh(recent: Sequence[Evidence], held: Array, free: Array) -> Verdict:
         held, free: M + D and D, (p, p).
     """
     windows = [together(recent[-count:]) for count in WINDOWS if count <= len(recent)]
-    # All windows under both hypotheses at once: for matrices this small the calls are what costs.
-    informed = np.stack([window.information for window in windows])[:, None] + np.stack((held, free))
-    score = np.stack([window.score for window in windows])[:, None, :, None]
-    pull = (score * np.linalg.solve(informed, score)).sum(axis=(2, 3))
+    # All windows, and none, under both hypotheses at once: for matrices this small the calls are what costs.
+    information = np.array([np.zeros_like(free), *(window.information for window in windows)])
+    informed = information[:, None] + np.array((held, free))
+    score = np.array([window.score for window in windows])[:, None, :, None]
+    pull = (score * np.linalg.solve(informed[1:], score)).sum(axis=(2, 3))
     size = np.linalg.slogdet(informed)[1]
-    least = np.linalg.slogdet(np.stack((held, free)))[1]
-    surprises = 0.5 * (size - least - pull)  # without the square, which is the same for both
+    surprises = 0.5 * (size[1:] - size[0] - pull)  # without the square, which is the same for both
     factors = (surprises[:, 0] - surprises[:, 1]).tolist()
     best = factors.index(max(factors))
     return Verdict(factors[best], windows[best])

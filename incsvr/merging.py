@@ -74,11 +74,14 @@ class Vectors:
             rate = (information * rate + each * np.bincount(to, joining.yaw_rate, rate.size)) / total
             damping = (information * damping + each * np.bincount(to, joining.damping, rate.size)) / total
             time = time.copy()
-            np.maximum.at(time, to, joining.time)
+            time[to] = joining.time  # in their order: the newest stays
             information = np.minimum(total, most)
-        together = Samples.concatenate((Samples(time, rate, damping), loose))
-        order = np.argsort(together.yaw_rate, kind="stable")
-        return Vectors(together.take(order), np.concatenate((information, np.full(len(loose), each)))[order])
+        together = Samples(time, rate, damping)
+        if len(loose):
+            together = Samples.concatenate((together, loose))
+            information = np.concatenate((information, np.full(len(loose), each)))
+        order = together.yaw_rate.argsort(kind="stable")
+        return Vectors(together.take(order), information[order])
 
     def without(self, others: Vectors) -> Samples:
         """The points whose yaw rate is none of the others'."""
