@@ -147,12 +147,12 @@ def _rates(query: zenoh.Query) -> Array:
     if text.count(",") >= MAX_RATES:
         raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
     try:
-        rates = np.array([float(part) for part in text.split(",")])
+        rates = [float(part) for part in text.split(",")]
     except ValueError:
         raise BadInput(f"rate={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in rad/s") from None
-    if not np.isfinite(rates).all():
+    if not all(map(math.isfinite, rates)):
         raise BadInput(f"rate={text[:80]} holds NaN or infinity; ask for finite rates in rad/s")
-    return rates
+    return np.array(rates)
 
 
 def _number(name: str, text: str) -> float:

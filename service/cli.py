@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -36,6 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, (module, sentence) in COMMANDS.items():
         # Only the command that was asked for is loaded: the others contribute their name and sentence alone.
         chosen = bool(words) and words[0] == name
+        if chosen and name == "serve":
+            # Read by NumPy when it is loaded: on matrices of the learner's size further threads only cost.
+            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         command = commands.add_parser(name, help=sentence, description=f"{sentence[0].upper()}{sentence[1:]}.")
         if chosen:
             loaded = importlib.import_module(module)

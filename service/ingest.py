@@ -20,8 +20,8 @@ from service.health import HealthWatch
 from service.node import LearnerNode
 from service.wire import Keys
 
-#: Messages that a stream may be behind: a second and a half at 20,000 a second.
-RING = 32_768
+#: Messages that a stream may be behind, 0.4 s at 20,000 a second; in time every place of a ring is used and resident.
+RING = 8192
 #: A larger payload is not read [bytes]; 200,000 numbers fit.
 MAX_PAYLOAD = 4_000_000
 MAX_NAME = 64

@@ -143,6 +143,8 @@ class LearnerNode:
         predicted = before.model.predict(batch.yaw_rate).damping if before.model.is_trained else None
         began = self._clock()
         self._state, iteration = learner.step(self._settings, self._state, batch)
+        if iteration.model.is_trained:
+            iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
         took = self._clock() - began
         self._cover(batch)
         self.served = Served(iteration.model, before.revision + 1, iteration.number, float(batch.time[-1]))

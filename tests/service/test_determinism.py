@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import zenoh
 
 from incsvr.signals import synchronise
 from service import wire
@@ -25,6 +26,7 @@ QUICK: dict[str, Any] = {
     "learner__batch": 12,
 }
 ITERATIONS = 5
+BLOCK = zenoh.CongestionControl.BLOCK
 
 
 @pytest.fixture(scope="module")
@@ -90,5 +92,5 @@ def test_messages_that_carry_arrays_give_the_same_bytes(
     for name, (t, value) in recording.streams().items():
         for part in np.array_split(np.arange(t.size), 7):
             payload = wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
-            bench.session.put(bench.keys.stream(name), payload)
+            bench.session.put(bench.keys.stream(name), payload, congestion_control=BLOCK)
     assert [without_boot(models.get(timeout=PATIENCE)) for _ in from_file] == from_file

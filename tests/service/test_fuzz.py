@@ -18,7 +18,7 @@ from service.host import Host
 from service.node import LearnerNode
 from service.session import connecting, free_endpoint, listening, open_session
 from simulator import leng
-from tests.service.conftest import PATIENCE, Bench, configured
+from tests.service.conftest import PATIENCE, Bench, configured, teach
 
 JSON = zenoh.Encoding.APPLICATION_JSON
 
@@ -65,17 +65,9 @@ def bench() -> Iterator[Bench]:
         with Crew([host]) as crew:
             bench = Bench(host, client, host.keys, lambda: crew.__exit__(None, None, None))
             models = bench.follow(bench.keys.model, wire.ModelSnapshot)
-            teach(bench, 0.0, 40.0)
+            teach(bench.session, bench.keys, 4, 0.0, 40.0)
             assert models.get(timeout=PATIENCE).iteration == 1
             yield bench
-
-
-def teach(bench: Bench, first: float, last: float) -> None:
-    for name, (t, value) in leng.recording("T1", seed=4).streams().items():
-        part = (t >= first) & (t < last)
-        bench.session.put(
-            bench.keys.stream(name), wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
-        )
 
 
 def rejected(bench: Bench, reason: str) -> int:
@@ -158,7 +150,7 @@ def test_any_question_is_answered_or_told_what_is_wrong(bench: Bench, text: str,
 def test_after_all_that_it_learns_what_it_would_have_learned_anyway(bench: Bench) -> None:
     """The next model is to the bit that of a learner which saw the valid measurements alone."""
     models: queue.Queue[wire.ModelSnapshot] = bench.follow(bench.keys.model, wire.ModelSnapshot)
-    teach(bench, 40.0, 70.0)
+    teach(bench.session, bench.keys, 4, 40.0, 70.0)
     found = models.get(timeout=PATIENCE)
     node = LearnerNode(configured(), boot=bench.host.node.boot)
     expected = None

@@ -23,7 +23,7 @@ from service import wire
 from service.session import connecting, free_endpoint, open_session
 from simulator import leng
 from simulator.player import messages, play
-from tests.service.conftest import PATIENCE
+from tests.service.conftest import PATIENCE, teach
 
 KEYS = wire.Keys("leng/yaw")
 
@@ -60,14 +60,6 @@ def client(endpoint: str) -> Iterator[tuple[zenoh.Session, queue.Queue[str]]]:
         yield session, alive
 
 
-def teach(session: zenoh.Session, first: float, last: float) -> None:
-    """Part of Leng's first run, in messages that each carry five seconds."""
-    for start in range(int(first), int(last), 5):
-        for name, (t, value) in leng.recording("T1", seed=9).streams().items():
-            part = (t >= start) & (t < start + 5)
-            session.put(KEYS.stream(name), wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist())))
-
-
 def next_model(models: queue.Queue[wire.ModelSnapshot]) -> wire.ModelSnapshot:
     return models.get(timeout=PATIENCE)
 
@@ -99,7 +91,7 @@ def test_it_is_ready_soon_ends_soon_and_says_goodbye(endpoint: str, tmp_path: Pa
 def test_after_kill_9_it_goes_on_after_the_last_published_revision(endpoint: str, tmp_path: Path) -> None:
     with client_after(endpoint, tmp_path) as (process, session, alive):
         models = following(session)
-        teach(session, 0, 70)
+        teach(session, KEYS, 9, 0, 70)
         before = [next_model(models), next_model(models)]
         process.send_signal(signal.SIGKILL)
         assert process.wait(PATIENCE) == -signal.SIGKILL
@@ -109,7 +101,7 @@ def test_after_kill_9_it_goes_on_after_the_last_published_revision(endpoint: str
             resumed = answered(session, KEYS.model)
             assert resumed.model_dump(exclude={"boot"}) == before[-1].model_dump(exclude={"boot"})
             assert resumed.boot != before[-1].boot
-            teach(session, 70, 140)
+            teach(session, KEYS, 9, 70, 140)
             after = next_model(models)
             assert (after.revision, after.iteration) == (3, 3)
             assert answered(session, f"{KEYS.model}?revision=1") == before[0]
@@ -129,18 +121,18 @@ def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp
     """SIGTERM saves also what is on its way to the next batch."""
     with client_after(endpoint, tmp_path / "whole") as (_, session, _alive):
         models = following(session)
-        teach(session, 0, 100)
+        teach(session, KEYS, 9, 0, 100)
         whole = [next_model(models) for _ in range(3)]
     with client_after(endpoint, tmp_path / "halves") as (process, session, alive):
         models = following(session)
-        teach(session, 0, 45)
+        teach(session, KEYS, 9, 0, 45)
         first = next_model(models)
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE) == 0
         assert "DELETE" in alive.get(timeout=PATIENCE)
         with serving(endpoint, tmp_path / "halves"):
             assert "PUT" in alive.get(timeout=PATIENCE)
-            teach(session, 45, 100)
+            teach(session, KEYS, 9, 45, 100)
             again = next_model(models)
             if again.revision == 1:  # what it had is published once more; we may be connected in time to see it
                 again = next_model(models)
@@ -177,7 +169,7 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
         stack.enter_context(waiting)
         stack.callback(waiting.kill)
         _, session, _ = stack.enter_context(client_after(endpoint, tmp_path))
-        teach(session, 0, 40)
+        teach(session, KEYS, 9, 0, 40)
         out, said = waiting.communicate(timeout=PATIENCE)
     assert waiting.returncode == 0, said
     reply = wire.DampingReply.model_validate(json.loads(out))

@@ -19,7 +19,7 @@ from service.host import Host
 from service.session import connecting, free_endpoint, from_file, open_session
 from simulator import leng
 from tests.conftest import ROOT
-from tests.service.conftest import PATIENCE, configured
+from tests.service.conftest import PATIENCE, configured, teach
 
 KEYS = wire.Keys("leng/yaw")
 
@@ -57,12 +57,6 @@ def client(certificates: Path, endpoint: str, role: str) -> Iterator[zenoh.Sessi
         yield session
 
 
-def teach(session: zenoh.Session) -> None:
-    for name, (t, value) in leng.recording("T1", seed=6).streams().items():
-        part = t < 40.0
-        session.put(KEYS.stream(name), wire.measurement(tuple(t[part].tolist()), tuple(value[part].tolist())))
-
-
 def test_a_sensor_measures_and_a_viewer_looks(certificates: Path, endpoint: str) -> None:
     models: queue.Queue[wire.ModelSnapshot] = queue.Queue()
     with ExitStack() as stack:
@@ -71,12 +65,12 @@ def test_a_sensor_measures_and_a_viewer_looks(certificates: Path, endpoint: str)
         viewer.declare_subscriber(
             KEYS.model, lambda sample: models.put(wire.decode(wire.ModelSnapshot, sample.payload.to_bytes()))
         )
-        teach(sensor)
+        teach(sensor, KEYS, 6, 0.0, 40.0)
         assert models.get(timeout=PATIENCE).iteration == 1
         (reply,) = list(viewer.get(f"{KEYS.damping}?rate=0.1", timeout=PATIENCE))
         assert reply.ok is not None
         # Each is refused what the other may: nothing comes of it, and the bus goes on.
-        teach(viewer)
+        teach(viewer, KEYS, 6, 0.0, 40.0)
         assert list(sensor.get(f"{KEYS.damping}?rate=0.1", timeout=1.0)) == []
         (reply,) = list(sensor.get(KEYS.health, timeout=PATIENCE))
         assert reply.ok is not None
