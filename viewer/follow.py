@@ -96,8 +96,8 @@ class Follower:
             self._chapter.away(AWAY, time.time())
             return
         log.info("the learner is here")
-        latest = self._bus.latest()
-        if latest is not None and latest.revision < max(self._recorded, self._chapter.revision):
+        health = self._bus.health()
+        if health is not None and health.revision < max(self._recorded, self._chapter.revision):
             self._anew()
         self._catch_up()
         ledger = self._bus.ledger()

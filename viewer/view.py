@@ -138,7 +138,7 @@ class Shelf:
         if self._path is None or self._before is None:
             return True
         parts = [part for part in (self._before, self._path) if part.exists()]
-        log.info("closing %s: about five seconds for each hour of it", self._path)
+        log.info("closing %s: a recording of hours takes minutes", self._path)
         try:
             archive.optimise(parts, self._path)
         except BadInput as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import socket
 import statistics
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
+from rerun.chunk import RrdReader, StoreEntry
 
 from service.cli import main
 from service.wire import SETS
@@ -68,7 +70,7 @@ def test_late_killed_and_restarted_it_loses_no_iteration(house: House, run: Run,
     assert recording
 
 
-def test_it_waits_for_the_learner_and_says_so(house: House, run: Run, tmp_path: Path) -> None:
+def test_it_waits_for_the_learner_says_so_and_begins_anew_with_it(house: House, run: Run, tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     viewer = house.view("--headless", "--save", str(path))
     viewer.wait_for("waiting for the learner")
@@ -81,13 +83,24 @@ def test_it_waits_for_the_learner_and_says_so(house: House, run: Run, tmp_path: 
     viewer.wait_for("iteration 1 ")
     learner.end(signal.SIGKILL)
     viewer.wait_for("the learner went away")
-    house.serve()
+    learner = house.serve()
     viewer.wait_for("the learner is here")
     second = house.client()
     publish(second, run.part(t[0], t[2]))
     viewer.wait_for("iteration 2 ")
+    learner.end(signal.SIGKILL)
+    viewer.wait_for("the learner went away")
+    shutil.rmtree(tmp_path / "state")  # the next learner knows nothing and counts from one again
+    house.serve()
+    viewer.wait_for("the learner is here")
+    third = house.client()
+    publish(third, run.part(0.0, t[0]))
+    viewer.wait_for("a new recording begins")
+    viewer.wait_for("iteration 1 ")
     assert viewer.end(signal.SIGINT) == 0
-    assert set(rows(path, "Scalars:scalars")["/learning/revision"]) >= {1, 2}
+    first_of_two, second_of_two = (revisions(path, entry) for entry in entries(path))
+    assert set(first_of_two) >= {1, 2}
+    assert second_of_two == [1]
     said = rows(path, "TextDocument:text", "/signals/health")["/signals/health/now"]
     assert any("LEARNER AWAY" in text for (text,) in said.values())
 
@@ -144,6 +157,19 @@ def listening(port: int) -> set[str]:
     lines = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
     bound = [words[1].split(":") for words in lines if words[3] == "0A"]
     return {socket.inet_ntoa(bytes.fromhex(host)[::-1]) for host, at in bound if int(at, 16) == port}
+
+
+def entries(path: Path) -> list[StoreEntry]:
+    """The recordings in a file, oldest first."""
+    return sorted(RrdReader(str(path)).recordings(), key=lambda entry: entry.recording_id)
+
+
+def revisions(path: Path, entry: StoreEntry) -> list[int]:
+    """The revisions that a recording of a file holds, in their order."""
+    stream = RrdReader(str(path)).stream(store=entry).filter(content="/learning/revision")
+    return [
+        int(value) for chunk in stream for (value,) in chunk.to_record_batch().column("Scalars:scalars").to_pylist()
+    ]
 
 
 def watch(port: int, path: Path) -> None:
