@@ -17,7 +17,9 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
     """`found` with its k-th effect replaced by each rival that explains the recordings as well, best first."""
     less = without(problem, found, k)
     taken = {*less.names(), found.terms[k].effect}
-    others = [effect for effect in (*effects, ThrustEfficiency()) if effect.name not in taken]
+    # beside an inertia a thrust efficiency has nothing of its own: the two and the damping are one equation
+    every = effects if "inertia" in less.names() else (*effects, ThrustEfficiency())
+    others = [effect for effect in every if effect.name not in taken]
     tied: dict[str, Hypothesis] = {}
     for lead in best_leads(problem, less, others, 5):
         swapped = with_lead(problem, less, lead)

@@ -98,7 +98,7 @@ class Effect(ABC):
         return None
 
     def noise_gain(self, term: Term, s: Signals) -> float:
-        """Mean over frequency by which this effect's regressor changes ln of the residual's noise (negative: lowers it).
+        """Change of ln of the residual's noise by this effect's regressor, mean over frequency (negative: lowered).
 
         A filter on the recorded torque filters its noise, too; without this account it would be rewarded for that.
         """

@@ -1,0 +1,70 @@
+"""`incsvr trace` from the command line: JSON by the contract, text for people, faults in one sentence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from incsvr.samples import Array
+from service.cli import main
+from simulator.recordings import Recording, write
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four minutes of a plain vehicle with a trim moment of 12 N m that nobody declared."""
+    random = np.random.default_rng(5)
+    time = np.asarray(np.arange(0.0, 240.0, 0.05), dtype=np.float64)
+    torque = 60.0 * np.sin(2 * np.pi * time / 31.0) + 35.0 * np.sin(2 * np.pi * time / 11.0)
+    rate: Array = np.empty_like(time)
+    now = 0.0
+    for k, moment in enumerate(torque):
+        rate[k] = now
+        now += 0.05 * (moment + 12.0 - 120.0 * now - 700.0 * now * abs(now)) / 350.0
+    path = tmp_path_factory.mktemp("trace") / "trim.csv"
+    columns = {
+        "yaw_rate": rate + random.normal(0.0, 2e-4, time.size),
+        "torque": torque + random.normal(0.0, 3.5, time.size),
+    }
+    write(path, Recording("trim", time, columns))
+    return path
+
+
+def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["trace", str(recording), "--json", "-"]) == 0
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
+    assert found["verdict"] == "effects"
+    assert [effect["effect"] for effect in found["effects"]] == ["bias_torque"]
+    low, high = found["effects"][0]["interval"]["moment_nm"]
+    assert low < 12.0 < high
+    # sample by sample: the torque sensor's own noise is the floor, and the model reaches it
+    assert found["error"]["floor"]["torque_rmse"] == pytest.approx(3.5, rel=0.1)
+    assert found["error"]["after"]["torque_rmse"] < 1.05 * found["error"]["floor"]["torque_rmse"]
+    assert "the model lacks bias_torque" in printed.err
+    assert "held-out pieces" in printed.err
+
+
+def test_a_report_is_one_file(recording: Path, tmp_path: Path) -> None:
+    report = tmp_path / "trim.html"
+    assert main(["trace", str(recording), "--report", str(report)]) == 0
+    page = report.read_text(encoding="utf-8")
+    assert "bias_torque" in page
+    assert 'src="http' not in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [(["nowhere.csv"], "no such file"), (["--inertia", "-3"], "--inertia is -3")],
+)
+def test_faults_are_one_sentence(
+    recording: Path, arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = arguments if arguments[0].endswith(".csv") else [str(recording), *arguments]
+    assert main(["trace", *words]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert "Traceback" not in error
