@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from incsvr.effects.effect import FROM_COMMAND, FROM_RATE
 from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.hypothesis import nothing
 from incsvr.problem import Problem, pose
@@ -25,5 +26,6 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
 
 def _explained(problem: Problem) -> float:
     base = nothing(problem)
-    late = max((with_lead(problem, base, lead).criterion for lead in scan(problem, base, [TorqueDelay()])), default=0.0)
+    delays = [TorqueDelay(FROM_RATE), TorqueDelay(FROM_COMMAND)]
+    late = max((with_lead(problem, base, lead).criterion for lead in scan(problem, base, delays)), default=0.0)
     return max(base.criterion, late) / len(problem.blocks)

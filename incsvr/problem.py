@@ -80,6 +80,18 @@ class Problem:
     held: bool
     width: float
 
+    @property
+    def one_sine(self) -> bool:
+        """Whether nearly all of the command's variance lies in one line of its spectrum."""
+        held = total = 0.0
+        for run in self.signals.runs():
+            torque = self.signals.torque[run]
+            power = np.abs(np.fft.rfft((torque - torque.mean()) * np.hanning(torque.size))) ** 2
+            peak = int(np.argmax(power))
+            held += float(power[max(peak - 2, 0) : peak + 3].sum())
+            total += float(power.sum())
+        return held > 0.9 * total
+
     def columns(self, residual: Array) -> Array:
         """(n_b, 11) of the damping, freed of what this very residual did to the rate.
 

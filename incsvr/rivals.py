@@ -24,9 +24,9 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
     for lead in best_leads(problem, less, others, 5):
         swapped = with_lead(problem, less, lead)
         s = views(problem, swapped).of(lead.effect)
-        # what rests on how the noise is split between torque and water is known to half of it at best
+        # what rests on how the noise is split between torque and water is no evidence
         split = lead.effect.noise_gain(swapped.terms[-1], s) - found.effects[k].noise_gain(found.terms[k], s)
-        margin = TIE + 0.5 * len(problem.blocks) * abs(split)
+        margin = TIE + len(problem.blocks) * abs(split)
         if swapped.criterion < found.criterion - margin or lead.effect.implausible(swapped.terms[-1], s):
             continue
         known = tied.get(lead.effect.name)

@@ -25,6 +25,10 @@ CONTRIBUTION = 0.2
 SHAPE = 0.15
 """Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that."""
 
+SHAPE_ON_A_SINE = 0.4
+"""The same where the command is one sine: all effects are then a few harmonics of it, and any two fit the shape error
+of one."""
+
 LEADERS = 6
 """How many of the first scan's effects are tried in pairs."""
 
@@ -127,7 +131,7 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> str:
             return f"{term.effect}: {reason}"
         if alone[k] < CONTRIBUTION:
             return f"{term.effect}: what it alone explains is lost in the noise"
-        if alone[k] < SHAPE * max(alone):
+        if alone[k] < (SHAPE_ON_A_SINE if problem.one_sine else SHAPE) * max(alone):
             return f"{term.effect}: what it alone explains is within the shape error of a larger effect"
     values = {term.effect: term.coefficients[0] for term in hypothesis.terms}
     if values.get("torque_delay", 0.0) < 0.0 < values.get("torque_lag", 0.0):

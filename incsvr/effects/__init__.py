@@ -11,7 +11,7 @@ from incsvr.effects.coupling import Coupling
 from incsvr.effects.dead_zone import DeadZone
 from incsvr.effects.drag_drift import DragDrift
 from incsvr.effects.drag_step import DragStep
-from incsvr.effects.effect import Effect, Term
+from incsvr.effects.effect import FROM_COMMAND, FROM_RATE, Effect, Term
 from incsvr.effects.heading_current import HeadingCurrent
 from incsvr.effects.inertia import Inertia
 from incsvr.effects.inflow import Inflow
@@ -33,7 +33,8 @@ __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candi
 def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
     """Every effect that may be named, with a coupling and the modulations of each of the `channels`."""
     fixed: list[Effect] = [
-        BiasTorque(), Inertia(), TorqueLag(), TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(),
+        BiasTorque(), Inertia(), TorqueLag(FROM_RATE), TorqueLag(FROM_COMMAND), TorqueDelay(FROM_RATE),
+        TorqueDelay(FROM_COMMAND), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(),
         HardSaturation(), SoftSaturation(), Inflow(), HeadingCurrent(1), HeadingCurrent(2), Tether(), Wave(),
         DragDrift(), DragStep(), Memory(), Coulomb(), BiasDrift(),
     ]  # fmt: skip

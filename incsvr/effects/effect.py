@@ -124,3 +124,12 @@ class Effect(ABC):
 def stack(*columns: Array) -> Array:
     """Columns side by side, (n, c)."""
     return np.stack(columns, axis=1)
+
+
+FROM_RATE, FROM_COMMAND = "from the rate", "from the command"
+"""The two sides from which a thrust effect's regressor can be built."""
+
+
+def seen_from(side: str, s: Signals) -> bool:
+    """Whether a side is worth a try: the rate's where the torque is noisy, the command's where it is not wholly so."""
+    return s.share > 0.2 if side == FROM_RATE else s.share < 0.9

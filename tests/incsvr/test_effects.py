@@ -63,8 +63,14 @@ def signals() -> Signals:
     )
 
 
+def starts_of(effect: Effect, signals: Signals) -> list[tuple[float, ...]]:
+    """Inner parameters to begin with, whichever side of the thrust the effect is seen from."""
+    return effect.starts(signals) or effect.starts(replace(signals, share=1.0))
+
+
 def model_with(effect: Effect, signals: Signals) -> TracedModel:
-    inner = effect.starts(signals)[len(effect.starts(signals)) // 2]
+    starts = starts_of(effect, signals)
+    inner = starts[len(starts) // 2]
     table = np.linspace(-0.3, 0.3, 61)
     term = Term(effect.name, effect.variant, coefficients(effect), inner)
     damping = 100.0 * table + 500.0 * table * np.abs(table)
@@ -94,7 +100,7 @@ class TestEveryEffect:
 
     def test_sees_no_run_from_within_another(self, effect: Effect, signals: Signals) -> None:
         """What one run does changes nothing in the other's columns, but for levels that all runs share."""
-        inner = effect.starts(signals)[0]
+        inner = starts_of(effect, signals)[0]
         whole = effect.columns(signals, inner, ())[signals.start[1] :]
         alone = effect.columns(signals.pieces(signals.runs()[1:]), inner, ())
         np.testing.assert_allclose(whole, alone, rtol=1e-9, atol=1e-9)
