@@ -116,12 +116,9 @@ def curve_of(frame: Frame, plate: Plate) -> Floats:
 def words(chosen: dict[str, Frame]) -> str:
     """The two revisions side by side, as Markdown."""
     before, after = (chosen[name] for name in ("before", "after"))
-    first, second = before.model, after.model
-    assert first is not None
-    assert second is not None
-    low, high = first.trained_range or (0.0, 0.0)
-    rate = low + (high - low) * np.linspace(0.0, 1.0, 51)
-    apart = np.abs(second.predict(rate).damping - first.predict(rate).damping)
+    assert after.model is not None
+    rate, damping = before.curve.T
+    apart = np.abs(after.model.predict(rate).damping - damping)
 
     def row(text: str, *cells: str) -> str:
         return f"| {text} | {' | '.join(cells)} |"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import rerun as rr
-from rerun.components import LineStrip2DBatch, Position2DBatch
+from rerun.components import LineStrip2DBatch, Position2DBatch, ScalarBatch
 
 from viewer.frame import Floats
 
@@ -53,6 +53,13 @@ def strips(lines: Lines) -> Drawn:
     return Drawn(rr.DescribedComponentBatch(_Ready(array), descriptor))
 
 
+def scalars(values: Sequence[float] | Floats) -> list[rr.ComponentColumn]:
+    """A column of Scalars, one in each row."""
+    kind, descriptor = _SCALARS
+    array = pa.array(np.asarray(values, dtype=np.float64), type=kind)
+    return [rr.DescribedComponentBatch(_Ready(array), descriptor).partition()]
+
+
 def dashed(line: Floats, dash: float | None) -> list[Floats]:
     """The (n, 2) line, n ≥ 0, in dashes of this length along x with shorter gaps; None is the whole line."""
     if len(line) < 2:
@@ -89,4 +96,5 @@ _VECTOR = Position2DBatch._ARROW_DATATYPE
 _POSITIONS = _VECTOR, _descriptor(rr.Points2D.from_fields(positions=[[0.0, 0.0]]))
 _HALF_SIZES = _VECTOR, _descriptor(_BOX, 0)
 _CENTRES = _VECTOR, _descriptor(_BOX, 1)
+_SCALARS = ScalarBatch._ARROW_DATATYPE, _descriptor(rr.Scalars(0.0))
 _STRIPS = LineStrip2DBatch._ARROW_DATATYPE, _descriptor(rr.LineStrips2D.from_fields(strips=[[[0.0, 0.0], [1.0, 1.0]]]))

@@ -39,6 +39,15 @@ class Frame:
             return None
         return self.snapshot.model()
 
+    @cached_property
+    def curve(self) -> Floats:
+        """The learned damping over its trained range, (51, 2) [rad/s, N m]; empty without a model."""
+        if self.model is None:
+            return np.empty((0, 2))
+        low, high = self.model.trained_range or (0.0, 0.0)
+        rate = low + (high - low) * np.linspace(0.0, 1.0, 51)
+        return np.column_stack((rate, self.model.predict(rate).damping))
+
 
 def positions(points: Points) -> Floats:
     """(n, 2): yaw rate [rad/s], damping [N m]."""

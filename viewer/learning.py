@@ -162,12 +162,12 @@ def draw(model: Model, plate: Plate) -> dict[str, Lines]:
     curve = np.column_stack((rate, said.damping))
     tube = np.array([0.0, model.epsilon])
     known, unknown = _runs(curve, ~said.extrapolated), _runs(curve, said.extrapolated)
-    dashes = [dash for run in unknown for dash in _dashes(run if run[0, 0] > 0.0 else run[::-1])]
+    dashes = [_dashes(run if run[0, 0] > 0.0 else run[::-1], plate.y.high) for run in unknown]
     return {
         "function": known,
         "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
         "uncertainty": _hatch(curve, 1.96 * said.sigma, plate),
-        "extrapolation": [dash for dash in dashes if np.abs(dash[:, 1]).max() <= plate.y.high],
+        "extrapolation": np.concatenate(dashes) if dashes else NONE,
         "trained_range": np.concatenate([_dotted(at, plate) for at in (low, high)]),
     }
 
@@ -199,18 +199,20 @@ def _hatch(curve: Floats, doubt: Floats, plate: Plate) -> list[Floats]:
     return [below, above, strokes.reshape(-1, 2)]
 
 
-def _dashes(curve: Floats) -> list[Floats]:
-    """The (n, 2) curve with gaps: two steps of line, two of nothing."""
-    return [curve[k : k + 3] for k in range(1, len(curve) - 1, 4)]
+def _dashes(curve: Floats, reach: float) -> Floats:
+    """The part of the (n, 2) curve within ±reach, with gaps: two steps of line, two of nothing; (m, 3, 2)."""
+    drawn = curve[1:][np.abs(curve[1:, 1]) <= reach]
+    whole = len(drawn) // 4
+    return drawn[: 4 * whole].reshape(whole, 4, 2)[:, :3]
 
 
 def _dotted(at: float, plate: Plate) -> Floats:
     """A dotted upright line at this rate, as (n, 2, 2) strips."""
     dot = plate.size(7.0)[1]
     y = np.arange(plate.y.low, plate.y.high, 2.5 * dot)
-    return np.stack(
-        (np.column_stack((np.full(y.size, at), y)), np.column_stack((np.full(y.size, at), y + dot))), axis=1
-    )
+    dots = np.full((y.size, 2, 2), at)
+    dots[:, 0, 1], dots[:, 1, 1] = y, y + dot
+    return dots
 
 
 def _reach(report: IterationReport, model: Model | None, rate: float, damping: float) -> tuple[float, float]:

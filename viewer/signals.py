@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 from rerun.components import InterpolationMode, MarkerShape, Radius
 
-from viewer.drawn import dashed, strips
+from viewer.drawn import dashed, scalars, strips
 from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
 from viewer.learning import log_plate, log_transform
 from viewer.palette import LIGHT, Colour, Palette
@@ -95,7 +95,7 @@ class SignalsPage:
                 rr.TimeColumn(VEHICLE_TIME, duration=times),
                 rr.TimeColumn(WALL_TIME, timestamp=np.array(raw.seen)),
             ]
-            self._rec.send_columns(path, clocks, rr.Scalars.columns(scalars=raw.value))
+            self._rec.send_columns(path, clocks, scalars(raw.value))
             if name in UNITS:
                 raw.recent = np.concatenate((raw.recent, np.column_stack((times, raw.value))))
                 raw.recent = raw.recent[raw.recent[:, 0] >= raw.recent[:, 0].max() - 2.0 * SCOPE]
@@ -115,7 +115,7 @@ class SignalsPage:
                 columns["signals/damping/predicted"] = batch.predicted
                 columns["signals/residual"] = np.subtract(batch.damping, batch.predicted)
             for path, values in columns.items():
-                self._rec.send_columns(path, clock, rr.Scalars.columns(scalars=values))
+                self._rec.send_columns(path, clock, scalars(values))
         end = frame.report.t
         lines = {name: self._recent(name, end) for name in UNITS}
         if not len(lines["yaw_rate"]) and batch.time:
