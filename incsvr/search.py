@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect
-from incsvr.hypothesis import Hypothesis, nothing, price, settle, views
+from incsvr.hypothesis import Hypothesis, below_sampling, nothing, price, settle, views
 from incsvr.problem import Problem
 from incsvr.run import Array
 from incsvr.whitening import whiten
@@ -24,10 +24,6 @@ CONTRIBUTION = 0.2
 
 SHAPE = 0.15
 """Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that."""
-
-SHAPE_ON_A_SINE = 0.4
-"""The same where the command is one sine: all effects are then a few harmonics of it, and any two fit the shape error
-of one."""
 
 LEADERS = 6
 """How many of the first scan's effects are tried in pairs."""
@@ -131,8 +127,14 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> str:
             return f"{term.effect}: {reason}"
         if alone[k] < CONTRIBUTION:
             return f"{term.effect}: what it alone explains is lost in the noise"
-        if alone[k] < (SHAPE_ON_A_SINE if problem.one_sine else SHAPE) * max(alone):
+        if alone[k] < SHAPE * max(alone):
             return f"{term.effect}: what it alone explains is within the shape error of a larger effect"
+    if problem.one_sine:
+        # rate, heading, thrust and their derivatives are functions of one phase: any two fit the shape error of one
+        terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
+        phased = [t.effect for e, t in terms if e.of_phase and not below_sampling(t, problem)]
+        if len(phased) > 1:
+            return f"{phased[-1]}: a command of one sine cannot tell two effects of the motion apart"
     values = {term.effect: term.coefficients[0] for term in hypothesis.terms}
     if values.get("torque_delay", 0.0) < 0.0 < values.get("torque_lag", 0.0):
         return "torque_lag: a lag against a negative delay is no effect but a shape"

@@ -25,7 +25,7 @@ from incsvr.problem import Problem, torque_scatter
 from incsvr.proof import Court, Errors, sample_errors
 from incsvr.rivals import rivals
 from incsvr.run import Array, Run, check
-from incsvr.search import Search, scan
+from incsvr.search import Search, scan, without
 from incsvr.sentences import sentence, streams
 from incsvr.unexplained import smooth_terms
 
@@ -52,6 +52,8 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
     hunt = Search(problem, case.effects, Court.of(problem, None), closed_loop(problem))
     found = hunt.run()
+    if validate:
+        found = _surviving(problem, case.court, found, hunt.refused)
     whole, smooth = smooth_terms(problem, found, names)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
@@ -84,12 +86,32 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     )
 
 
+HARM = 0.03
+"""Part of the free-run error by which an effect must spoil the validation recordings to be dropped for it."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Case:
     problem: Problem
     effects: tuple[Effect, ...]
     court: Court
     channels: Sequence[str]
+
+
+def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects that do no harm on the validation recordings: those can only drop an effect, never choose one."""
+    while found.terms:
+        whole = court(found)
+        less = [without(problem, found, k) for k in range(len(found.terms))]
+        best = min(range(len(less)), key=lambda k: court(less[k]))
+        if court(less[best]) >= (1.0 - HARM) * whole:
+            return found
+        refused[found.terms[best].effect] = (
+            "on the validation recordings the free run is better without it: "
+            f"{court(less[best]):.3g} rad/s without it, {whole:.3g} rad/s with it"
+        )
+        found = less[best]
+    return found
 
 
 def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:

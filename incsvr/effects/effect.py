@@ -73,6 +73,11 @@ class Effect(ABC):
         """Unique in a catalogue: name and variant."""
         return f"{self.name}/{self.variant}" if self.variant else self.name
 
+    @property
+    def of_phase(self) -> bool:
+        """Whether, under a periodic command, the effect is a function of the command's phase alone."""
+        return self.acts in ("motion", "thrust", "inertia") and not self.channels
+
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         """Inner parameters from which the search begins."""
         return [()]

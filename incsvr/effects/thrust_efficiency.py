@@ -7,21 +7,21 @@ from incsvr.effects.signals import Array, Signals
 
 
 class ThrustEfficiency(Effect):
-    """I ṙ + d(r) = g τ. Never named on its own: it exists so that its tie with `inertia` is computed, not asserted."""
+    """a = g τ, so τ − a = (1/g − 1) a with a = I ṙ + d(r): the very columns of an inertia and a damping.
+
+    Never named on its own and never simulated: it stands among the rivals so that its tie is computed, not asserted.
+    """
 
     name = "thrust_efficiency"
     sentence = "all thrusters give g times the moment that the table says"
     source = "T. I. Fossen, Guidance and Control of Ocean Vehicles, 1994, ch. 4 (thruster models)"
-    acts = "thrust"
-    stage = 4
-    curved = True
+    acts = "motion"
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        missing = coefficients[0] if coefficients else 0.0  # 1 − g
-        return stack(s.applied / max(1.0 - missing, 0.2) if s.from_rate else s.command)
+        return stack(s.applied)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"efficiency": 1.0 - term.coefficients[0]}
+        return {"efficiency": 1.0 / (1.0 + term.coefficients[0])}
 
-    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return (1.0 - term.coefficients[0]) * command
+    def implausible(self, term: Term, s: Signals) -> str:
+        return "the thrusters would work backwards" if term.coefficients[0] <= -1.0 else ""
