@@ -63,11 +63,11 @@ class ErrorPage:
     def _follow(self, iteration: int, curves: dict[str, Floats]) -> Plate:
         """Widens the axes where the curves need it; a new curve gets its line style.
 
-        One wild error, as on the first batch with a new range, must not press all others flat: what lies beyond three
-        times the median runs along the frame. Its figure stands in the table.
+        One wild error, as on the first batch with a new range, must not press all others flat: what lies beyond
+        twice the median runs along the frame. Its figure stands in the table.
         """
         values = np.concatenate([points[:, 1] for points in curves.values()]) if curves else np.ones(1)
-        highest = min(values.max(), 3.0 * float(np.median(values)))
+        highest = min(values.max(), 2.0 * float(np.median(values)))
         plate, shown = self._plate, {entry.text for row in (self._plate.legend if self._plate else ()) for entry in row}
         names = {name: _words(name) for name in self._curves}
         if plate is not None and iteration <= plate.x.high and highest <= plate.y.high and set(names.values()) <= shown:
