@@ -42,7 +42,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         command = commands.add_parser(name, help=sentence, description=f"{sentence[0].upper()}{sentence[1:]}.")
         if chosen:
-            loaded = importlib.import_module(module)
+            try:
+                loaded = importlib.import_module(module)
+            except ModuleNotFoundError as error:
+                missing = f"the package {error.name} is not installed"
+                print(f"incsvr {name}: {missing}: pip install 'incsvr[viewer,report,bench]'", file=sys.stderr)
+                return 2
             loaded.add_arguments(command)
             command.set_defaults(run=loaded.run)
     args = parser.parse_args(words)
