@@ -22,6 +22,9 @@ table1: .venv/ready
 	$(BIN)/incsvr table1 --seeds 20 --json benchmarks/results/table1.json > benchmarks/results/table1.txt
 	cat benchmarks/results/table1.txt
 
+policy: .venv/ready
+	$(BIN)/python -m benchmarks.policy_study
+
 bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
 	cat benchmarks/results/bench.txt

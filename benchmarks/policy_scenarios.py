@@ -36,6 +36,7 @@ class Scenario:
         factor: (rates, sample numbers) → by what the vehicle's damping is multiplied.
         offset: (sample numbers) → moment that comes on top [N m].
         disturbance: (sample numbers) → moment in the samples that is not the vehicle's damping [N m].
+        inertia_error: by what the declared inertia is wrong [kg m²]: its share of I ṙ stays in the samples.
     """
 
     sentence: str
@@ -47,6 +48,7 @@ class Scenario:
     factor: Factor = lambda r, k: np.ones(np.broadcast(r, k).shape)
     offset: Callable[[Array], Array] = lambda k: np.zeros(k.size)
     disturbance: Callable[[Array], Array] = lambda k: np.zeros(k.size)
+    inertia_error: float = 0.0
 
     def truth(self, sample: int) -> Array:
         """d(RATES) [N m] when `sample` samples have been taken."""
@@ -62,6 +64,7 @@ class Scenario:
         for i in range(1, k.size if self.correlation else 0):
             noise[i] = self.correlation * noise[i - 1] + np.sqrt(1.0 - self.correlation**2) * noise[i]
         damping = leng.damping(rate) * self.factor(rate, k) + self.offset(k) + self.disturbance(k) + SIGMA * noise
+        damping += self.inertia_error * np.gradient(rate, PERIOD)
         wild = rng.random(k.size) < self.outliers
         damping += wild * rng.choice([-1.0, 1.0], k.size) * rng.uniform(20.0, 60.0, k.size)
         return Samples(k * PERIOD, rate + 0.0015 * rng.normal(size=k.size), damping)
@@ -103,6 +106,13 @@ SCENARIOS: Mapping[str, Scenario] = {
     "burst": Scenario(
         "30 samples are 25 N m off, then all is as before",
         disturbance=_burst,
+    ),
+    "wrong inertia": Scenario(
+        "the inertia is declared 300 kg m² wrong, the amplitude changes every 150 samples",
+        samples=2000,
+        event=200,
+        amplitude=lambda k: np.array([0.24, 0.08, 0.16, 0.2, 0.06])[(k // 150).astype(int) % 5],
+        inertia_error=300.0,
     ),
     "nothing": Scenario("5,000 samples, nothing happens", samples=5000, event=200),
     "nothing, correlated": Scenario(

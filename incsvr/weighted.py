@@ -30,7 +30,7 @@ MOST = 15.0
 """Samples that a vector stands for, at most."""
 RADIUS = 0.7
 """Within which a sample joins a vector, in mean distances of `capacity` vectors over the rate range."""
-TUBE = 0.6
+TUBE = 0.3
 """Half height of a vector's tube, in standard deviations of its mean."""
 CLEAR = 2.5
 """An outlier is at least so many noise levels away: where a batch hardly varies, its quartiles say little."""
