@@ -87,11 +87,17 @@ def _process(module: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
     process = subprocess.Popen(
         [sys.executable, "-m", module, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
-    try:
-        yield process
-    finally:
-        process.terminate()
-        process.wait()
+    with process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
+def _until_it_says_so(process: subprocess.Popen[bytes]) -> None:
+    """Waits for the first line that a process writes: it is ready then."""
+    assert process.stdout is not None
+    process.stdout.readline()
 
 
 def measure() -> dict[str, Any]:
@@ -104,14 +110,14 @@ def latency() -> dict[str, Any]:
     echo_endpoint = free_endpoint()
     with (
         learner() as subject,
-        _process("benchmarks.bus", "echo", echo_endpoint),
+        _process("benchmarks.bus", "echo", echo_endpoint) as echoing,
         open_session(connecting(echo_endpoint), _PATIENCE) as echo,
     ):
+        _until_it_says_so(echoing)
         _teach(subject)
         idle = _ask_in_turn(subject.session, echo)
         with _process("benchmarks.bus", "feed", subject.endpoint) as feeder:
-            assert feeder.stdout is not None
-            feeder.stdout.readline()
+            _until_it_says_so(feeder)
             before, began = subject.health().iteration, time.perf_counter()
             training = _ask_in_turn(subject.session, echo)
             pace = (subject.health().iteration - before) / (time.perf_counter() - began)
@@ -243,6 +249,7 @@ def _echo(endpoint: str) -> None:
     """A bare echo: nothing but the bus."""
     with open_session(listening(endpoint)) as session:
         queryable = session.declare_queryable("echo", zenoh.handlers.RingChannel(256), complete=True)
+        print("ready", flush=True)
         while True:
             with queryable.recv() as query:
                 query.reply("echo", b"0123456789")
@@ -262,7 +269,7 @@ def _feed(endpoint: str, pace: float = 50.0) -> None:
                     stamps = t[part] + 500.0 + lap * length
                     session.put(KEYS.stream(name), measurement(tuple(stamps.tolist()), tuple(value[part].tolist())))
             if number == 50:
-                print("feeding", flush=True)
+                print("ready", flush=True)
             time.sleep(max(0.0, began + number / pace - time.perf_counter()))
 
 

@@ -17,9 +17,9 @@ from service.host import Host
 
 log = logging.getLogger(__name__)
 
-POLL = 0.04
+POLL = 0.05
 """How often measurements are taken in and questions for history are looked at [s]."""
-TICK = 0.2
+TICK = 0.5
 """How often health is looked at [s]."""
 
 

@@ -25,8 +25,6 @@ RING = 8192
 #: A larger payload is not read [bytes]; 200,000 numbers fit.
 MAX_PAYLOAD = 4_000_000
 MAX_NAME = 64
-#: Messages that are taken from one ring before it is the turn of the next.
-AT_ONCE = 2048
 _ENCODINGS = {
     str(encoding)
     for encoding in (
@@ -84,7 +82,7 @@ class Ingest:
         for name, ring in self._rings:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
-            for _ in range(AT_ONCE):
+            for _ in range(RING):
                 sample = ring.try_recv()
                 if sample is None:
                     break

@@ -160,7 +160,7 @@ class LearnerNode:
         if not served.model.is_trained:
             raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
         prediction = served.model.predict(rates)
-        return wire.DampingReply.model_construct(
+        return wire.DampingReply(
             rate=tuple(rates.tolist()),
             damping=tuple(prediction.damping.tolist()),
             sigma=tuple(prediction.sigma.tolist()),

@@ -158,6 +158,7 @@ class Store:
         connection = sqlite3.connect(self.path, check_same_thread=False, timeout=2.0)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA cache_size = -256")  # kB: the history is written far more than read
         return connection
 
     def _set_aside(self) -> Path:

@@ -215,7 +215,7 @@ def test_drop_outs_and_disorder_teach_nothing_wrong(start: StartBench) -> None:
     bench = start(learner__batch=20)
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)
     what = messages(streams, Faults(drop_outs=6.0, drop_out_length=2.0, jitter=0.15, duplicates=0.05), seed=5)
-    bench.play(what, speed=400.0)
+    bench.play(what)
     whole = leng.samples(run)
     true = dict(zip(whole.time.tolist(), whole.damping.tolist(), strict=True))
     health = bench.health()
