@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     choice = Choice() if args.compare is None else Choice(*args.compare)
     window = not args.headless and args.serve is None
-    port = args.serve if args.serve is not None else _free_port() if window else None
+    port = _checked(args.serve) if args.serve is not None else _free_port() if window else None
     shelf = Shelf(config, args.theme, choice, args.save, port)
     with _window(port, stop) if window and port is not None else _nothing():
         _follow(config, shelf, stop, until_broken=port is None)
@@ -105,7 +105,10 @@ class Shelf:
         self._chapter: Chapter | None = None
         recording = new_recording()
         if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise BadInput(f"{path.parent}: cannot be made ({error.strerror}); record elsewhere") from None
             found = self._set_aside()
             if found is not None:
                 recording, self.recorded = found
@@ -235,6 +238,17 @@ def _nothing() -> Iterator[None]:
 def _need_a_screen() -> None:
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise BadInput("there is no screen here: give --headless --save FILE.rrd and look at the file elsewhere")
+
+
+def _checked(port: int) -> int:
+    """The port, where it can be listened at."""
+    try:
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(("127.0.0.1", port))
+    except (OSError, OverflowError):
+        raise BadInput(f"port {port} of 127.0.0.1 is taken or none; name a free one, such as --serve 9876") from None
+    return port
 
 
 def _free_port() -> int:

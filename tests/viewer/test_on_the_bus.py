@@ -201,6 +201,9 @@ def latency(session: zenoh.Session) -> float:
         (["view", "--headless"], "--save"),
         (["view", "--repair"], "name it"),
         (["view", "nowhere.rrd"], "--save nowhere.rrd"),
+        (["view", "--serve", "99999"], "--serve 9876"),
+        (["view", "--headless", "--save", "/proc/nowhere/run.rrd"], "record elsewhere"),
+        (["view", "--headless", "--save", "/dev/full"], "free some space"),
     ],
 )
 def test_bad_input_gets_one_sentence_with_its_cure(
