@@ -168,6 +168,6 @@ def follow(
     doubt = (at_vectors * np.linalg.solve(precision, at_vectors.T).T).sum(axis=1)
     moved = replace(moved, information=1.0 / (1.0 / vectors.information + SHARED * noise.worth * doubt))
     curve = at_vectors[:, 0]
-    gain = 100.0 * float(correction @ curve / (curve @ curve))
+    gain = 100.0 * float(correction @ curve) / max(float(curve @ curve), 1e-300)
     sentence = f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"
     return moved, Watch(seen, (), Probation(precision, OPEN, vectors, model, held)), sentence

@@ -6,8 +6,10 @@ import json
 from dataclasses import replace
 from typing import Any, Literal
 
+import hypothesis
 import numpy as np
 import pytest
+from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
 from incsvr.learner import Iteration, Settings, State, start, step
@@ -139,6 +141,32 @@ def test_odd_batches_are_learned_without_complaint(policy: Policy, samples: Samp
             said = iteration.model.predict(np.array([-0.3, 0.0, 0.1, 5.0]))
             assert np.isfinite(said.damping).all()
             assert np.isfinite(said.sigma).all()
+
+
+# Sixty-fourths of a rate and quarters of a moment make ties; a thousand quarters make outliers.
+odd_batches = st.lists(
+    st.lists(st.tuples(st.integers(-20, 20), st.integers(-400, 400) | st.just(4000)), min_size=1, max_size=70),
+    min_size=1,
+    max_size=8,
+)
+
+
+@both
+@hypothesis.settings(max_examples=40)
+@hypothesis.given(parts=odd_batches)
+def test_whatever_comes_is_learned_within_bounds(policy: Policy, parts: list[list[tuple[int, int]]]) -> None:
+    settings, time = Settings(policy=policy), 0.0
+    state = start(settings)
+    for part in parts:
+        rate, damping = np.array(part, dtype=np.float64).T / np.array([[64.0], [4.0]])
+        batch = Samples(time + np.linspace(1.0, len(part), len(part)), rate, damping)
+        time = float(batch.time[-1])
+        state, iteration = step(settings, state, batch)
+        assert iteration.model.weight.size <= settings.capacity
+        assert np.isfinite(iteration.model.weight).all()
+        assert 0.0 <= iteration.model.certified_error <= 0.01
+        assert iteration.number == state.iterations
+        json.dumps(state.to_dict(), allow_nan=False)
 
 
 def test_channels_pass_by_the_learner() -> None:
