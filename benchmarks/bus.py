@@ -102,7 +102,8 @@ def _until_it_says_so(process: subprocess.Popen[bytes]) -> None:
 
 def measure() -> dict[str, Any]:
     """All figures of the bus; takes about two minutes."""
-    return latency() | throughput() | {"at_50_hz": at_50_hz(), "learners_in_one_process": cost_of_many()}
+    rest = {"at_50_hz": at_50_hz(), "learners_in_one_process": cost_of_many(), "start_and_end": start_and_end()}
+    return latency() | throughput() | rest
 
 
 def latency() -> dict[str, Any]:
@@ -154,6 +155,21 @@ def _ask_in_turn(session: zenoh.Session, echo: zenoh.Session) -> dict[str, Any]:
         found[label] = {name: round(value, 1) for name, value in both.items()}
         found[label]["ratio"] = round(both["damping"] / both["echo"], 3)
     return found
+
+
+def start_and_end(times: int = 5) -> dict[str, Any]:
+    """From the start of the process to its liveliness token, and from SIGTERM to its end [s]: the median."""
+    ready, ended = [], []
+    for _ in range(times):
+        began = time.perf_counter()
+        with learner() as subject:
+            ready.append(time.perf_counter() - began)
+            _teach(subject)
+            subject.process.terminate()
+            began = time.perf_counter()
+            subject.process.wait()
+            ended.append(time.perf_counter() - began)
+    return {"ready_s": round(float(np.median(ready)), 2), "ended_s": round(float(np.median(ended)), 2)}
 
 
 def throughput() -> dict[str, Any]:
