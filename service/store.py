@@ -58,13 +58,13 @@ class Store:
     """
 
     def __init__(self, directory: Path, config: Config) -> None:
-        self.path = directory / (config.prefix.replace("/", "-") + ".sqlite")
+        self.path = directory / (config.prefix + ".sqlite")
         self.refusal: str | None = None
         self.memory: dict[str, Any] | None = None
         self._keep = config.history
         self._lock = threading.Lock()
         try:
-            directory.mkdir(parents=True, exist_ok=True)
+            self.path.parent.mkdir(parents=True, exist_ok=True)
             self._write, self.memory = self._open(identity(config))
             self._read = self._connect()
         except (OSError, sqlite3.OperationalError) as error:
@@ -126,7 +126,7 @@ class Store:
                 reason = f"it is damaged ({error})"
         if reason is not None:
             aside = self._set_aside()
-            self.refusal = f"the state in {self.path.name} was set aside as {aside.name}: {reason}"
+            self.refusal = f"the state {self.path} was set aside as {aside.name}: {reason}"
             log.error("%s", self.refusal)
         connection = self._connect()
         connection.executescript(_TABLES)

@@ -83,22 +83,23 @@ def test_another_vehicles_state_is_set_aside(
     assert other.memory is None
     assert other.refusal is not None
     assert names in other.refusal
-    assert "leng-yaw.refused-1.sqlite" in other.refusal
+    assert "yaw.refused-1.sqlite" in other.refusal
     assert other.reports(0, 10) == []
     other.close()
-    set_aside = sqlite3.connect(tmp_path / "leng-yaw.refused-1.sqlite")
+    set_aside = sqlite3.connect(tmp_path / "leng" / "yaw.refused-1.sqlite")
     assert set_aside.execute("SELECT count(*) FROM history").fetchone() == (1,)
     set_aside.close()
 
 
 @pytest.mark.parametrize("content", [b"not a database at all, but long enough to have a header", b"\x00" * 5000])
 def test_a_damaged_file_is_set_aside(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "leng-yaw.sqlite").write_bytes(content)
+    (tmp_path / "leng").mkdir()
+    (tmp_path / "leng" / "yaw.sqlite").write_bytes(content)
     store = Store(tmp_path, configured())
     assert store.memory is None
     assert store.refusal is not None
     assert "damaged" in store.refusal
-    assert (tmp_path / "leng-yaw.refused-1.sqlite").read_bytes() == content
+    assert (tmp_path / "leng" / "yaw.refused-1.sqlite").read_bytes() == content
     store.close()
 
 
