@@ -33,8 +33,8 @@ from simulator.recordings import read, sequence
 Policy = Literal["paper", "weighted"]
 POLICIES: tuple[Policy, Policy] = ("paper", "weighted")
 TUNED_ON = (
-    "the weighted policy's constants were set on simulated seeds from 1,000 on. How it works was also shaped by looking "
-    "at the BlueROV's runs: its measured rows are no independent test."
+    "the weighted policy's constants were set on simulated seeds from 1,000 on. How it works was also shaped by "
+    "looking at the BlueROV's runs: its measured rows are no independent test."
 )
 SETTLED = 1.03
 """An error has settled from the batch on after which it stays below this times its final value."""
