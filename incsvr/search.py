@@ -22,7 +22,7 @@ THRESHOLD = 16.0
 CONTRIBUTION = 0.2
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
 
-SHAPE = 0.15
+SHAPE = 0.25
 """Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that."""
 
 LEADERS = 6

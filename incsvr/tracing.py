@@ -50,11 +50,12 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     problem = aligned(runs, inertia, names)
     case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
     # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
-    hunt = Search(problem, case.effects, Court.of(problem, None), closed_loop(problem))
+    pieces = Court.of(problem, None)
+    hunt = Search(problem, case.effects, pieces, closed_loop(problem))
     found = hunt.run()
     if validate:
         found = _surviving(problem, case.court, found, hunt.refused)
-    whole, smooth = smooth_terms(problem, found, names)
+    whole, smooth = smooth_terms(problem, found, names, pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
     before, after = case.court.try_(base), case.court.try_(whole)

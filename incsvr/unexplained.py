@@ -9,7 +9,7 @@ from incsvr.effects import SmoothTerm
 from incsvr.evidence import gain_of, p_value
 from incsvr.hypothesis import Hypothesis
 from incsvr.problem import Problem
-from incsvr.search import CONTRIBUTION, THRESHOLD, scan, unique_share, with_lead
+from incsvr.search import CONTRIBUTION, THRESHOLD, FreeRun, scan, unique_share, with_lead
 
 LEVEL = 1e-3
 """Largest p-value, corrected for the number of terms tried."""
@@ -24,7 +24,7 @@ class Unexplained:
 
 
 def smooth_terms(
-    problem: Problem, hypothesis: Hypothesis, channels: Sequence[str]
+    problem: Problem, hypothesis: Hypothesis, channels: Sequence[str], free_run: FreeRun
 ) -> tuple[Hypothesis, tuple[Unexplained, ...]]:
     """`hypothesis` with smooth terms of what still predicts its residual, and their names."""
     found: list[Unexplained] = []
@@ -39,7 +39,12 @@ def smooth_terms(
         last = len(grown.terms) - 1
         p = p_value(gain_of(problem, grown, last), grown.effects[last].core, len(tried))
         large = unique_share(problem, grown, last) > CONTRIBUTION
-        if not (large and p < LEVEL and grown.criterion > hypothesis.criterion + THRESHOLD):
+        if not (
+            free_run.better(grown, hypothesis)
+            and large
+            and p < LEVEL
+            and grown.criterion > hypothesis.criterion + THRESHOLD
+        ):
             break
         hypothesis = grown
         found.append(Unexplained(leads[0].effect.name.split(":", 1)[1], p))
