@@ -10,7 +10,6 @@ import argparse
 import json
 import math
 import queue
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import zenoh
@@ -75,7 +75,6 @@ def _interrupt(*_: object) -> None:
 
 def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
     endpoint, recording = free_endpoint(), out / "leng.rrd"
-    shutil.rmtree(out / "state", ignore_errors=True)
     try:
         out.mkdir(parents=True, exist_ok=True)
         recording.unlink(missing_ok=True)
@@ -86,8 +85,10 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
         raise Failed("the simulator could not write the experiment")
     hull_comes = _last_time(out / "T1.csv")
     validation = [f"validation.{name}={out / name}.csv" for name in PAPER]
-    settings = [f"state={out / 'state'}", f"bus.listen={endpoint}", *validation]
     with ExitStack() as stack:
+        # A state of its own, gone afterwards: the demo begins with nothing learned and touches no other's.
+        state = stack.enter_context(TemporaryDirectory())
+        settings = [f"state={state}", f"bus.listen={endpoint}", *validation]
         learner = stack.enter_context(_process(out, "serve", *(word for each in settings for word in ("--set", each))))
         session = stack.enter_context(open_session(connecting(endpoint), _LONGEST_START))
         reports: queue.Queue[IterationReport] = queue.Queue()

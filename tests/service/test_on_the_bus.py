@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import queue
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
 from incsvr.model import Model
@@ -282,3 +284,19 @@ def test_a_state_of_another_vehicle_is_refused_aloud(start: StartBench, run: Rec
     health = other.health()
     assert health.level == "WARN"
     assert "was learned with vehicle leng, and now vehicle is other" in health.reasons[0]
+
+
+def test_what_is_rejected_is_said_once_a_second_at_most(start: StartBench, caplog: pytest.LogCaptureFixture) -> None:
+    bench = start()
+    changes = bench.follow(bench.keys.health, wire.Health)
+    began = time.monotonic()
+    sent = 0
+    while sent < 300:
+        bench.session.put(bench.keys.rate, b"no json", congestion_control=zenoh.CongestionControl.BLOCK)
+        sent += 1
+        if sent % 100 == 0:  # three waves, each seen by health before the next
+            while changes.get(timeout=PATIENCE).counters.get("rejected:not_json", 0) < sent:
+                pass
+    said = [record.getMessage() for record in caplog.records if "values rejected so far" in record.getMessage()]
+    assert 1 <= len(said) <= 1 + (time.monotonic() - began)
+    assert "'rejected:not_json': " in said[-1]
