@@ -129,7 +129,7 @@ def refit(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
 
 
 def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:
-    residual, _ = left_over(problem, hypothesis)
+    residual = torque_errors(fitted, problem, hypothesis)
     blocks = problem.blocks
     size = blocks.size
     slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
@@ -149,6 +149,14 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
         block_rate=tuple(mean_rate[p] for p in spans),
         torque=tuple(residual[p] for p in spans),
     )
+
+
+def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:
+    """(n_b,) block residuals of the model [N m]: with its damping table, which holds where the fit saw few rates."""
+    residual, _ = left_over(problem, hypothesis)
+    spline = problem.coarse @ hypothesis.fit.theta[: problem.coarse.shape[1]]
+    table = problem.blocks.mean(model_of(fitted, hypothesis).damping_at(problem.signals.rate))
+    return residual + spline - table
 
 
 def sample_errors(torque: Sequence[Array], scatter: float) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from incsvr.effects import Effect, ThrustEfficiency
 from incsvr.hypothesis import Hypothesis, views
 from incsvr.problem import Problem
-from incsvr.search import best_leads, with_lead, without
+from incsvr.search import SHAPE, best_leads, with_lead, without
 
 TIE = 10.0
 """Rivals within this much of the criterion explain the recordings as well."""
@@ -27,6 +27,9 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
         # what rests on how the noise is split between torque and water is no evidence
         split = lead.effect.noise_gain(swapped.terms[-1], s) - found.effects[k].noise_gain(found.terms[k], s)
         margin = TIE + len(problem.blocks) * abs(split)
+        if problem.one_sine and lead.effect.of_phase and found.effects[k].of_phase:
+            # all of these are a few harmonics of the command: which fits best is decided by the catalogue's shape error
+            margin += SHAPE * (found.criterion - less.criterion)
         if swapped.criterion < found.criterion - margin or lead.effect.implausible(swapped.terms[-1], s):
             continue
         known = tied.get(lead.effect.name)

@@ -101,8 +101,9 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
     """The `width` best of the coloured scan and of the white one, once each."""
     first = _spread(scan(problem, base, effects), width)
     second = _spread(scan(problem, base, effects, coloured=False), width)
-    keys = {lead.effect.key for lead in first}
-    return first + [lead for lead in second if lead.effect.key not in keys]
+    # an AR that has swallowed a tone hides its period: the same effect may come with another inner parameter
+    keys = {(lead.effect.key, lead.inner) for lead in first}
+    return first + [lead for lead in second if (lead.effect.key, lead.inner) not in keys]
 
 
 def _spread(leads: list[Lead], width: int) -> list[Lead]:

@@ -19,10 +19,10 @@ from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
 from incsvr.excitation import closed_loop, demand
 from incsvr.findings import Finding, Pictures, Rejected, Trace
 from incsvr.forward import model_of
-from incsvr.hypothesis import Hypothesis, below_sampling, left_over, nothing, settle
+from incsvr.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.manoeuvre import separate
 from incsvr.problem import Problem, torque_scatter
-from incsvr.proof import Court, Errors, sample_errors
+from incsvr.proof import Court, Errors, sample_errors, torque_errors
 from incsvr.rivals import rivals
 from incsvr.run import Array, Run, check
 from incsvr.search import Search, scan, without
@@ -195,7 +195,7 @@ def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, 
     free: Change = change_of_rms(before.free_run, after.free_run, length(after.time))
     n, p = whole.columns.shape
     # the same residual as `after`, on the fitted blocks, made up for the parameters
-    left, _ = left_over(problem, whole)
+    left = torque_errors(problem, problem, whole)
     variance = float(np.mean(left**2)) * n / max(n - p, 1)
     return {
         "before": of(before),
