@@ -8,9 +8,10 @@ import numpy as np
 import rerun as rr
 from rerun.components import Radius
 
+from viewer.curve import CURVE_STEP, trained_part
 from viewer.drawn import boxes, points, strips
 from viewer.frame import Floats, Frame, clock_text, positions
-from viewer.learning import CURVE_STEP, log_plate, trained_part
+from viewer.learning import log_plate
 from viewer.palette import Palette
 from viewer.plate import Entry, Plate
 from viewer.recorder import Recorder

@@ -16,7 +16,8 @@ from viewer.drawn import points as points_at
 from viewer.frame import Floats, Frame
 from viewer.learning import log_plate
 from viewer.palette import Palette
-from viewer.plate import Entry, Mark, Plate, axis_for
+from viewer.pen import Mark
+from viewer.plate import Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
 WIDTH, HEIGHT = 1000, 425

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import rerun as rr
-from numpy.typing import NDArray
 from rerun.components import Radius
 
 from incsvr.model import Model
 from service.wire import SETS, IterationReport
+from viewer.curve import draw
 from viewer.drawn import NONE, Lines, strips
 from viewer.frame import Floats, Frame, positions
 from viewer.marks import shape, style
 from viewer.palette import Colour, Palette
-from viewer.plate import SHARP, Axis, Entry, Mark, Plate, axis_for
+from viewer.pen import SHARP, Mark
+from viewer.plate import Axis, Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
 RATE, DAMPING = "Yaw rate [rad/s]", "Damping moment [N m]"
 WIDTH, HEIGHT = 1500, 1330
-CURVE_STEP = 9.0  # canvas units between two points of the curve
 WILD = 1.3  # times the largest damping that was taken seriously
 CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")
 
@@ -150,69 +150,6 @@ def log_transform(rec: Recorder, plate: Plate, entity: str) -> None:
     """The way from physical units onto the plate's canvas, for what `entity` shows."""
     (sx, sy), (tx, ty) = plate.scale, plate.translation
     rec.log(entity, rr.Transform3D(translation=[tx, ty, 0.0], scale=[sx, sy, 1.0]))
-
-
-def draw(model: Model, plate: Plate) -> dict[str, Lines]:
-    """The learned curve over the whole axis, as strips in rad/s and N m."""
-    step = plate.size(CURVE_STEP)[0]
-    low, high = model.trained_range or (0.0, 0.0)
-    rate = np.unique(np.concatenate((np.arange(plate.x.low, plate.x.high + step / 2, step), (low, high))))
-    rate = rate[rate <= plate.x.high]
-    said = model.predict(rate)
-    curve = np.column_stack((rate, said.damping))
-    tube = np.array([0.0, model.epsilon])
-    known, unknown = _runs(curve, ~said.extrapolated), _runs(curve, said.extrapolated)
-    dashes = [_dashes(run if run[0, 0] > 0.0 else run[::-1], plate.y.high) for run in unknown]
-    return {
-        "function": known,
-        "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
-        "uncertainty": _hatch(curve, 1.96 * said.sigma, plate),
-        "extrapolation": np.concatenate(dashes) if dashes else NONE,
-        "trained_range": np.concatenate([_dotted(at, plate) for at in (low, high)]),
-    }
-
-
-def _runs(curve: Floats, chosen: NDArray[np.bool_]) -> list[Floats]:
-    """The parts of the (n, 2) curve where `chosen` (n,) holds, each at least two points long."""
-    ends = np.flatnonzero(np.diff(chosen)) + 1
-    parts = zip(np.split(curve, ends), np.split(chosen, ends), strict=True)
-    return [part for part, wanted in parts if wanted[0] and len(part) > 1]
-
-
-def trained_part(rate: Floats, model: Model) -> Floats:
-    """The rates inside the trained range, with both its ends [rad/s]."""
-    low, high = model.trained_range or (0.0, 0.0)
-    return np.unique(np.concatenate(([low], rate[(rate > low) & (rate < high)], [high])))
-
-
-def _hatch(curve: Floats, doubt: Floats, plate: Plate) -> list[Floats]:
-    """The area within ±doubt (n,) [N m] of the curve (n, 2), on the plate: its two edges and strokes between them."""
-    if not np.isfinite(doubt).all():
-        return []
-    rate, damping = curve.T
-    below, above = (
-        np.column_stack((rate, np.clip(damping + side * doubt, plate.y.low, plate.y.high))) for side in (-1.0, 1.0)
-    )
-    # One line runs through all strokes: up the first, along the edge, down the second, along the other edge, and on.
-    strokes = np.stack((below, above), axis=1)
-    strokes[1::2] = strokes[1::2, ::-1]
-    return [below, above, strokes.reshape(-1, 2)]
-
-
-def _dashes(curve: Floats, reach: float) -> Floats:
-    """The part of the (n, 2) curve within ±reach, with gaps: two steps of line, two of nothing; (m, 3, 2)."""
-    drawn = curve[1:][np.abs(curve[1:, 1]) <= reach]
-    whole = len(drawn) // 4
-    return drawn[: 4 * whole].reshape(whole, 4, 2)[:, :3]
-
-
-def _dotted(at: float, plate: Plate) -> Floats:
-    """A dotted upright line at this rate, as (n, 2, 2) strips."""
-    dot = plate.size(7.0)[1]
-    y = np.arange(plate.y.low, plate.y.high, 2.5 * dot)
-    dots = np.full((y.size, 2, 2), at)
-    dots[:, 0, 1], dots[:, 1, 1] = y, y + dot
-    return dots
 
 
 def _reach(report: IterationReport, model: Model | None, rate: float, damping: float) -> tuple[float, float]:

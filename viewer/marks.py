@@ -13,7 +13,8 @@ from rerun.components import Radius
 from viewer.drawn import Drawn, boxes, points, strips
 from viewer.frame import Floats
 from viewer.palette import Colour
-from viewer.plate import Mark, Plate
+from viewer.pen import Mark
+from viewer.plate import Plate
 
 _CORE: dict[Mark, float] = {
     "disc": 4.5,

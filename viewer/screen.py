@@ -5,7 +5,6 @@ It needs a Vulkan driver; Mesa's software one (mesa-vulkan-drivers) is enough.
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import tempfile
 import time
@@ -17,6 +16,7 @@ from typing import Self, TypeVar
 from rerun.experimental import View, ViewerClient
 
 from incsvr.errors import BadInput
+from service.session import free_endpoint
 from viewer.archive import BINARY
 from viewer.pages import PAGES
 
@@ -32,7 +32,7 @@ class Screen:
 
     def __init__(self, recording: Path) -> None:
         self._folder = tempfile.TemporaryDirectory()
-        port = _free_port()
+        port = int(free_endpoint().rpartition(":")[2])
         self._log = Path(self._folder.name) / "viewer.log"
         words = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
         with self._log.open("wb") as log:
@@ -145,9 +145,3 @@ def _until(ask: Callable[[], T | None], seconds: float, why: Callable[[], str]) 
         if time.monotonic() > end:
             raise BadInput(f"the viewer does not come: {why()}")
         time.sleep(0.05)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -11,7 +11,6 @@ def table(frame: Frame) -> str:
     """Markdown; the figures that matter from two metres stand on top, large."""
     report, snapshot = frame.report, frame.snapshot
     left = [
-        ("In the batch", report.counts.get("batch", len(report.batch.time))),
         ("New samples", len(report.new)),
         ("Old vectors", len(report.old)),
         ("Support vectors", len(report.support)),
@@ -28,7 +27,6 @@ def table(frame: Frame) -> str:
         ("Noise of a sample", quantity(report.sigma, "N m")),
         ("Off the optimum at most", quantity(report.certified_error, "N m")),
         ("Trained from", "-" if span is None else f"{span[0]:.3g} to {span[1]:.3g} rad/s"),
-        ("Share of the range learned", f"{100 * report.learned:.0f} %"),
     ]
     rows = max(len(left), len(right))
     cells_left = [(name, str(count)) for name, count in left] + [("", "")] * (rows - len(left))
@@ -38,13 +36,14 @@ def table(frame: Frame) -> str:
     if not report.trained:
         notes.append("**Nothing new in this batch: the model stays as it was.**")
     if report.change:
-        notes.append(f"**{report.change}**")
+        notes.append(f"**{report.change[:1].upper()}{report.change[1:]}**")
     if snapshot is None:
         notes.append("**The learner no longer has this revision's model: the curve is missing.**")
     return "\n".join(
         [
             f"# Iteration {report.iteration}  ·  {headline(frame)}",
-            f"Vehicle time {clock_text(report.time_span[0])} to {clock_text(report.time_span[1])}, "
+            f"{report.counts.get('batch', 0)} samples, vehicle time {clock_text(report.time_span[0])} to "
+            f"{clock_text(report.time_span[1])}, "
             f"revision {report.revision}",
             *("\n" + note for note in notes),
             "",

@@ -17,16 +17,14 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
-from service.session import connecting, from_file, open_session
+from service.session import connecting, free_endpoint, from_file, open_session
 from service.wire import Keys
 from viewer import archive
 from viewer.bus import Bus
-from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.follow import Follower
-from viewer.pages import blueprint
 from viewer.palette import PALETTES
-from viewer.recorder import Recorder, new_recording
+from viewer.shelf import Shelf
 
 log = logging.getLogger(__name__)
 
@@ -62,8 +60,11 @@ def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     choice = Choice() if args.compare is None else Choice(*args.compare)
     window = not args.headless and args.serve is None
-    port = _checked(args.serve) if args.serve is not None else _free_port() if window else None
-    shelf = Shelf(config, args.theme, choice, args.save, port)
+    port = (
+        _checked(args.serve) if args.serve is not None else int(free_endpoint().rpartition(":")[2]) if window else None
+    )
+    rate = max(abs(end) for end in config.vehicle.rate_range)
+    shelf = Shelf(PALETTES[args.theme], choice, rate, args.save, port)
     with _window(port, stop) if window and port is not None else _nothing():
         _follow(config, shelf, stop, until_broken=port is None)
     whole = shelf.close()
@@ -88,95 +89,6 @@ def look(path: Path, *, repair: bool, headless: bool) -> int:
         return 0
     _need_a_screen()
     return subprocess.run([archive.BINARY, "--bind", "127.0.0.1", "--port", "auto", path], check=False).returncode
-
-
-class Shelf:
-    """The recordings of one start: the present chapter, and the file that keeps them all.
-
-    A file that is there already is kept aside and joined with the new one in the end: a restart goes on, nothing is
-    overwritten, and after kill -9 the file holds all since the start, and `….before.rrd` what was before.
-    """
-
-    def __init__(self, config: Config, theme: str, choice: Choice, path: Path | None, port: int | None) -> None:
-        self._palette, self._choice, self._path, self._port = PALETTES[theme], choice, path, port  # type: ignore[index]
-        self._rate = max(abs(end) for end in config.vehicle.rate_range)
-        self._before = None if path is None else path.with_suffix(".before.rrd")
-        self.recorded = 0
-        self._chapter: Chapter | None = None
-        recording = new_recording()
-        if path is not None:
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise BadInput(f"{path.parent}: cannot be made ({error.strerror}); record elsewhere") from None
-            found = self._set_aside()
-            if found is not None:
-                recording, self.recorded = found
-                log.info("%s goes on after revision %d", path, self.recorded)
-        self._open(recording)
-
-    @property
-    def chapter(self) -> Chapter:
-        assert self._chapter is not None
-        return self._chapter
-
-    @property
-    def broken(self) -> bool:
-        """Whether a file could not be written to its end."""
-        return self.chapter.recorder.broken
-
-    def begin(self) -> Chapter:
-        """Closes the present chapter and begins the next."""
-        log.info("a new recording begins")
-        self.chapter.recorder.close()
-        if self._path is not None and not self.chapter.recorder.broken:
-            self._set_aside()
-        return self._open(new_recording())
-
-    def close(self) -> bool:
-        """Closes the file, joins, halves and reads it again; whether it holds everything."""
-        recorder = self.chapter.recorder
-        self.chapter.flush()
-        recorder.close()
-        if self._path is None or self._before is None:
-            return True
-        parts = [part for part in (self._before, self._path) if part.exists()]
-        log.info("closing %s: a recording of hours takes minutes", self._path)
-        try:
-            archive.optimise(parts, self._path)
-        except BadInput as error:
-            log.error("%s", error)
-            return False
-        found = archive.last_revision(self._path)
-        if self.chapter.revision and (found is None or found[1] != self.chapter.revision):
-            log.error("%s does not hold all up to revision %d", self._path, self.chapter.revision)
-            return False
-        self._before.unlink(missing_ok=True)
-        log.info("%s: %.2f MB; open it with `incsvr view %s`", self._path, self._path.stat().st_size / 1e6, self._path)
-        return not recorder.broken
-
-    def _open(self, recording: str) -> Chapter:
-        pages = blueprint(self._palette, self._choice)
-        try:
-            recorder = Recorder(recording, pages, path=self._path, port=self._port)
-        except (RuntimeError, OSError) as error:
-            raise BadInput(f"{self._path}: cannot be written ({error}); free some space or record elsewhere") from None
-        self._chapter = Chapter(recorder, self._palette, self._choice, self._rate)
-        return self._chapter
-
-    def _set_aside(self) -> tuple[str, int] | None:
-        """Moves what is in the file to where it is kept; the newest recording in it and its last revision."""
-        assert self._path is not None
-        assert self._before is not None
-        parts = [part for part in (self._before, self._path) if part.exists() and part.stat().st_size > 0]
-        if not parts:
-            return None
-        for part in parts:
-            if not archive.facts(part).complete:
-                log.warning("%s was cut off; it is mended", part)
-        archive.optimise(parts, self._before)
-        self._path.unlink(missing_ok=True)
-        return archive.last_revision(self._before)
 
 
 def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken: bool) -> None:
@@ -249,9 +161,3 @@ def _checked(port: int) -> int:
     except (OSError, OverflowError):
         raise BadInput(f"port {port} of 127.0.0.1 is taken or none; name a free one, such as --serve 9876") from None
     return port
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from PIL import Image, ImageFont
 
 from viewer.palette import DARK, LIGHT, Colour, Palette
-from viewer.plate import SHARP, Axis, Plate, axis_for, even_axis
+from viewer.pen import SHARP
+from viewer.plate import Axis, Plate, axis_for, even_axis
 
 NATIVE_GROUNDS = [(13, 13, 13), (255, 255, 255)]  # of Rerun's own plots, in its two themes
 

@@ -14,9 +14,9 @@ from tests.viewer.readback import points, rows, shown
 from viewer import archive
 from viewer.chapter import Chapter
 from viewer.compare import Choice
+from viewer.curve import trained_part
 from viewer.error import POINTS, thinned
 from viewer.frame import Frame, positions
-from viewer.learning import trained_part
 from viewer.pages import blueprint
 from viewer.palette import DARK
 from viewer.recorder import Recorder, new_recording

@@ -26,6 +26,7 @@ def test_the_table_has_every_count_and_figure(run: Run) -> None:
     text = table(Frame(report, snapshot, None))
     for words in (
         f"# Iteration {report.iteration} ",
+        f"50 samples, vehicle time {report.time_span[0]:.1f} s",
         f"revision {report.revision}",
         f"| New samples | {len(report.new)} |",
         f"| Discarded, near a vector | {len(report.discarded_near)} |",
