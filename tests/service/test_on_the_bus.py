@@ -223,10 +223,13 @@ def test_drop_outs_and_disorder_teach_nothing_wrong(start: StartBench) -> None:
     health = bench.health()
     assert 5 <= health.iteration < 200 / 0.6 / 20
     assert health.counters["rejected:duplicate"] > 0
+    differences = []
     for _ in range(health.iteration):
         batch = reports.get(timeout=PATIENCE).batch
-        for t, damping in zip(batch.time, batch.damping, strict=True):
-            assert damping == pytest.approx(true[t], abs=40.0)
+        differences += [abs(damping - true[t]) for t, damping in zip(batch.time, batch.damping, strict=True)]
+    # Only a pause within the configured gap is bridged; beside one a sample has fewer values to go by.
+    assert np.mean(np.array(differences) == 0.0) > 0.85
+    assert max(differences) < 4.0  # the noise of a sample
 
 
 def test_several_learners_share_one_process(start: StartBench, run: Recording) -> None:
