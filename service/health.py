@@ -107,7 +107,7 @@ class HealthWatch:
         with self._lock:
             total = dict(self._refused)
             lost = sum(stream.lost for stream in self._streams.values())
-        for reason, count in node.rejected.items():
+        for reason, count in node.batches.rejected.items():
             total[reason] = total.get(reason, 0) + count
         return total | {"lost": lost} if lost else total
 
@@ -135,7 +135,7 @@ class HealthWatch:
             level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
             reasons=tuple(sentence for _, sentence in graded),
             counters={
-                "samples": node.samples_seen,
+                "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
                 "queries": self.queries,
                 "rejected": sum(rejected.values()),
@@ -189,7 +189,7 @@ class HealthWatch:
                 still = rate.t - rate.still_since
                 if still > self._limits.stuck_after:
                     warnings.append(f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s")
-        rates, served = node.recent_rates, node.served.model
+        rates, served = node.batches.recent_rates, node.served.model
         if rates and served.is_trained:
             outside = served.predict(np.array(rates)).extrapolated
             if 2 * np.count_nonzero(outside) > outside.size:

@@ -6,6 +6,7 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
@@ -63,6 +64,24 @@ def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[Ou
         while (outcome := node.learn()) is not None:
             snapshots.append(outcome.snapshot)
     assert snapshots == [outcome.snapshot for outcome in outcomes]
+
+
+def test_under_other_signal_settings_the_streams_begin_anew() -> None:
+    streams = leng.recording("T1", seed=2).streams()
+
+    def feed(node: LearnerNode, first: float, last: float) -> None:
+        for name, (t, value) in streams.items():
+            part = (t >= first) & (t < last)
+            node.push(name, t[part], value[part])
+
+    node = LearnerNode(configured(), boot="b")
+    feed(node, 0.0, 20.0)
+    again = LearnerNode(configured(signals__sample_period=0.3), boot="b", memory=node.memory(whole=True))
+    feed(again, 20.0, 40.0)
+    outcome = again.learn()
+    assert outcome is not None
+    steps = np.diff(outcome.report.batch.time)
+    assert {round(step, 1) for step in steps if step < 1.0} == {0.6, 0.3}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,116 @@
+"""What an iteration says to the world: the learner's records in the forms of the bus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.learner import Iteration
+from incsvr.model import Model
+from incsvr.samples import Array, Samples
+from service import wire
+from service.batches import sampled
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """What queries are answered from; replaced as a whole."""
+
+    model: Model
+    revision: int
+    iteration: int
+    t: float | None  # the vehicle's time of the newest sample in it [s]
+
+
+def snapshot(served: Served, boot: str, inertia: float, effects: tuple[dict[str, Any], ...]) -> wire.ModelSnapshot:
+    """The model that is served, learned with this inertia [kg m²], and its traced effects."""
+    model = served.model
+    return wire.ModelSnapshot(
+        boot=boot,
+        revision=served.revision,
+        iteration=served.iteration,
+        t=served.t or 0.0,
+        kernel=wire.Kernel(gamma=model.gamma),
+        epsilon=model.epsilon,
+        C=model.C,
+        support=wire.Support(
+            rate=tuple(model.support_rate.tolist()),
+            damping=tuple(model.support_damping.tolist()),
+            weight=tuple(model.weight.tolist()),
+            count=tuple(model.count.tolist()),
+        ),
+        inertia=inertia,
+        effects=effects,
+        sigma=_finite(model.sigma),
+        trained_range=model.trained_range,
+        certified_error=_finite(model.certified_error),
+    )
+
+
+def report(
+    iteration: Iteration,
+    batch: Samples,
+    served: Served,
+    *,
+    boot: str,
+    predicted: Array | None,
+    training_s: float,
+    validation: Mapping[str, Samples],
+    learned: float,
+) -> wire.IterationReport:
+    """One iteration with the batch that it learned from.
+
+    Args:
+        served: what is served after it.
+        predicted: (n,) what was served before it said of the batch [N m]; None where nothing was.
+        training_s: how long it took [s].
+        validation: samples that the served model's error is measured on, by name.
+        learned: how much of the rate range fresh samples cover.
+    """
+    sets: dict[str, Samples] = {name: getattr(iteration, name) for name in wire.SETS}
+    return wire.IterationReport(
+        boot=boot,
+        revision=served.revision,
+        iteration=iteration.number,
+        t=float(batch.time[-1]),
+        time_span=iteration.time_span,
+        trained=iteration.trained,
+        training_ms=1e3 * training_s,
+        counts={name: len(samples) for name, samples in sets.items()} | {"batch": len(batch)},
+        **{name: _points(samples) for name, samples in sets.items()},
+        batch=wire.Batch(
+            time=tuple(batch.time.tolist()),
+            rate=tuple(batch.yaw_rate.tolist()),
+            damping=tuple(batch.damping.tolist()),
+            predicted=None if predicted is None else tuple(predicted.tolist()),
+            channels={name: sampled(values) for name, values in batch.channels.items()},
+        ),
+        certified_error=_finite(iteration.model.certified_error),
+        progressive_mae=iteration.progressive_mae,
+        sigma=_finite(iteration.model.sigma),
+        validation=tuple(_error_on(name, samples, served.model) for name, samples in validation.items()),
+        learned=learned,
+        change=iteration.change,
+    )
+
+
+def _error_on(name: str, samples: Samples, model: Model) -> wire.Validation:
+    residual = model.predict(samples.yaw_rate).damping - samples.damping
+    return wire.Validation(
+        name=name,
+        mae=float(np.mean(np.abs(residual))),
+        rmse=math.sqrt(float(np.mean(residual**2))),
+        samples=len(samples),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _points(samples: Samples) -> wire.Points:
+    return wire.Points(rate=tuple(samples.yaw_rate.tolist()), damping=tuple(samples.damping.tolist()))
