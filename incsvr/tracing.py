@@ -55,6 +55,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     found = hunt.run()
     if validate:
         found = _surviving(problem, case.court, found, hunt.refused)
+    found = _evident(case, found, hunt.refused)
     whole, smooth = smooth_terms(problem, found, names, pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
@@ -90,6 +91,9 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
 HARM = 0.03
 """Part of the free-run error by which an effect must spoil the validation recordings to be dropped for it."""
 
+LEVEL = 1e-4
+"""Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Case:
@@ -115,6 +119,27 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
     return found
 
 
+def _evident(case: _Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects whose own p-value, all others fitted beside them, is below LEVEL."""
+    while found.terms:
+        p = [_p_value(case, found, k) for k in range(len(found.terms))]
+        worst = int(np.argmax(p))
+        # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
+        if p[worst] <= LEVEL or below_sampling(found.terms[worst], case.problem):
+            return found
+        refused[found.terms[worst].effect] = (
+            f"noise of this colour brings forth as much: its p-value, corrected for the search, is {p[worst]:.2g}"
+        )
+        found = without(case.problem, found, worst)
+    return found
+
+
+def _p_value(case: _Case, found: Hypothesis, k: int) -> float:
+    effect = found.effects[k]
+    looks = effect.looks * max(len(case.effects), 1)
+    return p_value(gain_of(case.problem, found, k), effect.core + (1 if effect.searched else 0), looks)
+
+
 def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
     problem = case.problem
     spans = intervals(problem, found)
@@ -133,8 +158,7 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
                 "period: part of the sampling, not an effect"
             )
             continue
-        looks = effect.looks * max(len(case.effects), 1)
-        p = p_value(gain_of(problem, found, k), effect.core + (1 if effect.searched else 0), looks)
+        p = _p_value(case, found, k)
         tied = rivals(problem, found, k, case.effects)
         names = tuple(h.terms[-1].effect for h in tied)
         findings.append(
