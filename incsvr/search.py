@@ -25,7 +25,7 @@ CONTRIBUTION = 0.2
 SHAPE = 0.25
 """Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that."""
 
-LEADERS = 6
+LEADERS = 8
 """How many of the first scan's effects are tried in pairs."""
 
 
@@ -164,8 +164,12 @@ def worth(hypothesis: Hypothesis) -> float:
 
 
 def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
-    """Whether the raw residual rose: an AR near a unit root can hide that."""
-    return float(np.median(np.abs(grown.torque_residual))) > 1.02 * float(np.median(np.abs(base.torque_residual)))
+    """Whether the raw residual rose, its level apart (that may be the next effect): an AR near a unit root hides it."""
+
+    def spread(h: Hypothesis) -> float:
+        return float(np.median(np.abs(h.torque_residual - np.median(h.torque_residual))))
+
+    return spread(grown) > 1.02 * spread(base)
 
 
 class FreeRun(Protocol):

@@ -9,7 +9,7 @@ from incsvr.effects import SmoothTerm
 from incsvr.evidence import gain_of, p_value
 from incsvr.hypothesis import Hypothesis
 from incsvr.problem import Problem
-from incsvr.search import CONTRIBUTION, THRESHOLD, FreeRun, scan, unique_share, with_lead
+from incsvr.search import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, scan, unique_share, with_lead
 
 LEVEL = 1e-3
 """Largest p-value, corrected for the number of terms tried."""
@@ -28,7 +28,8 @@ def smooth_terms(
 ) -> tuple[Hypothesis, tuple[Unexplained, ...]]:
     """`hypothesis` with smooth terms of what still predicts its residual, and their names."""
     found: list[Unexplained] = []
-    tried = [*channels, "time", "heading"]
+    # under one sine the heading is a function of the command's phase: what is left there is the shape of an effect
+    tried = [*channels, "time"] if problem.one_sine else [*channels, "time", "heading"]
     for _ in range(3):
         taken = {term.effect for term in hypothesis.terms}
         terms = [SmoothTerm(name) for name in tried if f"unexplained:{name}" not in taken]
@@ -38,7 +39,8 @@ def smooth_terms(
         grown = with_lead(problem, hypothesis, leads[0])
         last = len(grown.terms) - 1
         p = p_value(gain_of(problem, grown, last), grown.effects[last].core, len(tried))
-        large = unique_share(problem, grown, last) > CONTRIBUTION
+        others = max((unique_share(problem, grown, k) for k in range(last)), default=0.0)
+        large = unique_share(problem, grown, last) > max(CONTRIBUTION, SHAPE * others)
         if not (
             free_run.better(grown, hypothesis)
             and large
