@@ -9,6 +9,7 @@ import argparse
 import json
 import multiprocessing
 import os
+import random
 import shlex
 import sys
 import time
@@ -88,7 +89,7 @@ def as_run(outcome: Outcome) -> Run:
 
 
 def study(work: Sequence[tuple[str, Trial, bool]], processes: int, at_most: float) -> list[dict[str, Any]]:
-    """The records of the cases, in their order, with a progress bar on standard error.
+    """The records of the cases, by group and seed, with a progress bar on standard error.
 
     Args:
         work: arguments for `examine`.
@@ -116,7 +117,10 @@ def study(work: Sequence[tuple[str, Trial, bool]], processes: int, at_most: floa
                 progress.update(task, completed=len(records))
         records.update({position: future.result() for future, position in pending.items()})
         progress.update(task, completed=len(records))
-    return [records[position] for position in sorted(records)]
+    return [
+        records[position]
+        for position in sorted(records, key=lambda position: (work[position][0], work[position][1].seed))
+    ]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -147,8 +151,8 @@ def run(args: argparse.Namespace) -> int:
         return 0
     every, counts = args.deep_every, {group: getattr(args, group) for group in GROUPS}
     indices = [(group, index) for group, count in counts.items() for index in range(count)]
-    # The groups take turns in proportion, so that a study that stops early is a smaller study of the same kind.
-    indices.sort(key=lambda each: (each[1] + 0.5) / counts[each[0]])
+    # In random order, so that a study that stops early is a smaller study of the same kind.
+    random.Random(args.first_seed).shuffle(indices)
     work = [
         (group, case(group, index, args.first_seed, 60 * args.minutes), every > 0 and index % every == 0)
         for group, index in indices

@@ -89,8 +89,8 @@ def test_a_small_table_is_written_with_command_and_date(tmp_path: Path, capsys: 
     )
     assert run(args) == 0
     document = json.loads((tmp_path / "trace_table.json").read_text(encoding="utf-8"))
-    assert [record["group"] for record in document["records"]] == ["quiet", "one", "half", "two", "quiet"]
-    assert [record["seed"] for record in document["records"]] == [50, 50, 50, 50, 51]
+    assert [record["group"] for record in document["records"]] == ["half", "one", "quiet", "quiet", "two"]
+    assert [record["seed"] for record in document["records"]] == [50, 50, 50, 51, 50]
     text = (tmp_path / "trace_table.md").read_text(encoding="utf-8")
     assert document["date"] in text
     assert document["command"] in text
