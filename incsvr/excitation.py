@@ -16,25 +16,41 @@ TORQUE_FREE = ("outside", "motion", "damping")
 """How effects act that can be seen without a varying torque."""
 
 
+_CONSTANT = (
+    "the torque is constant ({:.3g} N m), so nothing can be traced: record a run with varied commands, or add the "
+    "channels that turn the vehicle"
+)
+
+
 def demand(problem: Problem, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects that these recordings can speak about.
 
     Raises:
         BadInput: the torque never changes and there is no channel to explain the motion; the torque has the wrong sign.
     """
-    s = problem.signals
-    swing = float(np.std(s.torque))
-    needed = s.inertia * float(np.std(s.acceleration)) + float(np.std(problem.y))
-    if swing <= 1e-6 * max(needed, 1e-12):
-        usable = tuple(e for e in effects if e.acts in TORQUE_FREE and e.name != "inflow")
-        if not s.channels:
-            raise BadInput(
-                f"the torque is constant ({float(np.mean(s.torque)):.3g} N m), so nothing can be traced: record a "
-                "run with varied commands, or add the channels that turn the vehicle"
-            )
-        return usable
+    if constant_torque(problem):
+        if not problem.signals.channels:
+            raise BadInput(_CONSTANT.format(float(np.mean(problem.signals.torque))))
+        return tuple(e for e in effects if e.acts in TORQUE_FREE and e.name != "inflow")
     _check_sign(problem)
     return tuple(effects)
+
+
+def constant_torque(problem: Problem) -> bool:
+    """Whether the torque never changed to speak of."""
+    s = problem.signals
+    needed = s.inertia * float(np.std(s.acceleration)) + float(np.std(problem.y))
+    return float(np.std(s.torque)) <= 1e-6 * max(needed, 1e-12)
+
+
+def answered(problem: Problem, verdict: str) -> None:
+    """Refuse to say that nothing is missing where the torque never put the model to the test.
+
+    Raises:
+        BadInput: the verdict is `none` and the torque is constant.
+    """
+    if verdict == "none" and constant_torque(problem):
+        raise BadInput(_CONSTANT.format(float(np.mean(problem.signals.torque))))
 
 
 def _check_sign(problem: Problem) -> None:

@@ -16,7 +16,7 @@ from incsvr.alignment import aligned
 from incsvr.channels import usable
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
-from incsvr.excitation import closed_loop, demand
+from incsvr.excitation import answered, closed_loop, demand
 from incsvr.findings import Finding, Pictures, Rejected, Trace
 from incsvr.forward import model_of
 from incsvr.hypothesis import Hypothesis, below_sampling, nothing, settle
@@ -59,6 +59,8 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     whole, smooth = smooth_terms(problem, found, names, pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
+    verdict = "effects" if findings else "unexplained" if smooth else "none"
+    answered(problem, verdict)
     before, after = case.court.try_(base), case.court.try_(whole)
     error = _errors(problem, whole, before, after, torque_scatter(runs, problem))
     error["validated_on"] = case.court.validated_on
@@ -67,7 +69,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     return Trace(
         inertia=inertia,
-        verdict="effects" if findings else "unexplained" if smooth else "none",
+        verdict=verdict,
         effects=tuple(findings),
         rejected=tuple(_rejected(case, found, hunt.refused)),
         unexplained=smooth,

@@ -27,9 +27,9 @@ class SmoothTerm(Effect):
         self.core = INTERVALS + 2
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        values = self._values(s)
-        low, high = (float(q) for q in np.quantile(values, [0.002, 0.998]))
-        return [(low, high)] if high > low else []
+        """Knots at quantiles: every interval holds data."""
+        knots = tuple(float(q) for q in np.quantile(self._values(s), [0.01, 0.25, 0.5, 0.75, 0.99]))
+        return [knots] if np.all(np.diff(knots) > 1e-9 * (knots[-1] - knots[0])) else []
 
     def _values(self, s: Signals) -> Array:
         if self._channel == "time":
@@ -40,11 +40,12 @@ class SmoothTerm(Effect):
         return s.channels[self._channel]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        low, high = inner
-        knots = np.concatenate([[low] * 3, np.linspace(low, high, INTERVALS + 1), [high] * 3])
-        basis = BSpline.design_matrix(np.clip(self._values(s), low, high), knots, 3).toarray()
-        # the spline without its constant first, its constant last: the level alone is a bias, not this channel's doing
-        columns: Array = np.column_stack([-(basis[:, 1:] - basis[:, :1]), -np.ones(basis.shape[0])])
+        knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
+        values = np.clip(self._values(s), inner[0], inner[-1])
+        basis = BSpline.design_matrix(values, knots, 3).toarray()
+        middle = BSpline.design_matrix(np.array([inner[len(inner) // 2]]), knots, 3).toarray()
+        # zero at the median, the constant last: the level alone is a bias, not this channel's doing
+        columns: Array = np.column_stack([-(basis - middle)[:, 1:], -np.ones(basis.shape[0])])
         return columns
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from incsvr.errors import BadInput
 from incsvr.findings import Trace
@@ -146,6 +147,24 @@ def test_channels_that_say_nothing_are_named() -> None:
     assert "constant" in ignored["dead"]
     assert "copy of sway" in ignored["sway_again"]
     assert "torque" in ignored["command"]
+
+
+def test_what_no_effect_explains_is_added_as_such() -> None:
+    """A moment that is even in a channel: nobody's catalogue has it, and it must not be called an effect."""
+    random = np.random.default_rng(8)
+    time = np.asarray(np.arange(0.0, 300.0, 0.05), dtype=np.float64)
+    torque = 60.0 * np.sin(2 * np.pi * time / 31.0) + 35.0 * np.sin(2 * np.pi * time / 11.0)
+    arm = gaussian_filter1d(random.normal(size=time.size), 80.0, mode="wrap")
+    arm = np.asarray(arm / np.std(arm), dtype=np.float64)
+    rate = np.zeros(time.size)
+    for k in range(time.size - 1):
+        drag = 120.0 * rate[k] + 700.0 * rate[k] * abs(rate[k])
+        rate[k + 1] = rate[k] + 0.05 * (torque[k] + 20.0 * (np.cos(1.5 * arm[k]) - 0.3) - drag) / 350.0
+    run = Run("arm", time, rate + random.normal(0.0, 2e-4, time.size), torque + random.normal(0.0, 2.0, time.size))
+    found = trace([replace(run, channels={"arm": arm})], inertia=350.0)
+    assert "arm" in [item.channel for item in found.unexplained]
+    assert found.verdict == "unexplained"
+    assert found.error["after"]["free_run_rmse"] < 0.5 * found.error["before"]["free_run_rmse"]
 
 
 def rov(measured: Path, *numbers: int) -> list[Run]:
