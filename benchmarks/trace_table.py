@@ -27,7 +27,7 @@ from benchmarks import peers
 from benchmarks.trace_cases import GROUPS, case
 from benchmarks.trace_judge import judge
 from benchmarks.trace_report import report
-from incsvr.run import Run
+from incsvr.tracer.run import Run
 from incsvr.tracing import trace
 from simulator.trial import Outcome, Trial, play
 

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from incsvr.effects import Effect, Term
-from incsvr.hypothesis import Hypothesis, views
-from incsvr.problem import Problem
-from incsvr.run import Array
-from incsvr.whitening import DEGREES, fit, whiten
+from incsvr.tracer.hypothesis import Hypothesis, views
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.run import Array
+from incsvr.tracer.whitening import DEGREES, fit, whiten
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""

@@ -12,22 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.alignment import aligned
-from incsvr.channels import usable
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
-from incsvr.excitation import answered, closed_loop, demand
-from incsvr.findings import Finding, Pictures, Rejected, Trace
-from incsvr.forward import model_of
-from incsvr.hypothesis import Hypothesis, below_sampling, nothing, settle
-from incsvr.manoeuvre import separate
-from incsvr.problem import Problem, torque_scatter
-from incsvr.proof import Court, Errors, sample_errors, torque_errors
-from incsvr.rivals import rivals
-from incsvr.run import Array, Run, check
-from incsvr.search import Search, scan, without
-from incsvr.sentences import sentence, streams
-from incsvr.unexplained import smooth_terms
+from incsvr.tracer.alignment import aligned
+from incsvr.tracer.channels import usable
+from incsvr.tracer.excitation import answered, closed_loop, demand
+from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
+from incsvr.tracer.forward import model_of
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.manoeuvre import separate
+from incsvr.tracer.problem import Problem, torque_scatter
+from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
+from incsvr.tracer.rivals import rivals
+from incsvr.tracer.run import Array, Run, check
+from incsvr.tracer.search import Search, scan, without
+from incsvr.tracer.sentences import sentence, streams
+from incsvr.tracer.unexplained import smooth_terms
 
 __all__ = ["Run", "Trace", "trace"]
 

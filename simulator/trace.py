@@ -8,8 +8,8 @@ from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from incsvr.findings import Trace
-from incsvr.run import Run
+from incsvr.tracer.findings import Trace
+from incsvr.tracer.run import Run
 from incsvr.tracing import trace
 from service.output import add_json_argument, emit
 from simulator.recordings import read

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
-from incsvr.forward import TracedModel
-from incsvr.sentences import LABELS, sentence
+from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.sentences import LABELS, sentence
 
 EVERY = list(candidates(["winch"]))
 VOCABULARY = {

@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.evidence import change_of_rms, p_value, rms
-from incsvr.proof import sample_errors
-from incsvr.run import Array
+from incsvr.tracer.proof import sample_errors
+from incsvr.tracer.run import Array
 
 
 def errors(seed: int, scale: float) -> Array:

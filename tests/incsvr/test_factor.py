@@ -7,11 +7,11 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from incsvr import factor as factors
 from incsvr.errors import BadInput
-from incsvr.factor import factor
 from incsvr.kernel import rbf
 from incsvr.samples import Array
+from incsvr.solver import factor as factors
+from incsvr.solver.factor import factor
 
 RNG = np.random.default_rng(1)
 NARROW = RNG.uniform(-0.25, 0.25, 300)

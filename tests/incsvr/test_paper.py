@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.dual import solve
 from incsvr.learner import Settings, State, start, step
-from incsvr.paper import Memory
+from incsvr.policies.paper import Memory
 from incsvr.samples import Samples
 from tests.incsvr.learning import batches, drag, rms, run, stream
 from tests.incsvr.test_criteria import forget_one_by_one

@@ -13,9 +13,9 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from incsvr.errors import BadInput
-from incsvr.findings import Trace
-from incsvr.forward import TracedModel
-from incsvr.run import Run
+from incsvr.tracer.findings import Trace
+from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.run import Run
 from incsvr.tracing import trace
 from simulator.recordings import Recording, read
 from simulator.trial import Trial, play

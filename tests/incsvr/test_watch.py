@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from incsvr.learner import Settings, State, step
+from incsvr.policies.watch import OPEN, follow
+from incsvr.policies.weighted import Memory
 from incsvr.samples import Samples
-from incsvr.watch import OPEN, follow
-from incsvr.weighted import Memory
 from tests.incsvr.learning import drag, run, stream
 
 SETTINGS = Settings(policy="weighted")

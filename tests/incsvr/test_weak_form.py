@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.run import Array, Run
-from incsvr.weak_form import despiked, on_fine_grid, smoothed, split, time_scale
-from incsvr.whitening import burg, fit
+from incsvr.tracer.run import Array, Run
+from incsvr.tracer.weak_form import despiked, on_fine_grid, smoothed, split, time_scale
+from incsvr.tracer.whitening import burg, fit
 
 
 def test_a_block_holds_the_mean_and_the_slope_exactly() -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from incsvr.dual import solve
 from incsvr.learner import Settings, start, step
+from incsvr.policies.weighted import Memory
 from incsvr.samples import Samples
-from incsvr.weighted import Memory
 from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
 
 WEIGHTED = Settings(policy="weighted")

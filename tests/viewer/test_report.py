@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.run import Run
+from incsvr.tracer.run import Run
 from incsvr.tracing import Trace, trace
 from simulator.trial import Trial, play
 from viewer.report import write

@@ -12,9 +12,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from incsvr.forward import TracedModel
-from incsvr.proof import Errors
 from incsvr.samples import Array
+from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.proof import Errors
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
 BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"

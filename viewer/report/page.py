@@ -9,7 +9,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from incsvr.findings import Finding
+from incsvr.tracer.findings import Finding
 from incsvr.tracing import Trace
 from viewer.report.charts import damping_curves, free_runs, residual_against, torque_split
 

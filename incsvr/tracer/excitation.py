@@ -8,9 +8,9 @@ import numpy as np
 
 from incsvr.effects import Effect
 from incsvr.errors import BadInput
-from incsvr.hypothesis import nothing
-from incsvr.problem import Problem
-from incsvr.whitening import burg, whiten
+from incsvr.tracer.hypothesis import nothing
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.whitening import burg, whiten
 
 TORQUE_FREE = ("outside", "motion", "damping")
 """How effects act that can be seen without a varying torque."""

@@ -1,9 +1,9 @@
 """Watching for a change of the vehicle: transport of what is learned, and probation.
 
-When the evidence says that the curve has moved (incsvr/change.py), every vector moves by the correction g(x) and keeps
-only as much information as the correction is certain. That is a guess from some fifty samples, so for OPEN batches it
-is on probation: each batch corrects the correction, and the vectors from before come back if they explain the batches
-since better than the corrected ones with all their doubt.
+When the evidence says that the curve has moved (incsvr/policies/change.py), every vector moves by the correction g(x)
+and keeps only as much information as the correction is certain. That is a guess from some fifty samples, so for OPEN
+batches it is on probation: each batch corrects the correction, and the vectors from before come back if they explain
+the batches since better than the corrected ones with all their doubt.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
 from incsvr.iteration import Settings
-from incsvr.merging import Vectors
 from incsvr.model import Model
-from incsvr.noise import Noise
+from incsvr.policies.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
+from incsvr.policies.merging import Vectors
+from incsvr.policies.noise import Noise
 from incsvr.samples import Array, Samples
 
 OPEN = 4

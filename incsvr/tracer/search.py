@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect
-from incsvr.hypothesis import Hypothesis, below_sampling, nothing, price, settle, views
-from incsvr.problem import Problem
-from incsvr.run import Array
-from incsvr.whitening import whiten
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, settle, views
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.run import Array
+from incsvr.tracer.whitening import whiten
 
 THRESHOLD = 16.0
 """Least gain of the criterion by which an effect is added."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.run import Array, Run, stream
+from incsvr.tracer.run import Array, Run, stream
 
 COPY = 0.995
 """Correlation beyond which two channels are copies."""

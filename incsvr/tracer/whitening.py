@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln
 
-from incsvr.run import Array
-from incsvr.weak_form import Blocks
+from incsvr.tracer.run import Array
+from incsvr.tracer.weak_form import Blocks
 
 DEGREES = 6.0
 """ν of the innovations: outliers of a few per cent cost nothing, Gaussian noise costs 4 % of the efficiency."""

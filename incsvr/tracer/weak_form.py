@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 
 from incsvr.effects.signals import Signals
 from incsvr.errors import BadInput
-from incsvr.run import Array, Run, stream
+from incsvr.tracer.run import Array, Run, stream
 
 SUBSTEPS = 8
 """Fine steps in the shortest block."""

@@ -17,7 +17,7 @@ import numpy as np
 from incsvr.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.iteration import Iteration, Settings, train
 from incsvr.model import Model
-from incsvr.noise import Noise
+from incsvr.policies.noise import Noise
 from incsvr.samples import Array, Samples
 
 ZERO = 1e-9  # a weight below this share of C is zero

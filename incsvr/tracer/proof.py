@@ -11,10 +11,10 @@ from scipy.special import erf
 
 from incsvr.effects import Term
 from incsvr.evidence import rms
-from incsvr.forward import model_of
-from incsvr.hypothesis import Hypothesis, left_over, nothing, settle
-from incsvr.problem import Problem, pose_like
-from incsvr.run import Array, Run
+from incsvr.tracer.forward import model_of
+from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
+from incsvr.tracer.problem import Problem, pose_like
+from incsvr.tracer.run import Array, Run
 
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""

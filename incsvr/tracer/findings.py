@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from incsvr.forward import TracedModel
-from incsvr.proof import Errors
-from incsvr.run import Array
-from incsvr.unexplained import Unexplained
+from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.proof import Errors
+from incsvr.tracer.run import Array
+from incsvr.tracer.unexplained import Unexplained
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from incsvr.effects import SmoothTerm
 from incsvr.evidence import gain_of, p_value
-from incsvr.hypothesis import Hypothesis
-from incsvr.problem import Problem
-from incsvr.search import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, scan, unique_share, with_lead
+from incsvr.tracer.hypothesis import Hypothesis
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.search import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, scan, unique_share, with_lead
 
 LEVEL = 1e-3
 """Largest p-value, corrected for the number of terms tried."""

@@ -10,9 +10,9 @@ from scipy.interpolate import BSpline
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
-from incsvr.run import Array, Run, stream
-from incsvr.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_grid, smoothed, split, time_scale
-from incsvr.whitening import fit
+from incsvr.tracer.run import Array, Run, stream
+from incsvr.tracer.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_grid, smoothed, split, time_scale
+from incsvr.tracer.whitening import fit
 
 MOST_BLOCKS = 2000
 """Of long recordings: more blocks than that tell no more, so they may be as long as T_c/6."""

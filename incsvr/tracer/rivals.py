@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from incsvr.effects import Effect, ThrustEfficiency
-from incsvr.hypothesis import Hypothesis, views
-from incsvr.problem import Problem
-from incsvr.search import SHAPE, best_leads, with_lead, without
+from incsvr.tracer.hypothesis import Hypothesis, views
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.search import SHAPE, best_leads, with_lead, without
 
 TIE = 10.0
 """Rivals within this much of the criterion explain the recordings as well."""

@@ -14,11 +14,11 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
-from incsvr.forward import TracedModel, model_of
-from incsvr.hypothesis import Hypothesis, settle
-from incsvr.problem import Problem, pose_like
-from incsvr.run import Array, Run
-from incsvr.whitening import whiten
+from incsvr.tracer.forward import TracedModel, model_of
+from incsvr.tracer.hypothesis import Hypothesis, settle
+from incsvr.tracer.problem import Problem, pose_like
+from incsvr.tracer.run import Array, Run
+from incsvr.tracer.whitening import whiten
 
 ENOUGH = 20.0
 """Expected 2 Δℓ with which a manoeuvre is worth driving."""

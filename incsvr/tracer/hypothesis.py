@@ -9,9 +9,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from incsvr.effects import Effect, Signals, Term
-from incsvr.problem import Problem
-from incsvr.run import Array
-from incsvr.whitening import Fit, fit
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.run import Array
+from incsvr.tracer.whitening import Fit, fit
 
 ALIGNMENT = 30.0
 """What a delay within one sample period pays in 2 ℓ: any effect that explains as much is the better explanation."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from incsvr.effects.effect import FROM_COMMAND, FROM_RATE
 from incsvr.effects.torque_delay import TorqueDelay
-from incsvr.hypothesis import nothing
-from incsvr.problem import Problem, pose
-from incsvr.run import Run
-from incsvr.search import scan, with_lead
+from incsvr.tracer.hypothesis import nothing
+from incsvr.tracer.problem import Problem, pose
+from incsvr.tracer.run import Run
+from incsvr.tracer.search import scan, with_lead
 
 
 def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from incsvr.effects import Effect, Signals, Term, catalogue
-from incsvr.hypothesis import Hypothesis
-from incsvr.problem import Problem
-from incsvr.run import Array
+from incsvr.tracer.hypothesis import Hypothesis
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.run import Array
 
 FASTEST = 5.0
 """A free run is held within this many times the fastest rate of the fitted recordings: divergence stays finite."""

@@ -1,0 +1,1 @@
+"""The steps of `incsvr.tracing`, from the recordings to the proof, one a file."""
