@@ -27,4 +27,6 @@ class Inertia(Effect):
         ratio = 1.0 + term.coefficients[0] / s.inertia
         if not 0.2 < ratio < 5.0:
             return f"the inertia would be {ratio:.2g} times the declared one"
+        if abs(ratio - 1.0) < 0.01:
+            return "the inertia would be the declared one within a hundredth"
         return ""
