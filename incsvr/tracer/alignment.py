@@ -9,19 +9,21 @@ from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.tracer.hypothesis import nothing
 from incsvr.tracer.problem import Problem, pose
 from incsvr.tracer.run import Run
-from incsvr.tracer.search import scan, with_lead
+from incsvr.tracer.search import THRESHOLD, scan, with_lead
 
 
 def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
-    """The equations with whichever of the two explains more.
+    """The equations with the linear torque, unless holding it has the evidence that any effect must bring.
 
     Both are given a free delay before they are compared: holding delays by half a sample, and would else be taken for a
-    late thrust.
+    late thrust. On one sine the two differ by chance alone, and half a sample of false delay there looks like an effect.
     """
     linear = pose(runs, inertia, channels, held=False)
     if linear.resolution <= linear.blocks.period / 10.0:
         return linear
-    return max((linear, pose(runs, inertia, channels, held=True)), key=_explained)
+    held = pose(runs, inertia, channels, held=True)
+    gain = (_explained(held) - _explained(linear)) * len(linear.blocks)
+    return held if gain > THRESHOLD else linear
 
 
 def _explained(problem: Problem) -> float:
