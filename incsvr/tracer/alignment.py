@@ -16,7 +16,7 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     """The equations with the linear torque, unless holding it has the evidence that any effect must bring.
 
     Both are given a free delay before they are compared: holding delays by half a sample, and would else be taken for a
-    late thrust. On one sine the two differ by chance alone, and half a sample of false delay there looks like an effect.
+    late thrust. On one sine the two differ by chance alone, and half a sample of false delay looks like an effect.
     """
     linear = pose(runs, inertia, channels, held=False)
     if linear.resolution <= linear.blocks.period / 10.0:
