@@ -23,7 +23,11 @@ CONTRIBUTION = 0.2
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
 
 SHAPE = 0.25
-"""Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that."""
+"""Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that.
+
+What is left of a wrong shape is a function of the motion. It can pass for another effect of the motion, and must be
+outdone by one; a bias, a drift or an extra channel is none.
+"""
 
 LEADERS = 8
 """How many of the first scan's effects are tried in pairs."""
@@ -128,7 +132,7 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> str:
             return f"{term.effect}: {reason}"
         if alone[k] < CONTRIBUTION:
             return f"{term.effect}: what it alone explains is lost in the noise"
-        if alone[k] < SHAPE * max(alone):
+        if effect.of_phase and alone[k] < SHAPE * max(alone):
             return f"{term.effect}: what it alone explains is within the shape error of a larger effect"
     if problem.one_sine:
         # rate, heading, thrust and their derivatives are functions of one phase: any two fit the shape error of one
