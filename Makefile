@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 policy trace-table recording pictures soak clean
+.PHONY: demo test lint bench table1 policy trace-table recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo

@@ -132,8 +132,10 @@ def predictions(model: Model) -> dict[str, Any]:
     x, y = model.support_rate, model.support_damping
     peer = SVR(kernel="rbf", gamma=model.gamma, C=model.C, epsilon=0.0).fit(x[:, None], y)
     result: dict[str, Any] = {"vectors": int(x.size), "vectors_of_sklearn": int(peer.support_.size)}
+    low, high = model.trained_range or (0.0, 0.0)
     for size in SIZES:
-        rates = np.linspace(-0.25, 0.25, size)
+        # Where both were trained: beyond it ours continues by physics and says so, the other falls back to its bias.
+        rates = np.linspace(low, high, size + 2)[1:-1]
         ours, theirs = _in_turn(
             partial(model.predict, rates), partial(peer.predict, rates[:, None]), 20_000 // size + 30
         )
