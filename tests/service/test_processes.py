@@ -70,6 +70,19 @@ def answered(session: zenoh.Session, selector: str) -> wire.ModelSnapshot:
     return wire.decode(wire.ModelSnapshot, reply.ok.payload.to_bytes())
 
 
+def taken_until(session: zenoh.Session, t: float) -> None:
+    """Asks until the learner has both streams up to the time t [s]: what is still on the wire would be lost."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        (reply,) = list(session.get(KEYS.health, timeout=PATIENCE))
+        assert reply.ok is not None
+        streams = wire.decode(wire.Health, reply.ok.payload.to_bytes()).streams
+        newest = [streams[name].t or 0.0 for name in ("yaw_rate", "torque")]
+        if min(newest) >= t:
+            return
+        assert time.monotonic() < until, f"{newest} of {t} s have come"
+
+
 def following(session: zenoh.Session) -> queue.Queue[wire.ModelSnapshot]:
     models: queue.Queue[wire.ModelSnapshot] = queue.Queue()
     session.declare_subscriber(
