@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp] | NDArray[np.bool_] | slice
 
-_NO_CHANNELS: Mapping[str, Array] = MappingProxyType({})
+_NONE: Mapping[str, Array] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +24,15 @@ class Samples:
         yaw_rate: (n,) r [rad/s].
         damping: (n,) d = τ − I ṙ [N m].
         channels: further channels by name, each (n,), NaN where a channel was not sampled.
+        parts: where effects are in force, what the declared inertia and each effect take of the torque, (n,) each
+            [N m]; with the damping they add up to it.
     """
 
     time: Array
     yaw_rate: Array
     damping: Array
-    channels: Mapping[str, Array] = field(default_factory=lambda: _NO_CHANNELS)
+    channels: Mapping[str, Array] = field(default_factory=lambda: _NONE)
+    parts: Mapping[str, Array] = field(default_factory=lambda: _NONE)
 
     def __len__(self) -> int:
         return self.time.size
@@ -41,6 +44,7 @@ class Samples:
             self.yaw_rate[index],
             self.damping[index],
             {name: values[index] for name, values in self.channels.items()},
+            {name: values[index] for name, values in self.parts.items()},
         )
 
     @staticmethod
@@ -54,13 +58,18 @@ class Samples:
         kept = [part for part in parts if len(part)]
         if not kept:
             return Samples.empty()
-        names = sorted({name for part in kept for name in part.channels})
         return Samples(
             np.concatenate([part.time for part in kept]),
             np.concatenate([part.yaw_rate for part in kept]),
             np.concatenate([part.damping for part in kept]),
-            {
-                name: np.concatenate([part.channels.get(name, np.full(len(part), np.nan)) for part in kept])
-                for name in names
-            },
+            _joined([part.channels for part in kept], kept),
+            _joined([part.parts for part in kept], kept),
         )
+
+
+def _joined(columns: Sequence[Mapping[str, Array]], samples: Sequence[Samples]) -> dict[str, Array]:
+    names = sorted({name for each in columns for name in each})
+    pairs = list(zip(columns, samples, strict=True))
+    return {
+        name: np.concatenate([each.get(name, np.full(len(part), np.nan)) for each, part in pairs]) for name in names
+    }

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from math import ceil, inf, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +26,10 @@ from incsvr.plant import damping_moment
 from incsvr.samples import Array, Samples
 from incsvr.smoothing import WIDTHS, smooth
 from incsvr.streams import JUMP, Stream
+
+if TYPE_CHECKING:
+    from incsvr.compensation import Compensation
+    from incsvr.torque_ledger import TorqueLedger
 
 YAW_RATE, TORQUE = "yaw_rate", "torque"
 REQUIRED = (YAW_RATE, TORQUE)
@@ -83,10 +87,19 @@ class SignalSettings:
 
 
 class Synchroniser:
-    """Takes messages of all streams and yields the samples that are complete; its memory is bounded."""
+    """Takes messages of all streams and yields the samples that are complete; its memory is bounded.
 
-    def __init__(self, settings: SignalSettings) -> None:
+    With a `compensation` the samples are free of the traced effects, and say what each took of the torque.
+    """
+
+    def __init__(self, settings: SignalSettings, compensation: Compensation | None = None) -> None:
         self.settings = settings
+        self._ledger: TorqueLedger | None = None
+        if compensation is not None:
+            # Loaded where it is needed alone: it brings the catalogue of effects with it.
+            from incsvr.torque_ledger import TorqueLedger
+
+            self._ledger = TorqueLedger(compensation, settings)
         self._streams = {
             YAW_RATE: Stream(settings.rate_limit, settings.lateness),
             TORQUE: Stream(settings.torque_limit, settings.lateness),
@@ -142,7 +155,8 @@ class Synchroniser:
 
     def ready(self) -> Samples:
         """All samples that became complete since the last call, in the order of their time."""
-        moving = min(self._streams[name].settled for name in REQUIRED)
+        ahead = 0.0 if self._ledger is None else self._ledger.ahead
+        moving = min(self._streams[YAW_RATE].settled, self._streams[TORQUE].settled - ahead)
         if self._next * self.settings.sample_period >= moving - self.settings.reach:
             return Samples.empty()
         channels = [stream.settled for name, stream in self._streams.items() if name not in REQUIRED]
@@ -157,13 +171,16 @@ class Synchroniser:
             "next": self._next,
             "refused": dict(self._refused),
             "streams": {name: stream.to_dict() for name, stream in self._streams.items()},
+            "ledger": None if self._ledger is None else self._ledger.to_dict(),
         }
 
     @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Synchroniser:
-        """The synchroniser whose to_dict gave `data`."""
+    def from_dict(data: Mapping[str, Any], compensation: Compensation | None = None) -> Synchroniser:
+        """The synchroniser whose to_dict gave `data`, with the same compensation."""
         settings = SignalSettings(**{**data["settings"], "channels": tuple(data["settings"]["channels"])})
-        synchroniser = Synchroniser(settings)
+        synchroniser = Synchroniser(settings, compensation)
+        if synchroniser._ledger is not None:
+            synchroniser._ledger.restore(data["ledger"])
         synchroniser._next = int(data["next"])
         synchroniser._refused = Counter(data["refused"])
         for name, stream in data["streams"].items():
@@ -180,6 +197,9 @@ class Synchroniser:
         """The samples on the grid from where the last call ended up to `end`, without those across a gap."""
         period, reach = self.settings.sample_period, self.settings.reach
         held = {name: stream.arrays() for name, stream in self._streams.items()}
+        ledger = self._ledger
+        if ledger is not None:
+            ledger.advance(held, (end - 1) * period + reach)
         parts: list[Samples] = []
         start = self._next
         while start < end:
@@ -196,10 +216,12 @@ class Synchroniser:
             start = stop
         self._next = end
         for name, stream in self._streams.items():
-            needed = min(end * period - reach, stream.settled)
+            needed = min(end * period - reach, stream.settled, inf if ledger is None else ledger.needed)
             if name not in REQUIRED:
                 needed = min(needed - JUMP, stream.settled)
             stream.forget(needed)
+        if ledger is not None:
+            ledger.forget(end * period - reach)
         return Samples.concatenate(parts)
 
     def _block(self, at: Array, held: Mapping[str, tuple[Array, Array]]) -> Samples:
@@ -207,7 +229,10 @@ class Synchroniser:
         smoothing, gap = self.settings.smoothing, self.settings.gap
         torque = smooth(*held[TORQUE], at, smoothing=smoothing, gap=gap)
         yaw_rate = smooth(*held[YAW_RATE], at, smoothing=smoothing, gap=gap)
-        complete = np.flatnonzero(torque.complete & yaw_rate.complete)
+        damping, parts = damping_moment(torque.value, yaw_rate.slope, self.settings.inertia), dict[str, Array]()
+        if self._ledger is not None:
+            damping, parts = self._ledger.split(at, torque, yaw_rate)
+        complete = np.flatnonzero(torque.complete & yaw_rate.complete & ~np.isnan(damping))
         at = at[complete]
         channels = {}
         for name in sorted(held.keys() - set(REQUIRED)):
@@ -216,19 +241,20 @@ class Synchroniser:
         return Samples(
             at,
             yaw_rate.value[complete],
-            damping_moment(torque.value[complete], yaw_rate.slope[complete], self.settings.inertia),
+            damping[complete],
             channels,
+            {name: values[complete] for name, values in parts.items()},
         )
 
 
 def synchronise(
-    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]]
+    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], compensation: Compensation | None = None
 ) -> tuple[Samples, Mapping[str, int]]:
     """All samples of whole streams, name → (stamps [s], values), and what was refused by reason.
 
     The same samples as when the streams are played live.
     """
-    synchroniser = Synchroniser(settings)
+    synchroniser = Synchroniser(settings, compensation)
     parts = []
     for chunks in _interleaved(streams):
         for name, time, value in chunks:

@@ -1,0 +1,49 @@
+"""A vehicle whose rotors lag behind their command and whose fin is bent: what no declared model knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from incsvr.samples import Array
+from simulator import leng
+from simulator.recordings import Recording, from_streams
+
+LAG, BIAS = 0.8, 12.0
+"""Time constant of the rotors [s], moment of the fin [N m]."""
+TRUTH = leng.damping
+STEP = 0.02
+
+
+def recording(seed: int, duration: float = 400.0, *, noise: float = 1.0) -> Recording:
+    """Yaw rate at 50 Hz and the commanded torque at 25 Hz, under a command that jumps every few seconds.
+
+    Args:
+        seed: draws the command and the sensors' noise.
+        duration: [s].
+        noise: of the sensors, 1 for 0.002 rad/s and 1 N m.
+    """
+    random = np.random.default_rng(seed)
+    count = round(duration / STEP)
+    command = np.empty(count)
+    begin = 0
+    while begin < count:
+        end = begin + round(random.uniform(3.0, 12.0) / STEP)
+        command[begin:end] = random.uniform(-90.0, 90.0)
+        begin = end
+    thrust, rate = float(command[0]), 0.0
+    rates = np.empty(count)
+    for k, asked in enumerate(command.tolist()):
+        rates[k] = rate
+        rate += STEP / leng.INERTIA * (thrust + BIAS - TRUTH(rate))
+        thrust += STEP / LAG * (asked - thrust)
+    time: Array = STEP * np.arange(count, dtype=np.float64)
+    rates += noise * random.normal(0.0, 0.002, count)
+    measured = command + noise * random.normal(0.0, 1.0, count)
+    return from_streams(f"hidden_{seed}", {"yaw_rate": (time, rates), "torque": (time[::2], measured[::2])})
+
+
+def with_channels(run: Recording, channels: Mapping[str, Array]) -> Recording:
+    """The run with further channels, sampled in every row."""
+    return Recording(run.name, run.time, {**run.columns, **channels})

@@ -1,0 +1,180 @@
+"""The torque ledger: samples free of the traced effects, parts that add up, the same bits however messages come."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from incsvr.compensation import Compensation
+from incsvr.effects import Signals, Term
+from incsvr.samples import Array, Samples
+from incsvr.signals import SignalSettings, Synchroniser, synchronise
+from incsvr.torque_ledger import DECLARED_INERTIA
+from incsvr.tracer.forward import TracedModel
+from simulator import leng
+from tests.hidden import BIAS, LAG, TRUTH, recording, with_channels
+
+BIAS_TERM, LAG_TERM = Term("bias_torque", "", (BIAS,)), Term("torque_lag", "from the rate", (LAG,))
+EVERYTHING = (
+    LAG_TERM,
+    BIAS_TERM,
+    Term("torque_delay", "from the command", (0.13,)),
+    Term("dead_zone", "shifted", (1.0,), (4.0,)),
+    Term("torque_asymmetry", "", (0.2,)),
+    Term("memory", "", (-60.0,), (4.0,)),
+    Term("inflow", "", (3.0,)),
+    Term("coulomb", "", (2.0,), (0.003,)),
+    Term("heading_current", "2", (3.0, -1.0)),
+    Term("inertia", "", (20.0,)),
+    Term("coupling:sway", "", (8.0, 0.5), (0.1,)),
+    Term("modulation:voltage", "thrust", (0.03,), (15.0,)),
+    Term("modulation:depth", "damping", (0.05,), (2.0,)),
+    Term("unexplained:heading", "", (0.1, 0.2, 0.3, 0.2, 0.1, 0.4, 0.2), (0.5, 1.5, 3.0, 4.5, 6.0)),
+)
+
+
+def compensation(*terms: Term) -> Compensation:
+    rate = np.linspace(-0.3, 0.3, 61)
+    return Compensation.of(TracedModel(350.0, rate, TRUTH(rate), terms, 1.0, 0.5, 3.0, (0.0, 400.0)))
+
+
+def channels(time: Array, heading: Array) -> dict[str, Array]:
+    return {
+        "heading": np.mod(heading + np.pi, 2.0 * np.pi) - np.pi,
+        "sway": 0.1 * np.sin(0.3 * time),
+        "voltage": 15.0 + np.cos(0.05 * time),
+        "depth": 2.0 + np.sin(0.02 * time),
+    }
+
+
+def test_the_samples_are_free_of_lag_and_bias() -> None:
+    streams = recording(3, noise=0.0).streams()
+    plain, _ = synchronise(leng.SIGNALS, streams)
+    freed, _ = synchronise(leng.SIGNALS, streams, compensation(LAG_TERM, BIAS_TERM))
+    off_plain, off_freed = (samples.damping - TRUTH(samples.yaw_rate) for samples in (plain, freed))
+    assert np.array_equal(plain.time, freed.time)
+    assert abs(off_plain.mean()) > 0.9 * BIAS
+    assert abs(off_freed.mean()) < 0.05
+    # What is left comes where the command jumps between two stamps of the torque.
+    assert np.sqrt(np.mean(off_freed**2)) < 0.02 * np.sqrt(np.mean(off_plain**2))
+
+
+def test_without_effects_nothing_is_different() -> None:
+    streams = recording(3, 100.0).streams()
+    plain, _ = synchronise(leng.SIGNALS, streams)
+    none, _ = synchronise(leng.SIGNALS, streams, compensation())
+    assert np.array_equal(plain.damping, none.damping)
+    assert not plain.parts
+    assert list(none.parts) == [DECLARED_INERTIA]
+
+
+def whole_run(seed: int) -> Mapping[str, tuple[Array, Array]]:
+    run = recording(seed, 120.0)
+    rate = np.nan_to_num(run.columns["yaw_rate"])
+    return with_channels(run, channels(run.time, np.cumsum(rate) * 0.5)).streams()
+
+
+@pytest.mark.parametrize("received", [True, False])
+def test_the_parts_add_up_to_the_torque(received: bool) -> None:
+    settings = SignalSettings(channels=("sway", "voltage", "depth", *(("heading",) if received else ())))
+    streams = whole_run(5)
+    plain, _ = synchronise(settings, streams)
+    split, _ = synchronise(settings, streams, compensation(*EVERYTHING))
+    assert {DECLARED_INERTIA, *(term.effect for term in EVERYTHING)} == set(split.parts)
+    plain = plain.take(np.isin(plain.time, split.time))
+    assert len(split) > 150
+    torque = plain.damping + split.parts[DECLARED_INERTIA]
+    np.testing.assert_allclose(split.damping + sum(split.parts.values()), torque, atol=1e-9)
+
+
+def test_it_agrees_with_the_traced_model() -> None:
+    """The same parts as `TracedModel.parts` gives over the whole recording at once; slow signals, so that smoothing
+    does nothing to them."""
+    time: Array = np.arange(0.0, 300.0, 0.02, dtype=np.float64)
+    rate, torque = 0.2 * np.sin(0.05 * time), 80.0 * np.sin(0.05 * time + 0.4)
+    heading = -4.0 * np.cos(0.05 * time) + 4.0
+    further = channels(time, heading)
+    terms = [term for term in EVERYTHING if term.effect != "unexplained:heading"]
+    model = compensation(*terms).model
+    s = Signals(
+        0.02, np.array([0, time.size]), time, rate, torque, further, heading, acceleration=np.gradient(rate, 0.02)
+    )
+    expected = model.parts(s)
+    settings = SignalSettings(channels=("heading", "sway", "voltage", "depth"))
+    streams = {name: (time, values) for name, values in {"yaw_rate": rate, "torque": torque, **further}.items()}
+    split, _ = synchronise(settings, streams, Compensation.of(model))
+    for name, part in split.parts.items():
+        if name == "modulation:depth":  # scales here what is left of the torque, there the model's damping
+            continue
+        off = part - np.interp(split.time, time, expected[name])
+        assert np.abs(off).max() < 0.06 * np.abs(expected[name]).max(), name
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("delay", [0.13, -0.4])
+@pytest.mark.parametrize("received", [True, False])
+def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
+    seed: int, delay: float, received: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    settings = SignalSettings(channels=("sway", "voltage", "depth", *(("heading",) if received else ())))
+    late = Term("torque_delay", "from the command", (delay,))
+    effects = compensation(*(late if term.effect == "torque_delay" else term for term in EVERYTHING))
+    streams = {}
+    for name, (t, value) in whole_run(seed).items():
+        # Two drop-outs: one that is bridged, one that begins a new run.
+        there = (t < 30.0) | ((t > 31.0) & (t < 60.0)) | (t > 66.0)
+        streams[name] = (t[there], value[there])
+    whole, _ = synchronise(settings, streams, effects)
+    synchroniser = Synchroniser(settings, effects)
+    parts, sent = [], dict.fromkeys(streams, 0)
+    for now in np.arange(0.0, 125.0, 0.7).tolist():
+        for name, (t, value) in streams.items():
+            upto = int(np.searchsorted(t, now + random.uniform(0.0, 1.5)))
+            synchroniser.push(name, t[sent[name] : upto], value[sent[name] : upto])
+            sent[name] = max(upto, sent[name])
+        parts.append(synchroniser.ready())
+        if random.random() < 0.2:
+            synchroniser = Synchroniser.from_dict(json.loads(json.dumps(synchroniser.to_dict())), effects)
+    played = Samples.concatenate(parts)
+    assert len(played) == len(whole) > 150
+    assert np.array_equal(played.damping, whole.damping)
+    for name in whole.parts:
+        assert np.array_equal(played.parts[name], whole.parts[name]), name
+
+
+def test_its_memory_is_bounded() -> None:
+    synchroniser = Synchroniser(leng.SIGNALS, compensation(LAG_TERM, BIAS_TERM))
+    sizes = []
+    for begin in np.arange(0.0, 400.0, 10.0).tolist():
+        for name, (t, value) in recording(3).streams().items():
+            part = (t >= begin) & (t < begin + 10.0)
+            synchroniser.push(name, t[part], value[part])
+        synchroniser.ready()
+        sizes.append(len(json.dumps(synchroniser.to_dict())))
+    assert max(sizes) < 2 * min(sizes)
+
+
+def test_no_sample_is_made_where_a_channel_of_an_effect_is_missing() -> None:
+    settings = SignalSettings(channels=("sway",))
+    run = recording(3, 100.0)
+    sway = np.where(run.time < 40.0, 0.0, np.nan)
+    effects = compensation(Term("coupling:sway", "", (8.0, 0.5), (0.1,)))
+    samples, _ = synchronise(settings, with_channels(run, {"sway": sway}).streams(), effects)
+    assert len(samples) > 0
+    assert samples.time.max() < 40.0
+
+
+def test_what_refers_to_the_clock_of_its_recording_is_left_out() -> None:
+    wave, drift = Term("wave", "", (1.0, 2.0), (7.0,)), Term("bias_drift", "", (0.01, 3.0))
+    kept = compensation(LAG_TERM, wave, drift)
+    assert kept.names == ("torque_lag",)
+    assert kept.left_out == ("wave", "bias_drift")
+
+
+def test_a_term_of_another_form_is_refused() -> None:
+    with pytest.raises(ValueError, match="zip"):
+        compensation(Term("bias_torque", "", (1.0, 2.0)))
