@@ -46,7 +46,7 @@ class Answers:
             keys.model: self._model,
             keys.iteration: self._iteration,
             keys.health: lambda _: wire.encode(watch.report(node)),
-            keys.effects: lambda _: wire.encode(wire.EffectsLedger(effects=node.effects)),
+            keys.effects: lambda _: wire.encode(node.ledger),
         }
         self._rings: list[tuple[str, Any, Callable[[zenoh.Query], bytes]]] = [
             (key, session.declare_queryable(key, RingChannel(RING), complete=True), answer)

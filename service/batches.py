@@ -11,12 +11,15 @@ import threading
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from incsvr.samples import Array, Samples
 from incsvr.signals import REQUIRED, SignalSettings, Synchroniser
+
+if TYPE_CHECKING:
+    from incsvr.compensation import Compensation
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
 WAITING_BATCHES = 200
@@ -49,12 +52,19 @@ class Batches:
         settings: how streams become samples.
         size: samples of a batch.
         memory: what an earlier `to_dict` gave, to go on from there.
+        compensation: the traced effects that samples are freed of.
     """
 
-    def __init__(self, settings: SignalSettings, size: int, memory: Mapping[str, Any] | None = None) -> None:
-        self._settings, self._size = settings, size
+    def __init__(
+        self,
+        settings: SignalSettings,
+        size: int,
+        memory: Mapping[str, Any] | None = None,
+        compensation: Compensation | None = None,
+    ) -> None:
+        self._settings, self._size, self._compensation = settings, size, compensation
         self._lock = threading.Lock()
-        self._synchroniser = Synchroniser(settings)
+        self._synchroniser = Synchroniser(settings, compensation)
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
         self._behind = {stream: _Held() for stream in REQUIRED}
@@ -65,7 +75,7 @@ class Batches:
         if memory is not None:
             # Under other settings the streams begin anew: what they held was cut to the old ones.
             if memory["synchroniser"]["settings"] == self._synchroniser.to_dict()["settings"]:
-                self._synchroniser = Synchroniser.from_dict(memory["synchroniser"])
+                self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], compensation)
             self._refused = {reason: -count for reason, count in self._synchroniser.rejected.items()}
             self._take(_samples(memory["waiting"]))
 
@@ -146,7 +156,7 @@ class Batches:
         for reason, count in self._synchroniser.rejected.items():
             self._refused[reason] = self._refused.get(reason, 0) + count
         self._refused["clock_restarted"] = self._refused.get("clock_restarted", 0) + 1
-        self._synchroniser = Synchroniser(self._settings)
+        self._synchroniser = Synchroniser(self._settings, self._compensation)
         for stream, held in self._behind.items():
             self._synchroniser.push(stream, *held.take())
         self.clock_restarts += 1
@@ -172,6 +182,7 @@ def _plain(samples: Samples) -> dict[str, Any]:
         "yaw_rate": samples.yaw_rate.tolist(),
         "damping": samples.damping.tolist(),
         "channels": {name: sampled(values) for name, values in samples.channels.items()},
+        "parts": {name: values.tolist() for name, values in samples.parts.items()},
     }
 
 
@@ -185,5 +196,8 @@ def _samples(plain: Mapping[str, Any]) -> Samples:
         np.array(plain["time"], dtype=np.float64),
         np.array(plain["yaw_rate"], dtype=np.float64),
         np.array(plain["damping"], dtype=np.float64),
-        {name: np.array(values, dtype=np.float64) for name, values in plain["channels"].items()},
+        *(
+            {name: np.array(values, dtype=np.float64) for name, values in plain.get(kind, {}).items()}
+            for kind in ("channels", "parts")
+        ),
     )

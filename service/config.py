@@ -138,6 +138,9 @@ class Config(Section):
     state: Path | None = Field(default=Path("state"), description="directory of the durable state; null keeps nothing")
     history: int = Field(default=20_000, ge=1, le=10_000_000, description="published revisions kept in it")
     validation: dict[Name, Path] = Field(default={}, description="recordings to measure the error on, by name")
+    effects: Path | None = Field(
+        default=None, description="what the model lacks, as `incsvr trace --json FILE` wrote it; null for nothing"
+    )
     also: tuple[dict[str, Any], ...] = Field(
         default=(), max_length=1000, description="further learners in this process"
     )

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from service.config import Config, add_config_arguments, from_arguments, read
+from service.effects import configured
 from service.output import add_json_argument, emit
 from service.validation import read_validation
 
@@ -32,8 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     if args.action == "check":
         config = read(args.file)
-        for path in config.validation.values():
-            read_validation(path, config.signal_settings())
+        for each in config.each():
+            effects = configured(each)
+            for path in each.validation.values():
+                read_validation(path, each.signal_settings(), effects)
         print(f"{args.file}: good; the learner serves {', '.join(each.prefix for each in config.each())}")
         return 0
     config = from_arguments(args)

@@ -2,7 +2,7 @@
 
 ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
 WARN: samples were rejected or lost, the vehicle moves where the model only extrapolates, the yaw rate stands still,
-an earlier state was set aside. Ages are wall time; the clock is injected.
+an earlier state was set aside, a traced effect had to be left out. Ages are wall time; the clock is injected.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
+from incsvr.streams import JUMP
 from service import wire
 from service.config import HealthLimits
 from service.node import LearnerNode
@@ -52,7 +53,8 @@ class HealthWatch:
         self._fault: dict[str, tuple[float, int]] = {}  # counter → when it last grew, and by how much
         self._failure: tuple[float, str] | None = None
         self._unsaved: str | None = None
-        self.notice: str | None = None
+        self.notices: tuple[str, ...] = ()
+        self.effect_channels: tuple[str, ...] = ()
         self.queries = 0
 
     def received(self, name: str, t: Array, value: Array) -> None:
@@ -167,10 +169,14 @@ class HealthWatch:
                         stale.append(f"no {called} has come yet")
                 elif now - at > self._limits.stale_after:
                     stale.append(f"the last {called} came {now - at:.1f} s ago")
+            for name in self.effect_channels:
+                at = self._stream(name).at
+                if now - (self._started if at is None else at) > max(self._limits.stale_after, JUMP):
+                    stale.append(f"{name} does not come, and without it no sample can be freed of the traced effects")
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
-        warnings = [] if self.notice is None else [self.notice]
+        warnings = list(self.notices)
         with self._lock:
             for reason, count in rejected.items():
                 grown = count - self._seen.get(reason, 0)

@@ -21,6 +21,7 @@ from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publish
 from service import wire
 from service.answers import JSON, Answers
 from service.config import Config
+from service.effects import configured
 from service.health import HealthWatch
 from service.ingest import Ingest
 from service.node import LearnerNode, Outcome
@@ -38,17 +39,22 @@ class Host:
 
     def __init__(self, session: zenoh.Session, config: Config) -> None:
         self.keys = wire.Keys(config.prefix)
-        validation = {name: read_validation(path, config.signal_settings()) for name, path in config.validation.items()}
-        self._store = None if config.state is None else Store(config.state, config)
+        effects = configured(config)
+        settings = config.signal_settings()
+        validation = {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
+        known_by = None if effects is None else effects.identity
+        self._store = None if config.state is None else Store(config.state, config, known_by)
         self.node = LearnerNode(
             config,
             boot=uuid.uuid4().hex[:12],
             memory=None if self._store is None else self._store.memory,
             validation=validation,
+            effects=effects,
         )
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
-        if self._store is not None:
-            self.watch.notice = self._store.refusal
+        refusal = None if self._store is None else self._store.refusal
+        self.watch.notices = (*([refusal] if refusal else []), *(effects.warnings if effects else ()))
+        self.watch.effect_channels = effects.compensation.channels if effects else ()
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
         self._health_publisher = session.declare_publisher(self.keys.health, encoding=JSON)
         self._said: tuple[Any, ...] = ()
@@ -61,6 +67,8 @@ class Host:
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
         self.ingest = Ingest(session, self.keys, self.node, self.watch)
         self.tick()
+        # It changes when the learner begins, and then no more.
+        session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
     def tick(self) -> None:

@@ -22,6 +22,7 @@ from incsvr.samples import Array, Samples
 from service import wire
 from service.batches import Batches
 from service.config import Config
+from service.effects import TracedEffects
 from service.published import Served, report, snapshot
 
 
@@ -46,7 +47,7 @@ class LearnerNode:
         boot: identifies this start of the process.
         memory: what an earlier `memory()` gave, to go on from there.
         validation: samples that the served model's error is measured on after each iteration, by name.
-        effects: traced effects that the published model carries (CONTRACT, Section 5).
+        effects: traced effects that its samples are freed of, and that the published model carries.
         clock: a monotonic clock [s]; only the training time is measured with it.
     """
 
@@ -57,10 +58,13 @@ class LearnerNode:
         *,
         memory: Mapping[str, Any] | None = None,
         validation: Mapping[str, Samples] | None = None,
-        effects: tuple[dict[str, Any], ...] = (),
+        effects: TracedEffects | None = None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        self.config, self.boot, self.effects = config, boot, effects
+        self.config, self.boot = config, boot
+        self.ledger = wire.EffectsLedger()
+        if effects is not None:
+            self.ledger = wire.EffectsLedger(effects=effects.findings, history=effects.history)
         self._settings = config.learner_settings()
         self._validation = dict(validation or {})
         self._clock = clock
@@ -72,7 +76,8 @@ class LearnerNode:
             self._covered = np.array([-math.inf if t is None else t for t in memory["covered"]])
             revision, newest = memory["revision"], memory["t"]
             on_the_way = memory.get("on_the_way")
-        self.batches = Batches(config.signal_settings(), self._settings.batch, on_the_way)
+        compensation = None if effects is None else effects.compensation
+        self.batches = Batches(config.signal_settings(), self._settings.batch, on_the_way, compensation)
         self._clock_restarts = 0
         self.served = Served(self._state.model, revision, self._state.iterations, newest)
 
@@ -104,6 +109,8 @@ class LearnerNode:
             validation=self._validation,
             learned=self.learned,
         )
+        if told.batch.parts:
+            self.ledger = self.ledger.model_copy(update={"batch": told.batch})
         return Outcome(self._snapshot(), told, self.memory())
 
     def predict(self, rates: Array) -> wire.DampingReply:
@@ -160,4 +167,4 @@ class LearnerNode:
         self._covered[bins[inside].astype(int)] = batch.time[inside]
 
     def _snapshot(self) -> wire.ModelSnapshot:
-        return snapshot(self.served, self.boot, self.config.vehicle.inertia, self.effects)
+        return snapshot(self.served, self.boot, self.config.vehicle.inertia, self.ledger.effects)

@@ -88,6 +88,7 @@ def report(
             damping=tuple(batch.damping.tolist()),
             predicted=None if predicted is None else tuple(predicted.tolist()),
             channels={name: sampled(values) for name, values in batch.channels.items()},
+            parts={name: tuple(values.tolist()) for name, values in batch.parts.items()},
         ),
         certified_error=_finite(iteration.model.certified_error),
         progressive_mae=iteration.progressive_mae,

@@ -30,8 +30,8 @@ CREATE TABLE IF NOT EXISTS history (
 """
 
 
-def identity(config: Config) -> dict[str, Any]:
-    """What a state must agree with to be taken up."""
+def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
+    """What a state must agree with to be taken up; `effects` names the traced effects that samples are freed of."""
     settings = config.learner
     return {
         "form": [FORM, learner.FORM],
@@ -43,6 +43,7 @@ def identity(config: Config) -> dict[str, Any]:
         "C": settings.C,
         "epsilon": settings.epsilon,
         "bins": settings.bins,
+        "effects": effects,
     }
 
 
@@ -57,7 +58,7 @@ class Store:
         BadInput: the directory cannot be written.
     """
 
-    def __init__(self, directory: Path, config: Config) -> None:
+    def __init__(self, directory: Path, config: Config, effects: str | None = None) -> None:
         self.path = directory / (config.prefix + ".sqlite")
         self.refusal: str | None = None
         self.memory: dict[str, Any] | None = None
@@ -65,7 +66,7 @@ class Store:
         self._lock = threading.Lock()
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._write, self.memory = self._open(identity(config))
+            self._write, self.memory = self._open(identity(config, effects))
             self._read = self._connect()
         except (OSError, sqlite3.OperationalError) as error:
             raise BadInput(f"the state cannot be kept in {directory} ({error}); name another directory") from error

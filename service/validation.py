@@ -11,10 +11,13 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, SignalSettings, synchronise
+from service.effects import TracedEffects
 
 
-def read_validation(path: Path, settings: SignalSettings) -> Samples:
+def read_validation(path: Path, settings: SignalSettings, effects: TracedEffects | None = None) -> Samples:
     """The damping samples of a recording (CSV with t, yaw_rate and torque), made as the learner makes its own.
+
+    Freed of the same effects, of which the recording must hold the channels.
 
     Raises:
         BadInput: naming the file and the cure.
@@ -26,14 +29,18 @@ def read_validation(path: Path, settings: SignalSettings) -> Samples:
     except (OSError, ValueError, UserWarning) as error:
         raise BadInput(f"{path}: this is no recording ({str(error).splitlines()[0]})") from None
     columns = {name: np.atleast_1d(table[name]) for name in table.dtype.names or ()}
-    for name in ("t", *REQUIRED):
+    compensation = None if effects is None else effects.compensation
+    further = () if compensation is None else settings.channels
+    for name in ("t", *REQUIRED, *further):
+        if name in further and name not in columns:
+            raise BadInput(f"{path}: there is no column {name}, for which samples wait; leave this recording out")
         if name not in columns:
             raise BadInput(f"{path}: there is no column {name}; a recording has t [s], yaw_rate [rad/s], torque [N m]")
     streams = {}
-    for name in REQUIRED:
+    for name in (*REQUIRED, *further):
         sampled = ~np.isnan(columns[name])
         streams[name] = (columns["t"][sampled], columns[name][sampled])
-    samples, rejected = synchronise(settings, streams)
+    samples, rejected = synchronise(settings, streams, compensation)
     if not len(samples):
         raise BadInput(
             f"{path}: no sample could be made of it (rejected: {dict(rejected)}); is it longer than its gaps?"

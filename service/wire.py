@@ -166,7 +166,8 @@ class Batch(Form):
     """The synchronised samples of the iteration in the order of their time, and what the model said before it saw them.
 
     `predicted` is None before anything was learned; damping − predicted is the residual [N m]. A channel is None where
-    it was not sampled.
+    it was not sampled. Where traced effects are in force, `parts` says what the declared inertia and each effect take
+    of the torque: predicted + Σ parts is the torque that the model predicts, damping + Σ parts the measured one.
     """
 
     time: Numbers = ()  # the vehicle's time [s]
@@ -174,6 +175,7 @@ class Batch(Form):
     damping: Numbers = ()  # N m
     predicted: Numbers | None = None  # N m
     channels: dict[str, tuple[float | None, ...]] = {}
+    parts: dict[str, Numbers] = {}  # N m
 
 
 class IterationReport(Form):
@@ -269,11 +271,13 @@ class Health(Form):
 class EffectsLedger(Form):
     """`…/effects`: the traced effects that the served model holds, and every step that led there.
 
-    An effect has the form of CONTRACT, Section 5; it is carried as it is.
+    An effect has the form of CONTRACT, Section 5; it is carried as it is. The answer to a get holds the newest batch,
+    whose `parts` are the torque ledger.
     """
 
     effects: tuple[dict[str, Any], ...] = ()
     history: tuple[dict[str, Any], ...] = ()
+    batch: Batch | None = None
 
 
 FormType = TypeVar("FormType", bound=Form)

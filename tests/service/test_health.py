@@ -54,6 +54,17 @@ def test_it_is_well_while_both_streams_come(watch: HealthWatch, node: LearnerNod
     assert health.counters["rejected"] == 0
 
 
+def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
+    watch.effect_channels = ("sway",)
+    clock.now += 11.0
+    feed(watch, node, moving(0.0, 5.0))
+    assert watch.report(node).reasons == (
+        "sway does not come, and without it no sample can be freed of the traced effects",
+    )
+    watch.received("sway", np.zeros(1), np.zeros(1))
+    assert watch.report(node).level == "OK"
+
+
 def test_a_silent_stream_is_stale(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
     assert watch.report(node).level == "OK"  # it may still come
     clock.now += 3.0

@@ -1,0 +1,132 @@
+"""What `incsvr trace` found, as the learner takes it up: which effects are in force, and what became of the others."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from incsvr.errors import BadInput
+from service.config import Config
+
+if TYPE_CHECKING:
+    from incsvr.compensation import Compensation
+
+FOLLOWED = ("drag_drift", "drag_step")
+"""Effects of the damping over time: the learned damping follows the vehicle by itself."""
+_AGAIN = "write one with `incsvr trace RECORDING… --json FILE`"
+
+
+@dataclass(frozen=True, slots=True)
+class TracedEffects:
+    """The effects of a trace, as far as they hold on another recording.
+
+    Attributes:
+        compensation: works them out along the streams.
+        findings: those in force, in the form of CONTRACT, Section 5.
+        history: what was done with each term of the traced model.
+        warnings: sentences about what is missing.
+    """
+
+    compensation: Compensation
+    findings: tuple[dict[str, Any], ...]
+    history: tuple[dict[str, Any], ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def identity(self) -> str:
+        """Tells apart the effects that a state was learned with: names, and a check of their values."""
+        values = json.dumps(self.compensation.model.to_dict()["terms"])
+        return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
+
+
+def configured(config: Config) -> TracedEffects | None:
+    """The effects that a learner is configured with; BadInput where they are not usable."""
+    if config.effects is None:
+        return None
+    return read_effects(config.effects, config.vehicle.inertia, config.signals.channels)
+
+
+def read_effects(path: Path, inertia: float, channels: tuple[str, ...]) -> TracedEffects:
+    """The effects in a file that `incsvr trace --json FILE` wrote.
+
+    Args:
+        path: the file.
+        inertia: I, as it is configured [kg m²].
+        channels: the channels that samples wait for.
+
+    Raises:
+        BadInput: naming the file and the cure.
+    """
+    # Loaded where it is needed alone: most learners have no traced effects.
+    from incsvr.compensation import HEADING, OF_HEADING, Compensation
+    from incsvr.tracer.forward import TracedModel
+
+    found = _trace(path)
+    try:
+        model = TracedModel.from_dict(found["model"])
+        compensation = Compensation.of(model)
+        findings = tuple(dict(finding) for finding in found["effects"] if finding["effect"] in compensation.names)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise BadInput(
+            f"{path}: this is no trace of this version ({type(error).__name__}: {error}); {_AGAIN}"
+        ) from None
+    if model.inertia != inertia:
+        raise BadInput(
+            f"{path}: traced with a declared inertia of {model.inertia:g} kg m², and the configured one is "
+            f"{inertia:g} kg m²; trace again with --inertia {inertia:g}, or set vehicle.inertia to {model.inertia:g}"
+        )
+    for name in compensation.channels:
+        if name not in channels:
+            raise BadInput(
+                f"{path}: an effect reads the channel {name}, which samples do not wait for; add {name} to "
+                "signals.channels, and publish it"
+            )
+    named = {finding["effect"] for finding in findings}
+    integrated = HEADING not in channels and any(name in OF_HEADING for name in compensation.names)
+    return TracedEffects(
+        compensation,
+        findings,
+        (
+            *({"effect": name, "step": "in force", "why": _why(name, named)} for name in compensation.names),
+            *({"effect": name, "step": "left out", "why": _left_out(name)} for name in compensation.left_out),
+            *([{"effect": HEADING, "step": "integrated", "why": _INTEGRATED}] if integrated else []),
+        ),
+        tuple(
+            f"the traced effect {name} is left out: {_left_out(name)}"
+            for name in compensation.left_out
+            if name not in FOLLOWED
+        ),
+    )
+
+
+_INTEGRATED = "it counts from zero at the start; add heading to signals.channels where the vehicle measures it"
+
+
+def _why(name: str, named: Collection[str]) -> str:
+    if name in named:
+        return "traced"
+    return "a remainder that no effect explains" if name.startswith("unexplained:") else "how the streams are aligned"
+
+
+def _left_out(name: str) -> str:
+    if name in FOLLOWED:
+        return "the learned damping follows the vehicle by itself"
+    return "it refers to the clock of the recording that it was traced on"
+
+
+def _trace(path: Path) -> Mapping[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadInput(f"{path}: there is no such file; {_AGAIN}") from None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read ({error.strerror}); {_AGAIN}") from None
+    except ValueError as error:  # no text, or no JSON
+        raise BadInput(f"{path}: this is no JSON ({error}); {_AGAIN}") from None
+    if not isinstance(found, dict) or not {"model", "effects"} <= found.keys():
+        raise BadInput(f"{path}: this is no trace, it holds no model with its effects; {_AGAIN}")
+    return found

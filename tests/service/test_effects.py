@@ -1,0 +1,222 @@
+"""The learner with traced effects: its damping is free of them, its torque splits into parts, what is wrong is said."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from service import wire
+from service.cli import main
+from service.effects import configured as effects_of
+from service.effects import read_effects
+from service.node import LearnerNode
+from simulator.recordings import Recording, write
+from tests.hidden import TRUTH, recording
+from tests.service.conftest import PATIENCE, Bench, StartBench, configured
+
+ITERATIONS = 6
+Content = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def traced(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `incsvr trace` finds in two runs of a vehicle with a hidden lag and a bent fin."""
+    folder = tmp_path_factory.mktemp("traced")
+    paths = [folder / f"run_{seed}.csv" for seed in (1, 2)]
+    for seed, path in zip((1, 2), paths, strict=True):
+        write(path, recording(seed))
+    assert main(["trace", *map(str, paths), "--inertia", "350", "--json", str(folder / "trace.json")]) == 0
+    return folder / "trace.json"
+
+
+@pytest.fixture(scope="module")
+def run() -> Recording:
+    """A run of the same vehicle that the tracer never saw."""
+    return recording(3, 200.0)
+
+
+@pytest.fixture
+def changed(traced: Path, tmp_path: Path) -> Callable[..., Path]:
+    """The trace with its content changed, as a file of its own."""
+
+    def write_changed(change: Callable[[Content], object]) -> Path:
+        content = json.loads(traced.read_text(encoding="utf-8"))
+        change(content)
+        path = tmp_path / "changed.json"
+        path.write_text(json.dumps(content), encoding="utf-8")
+        return path
+
+    return write_changed
+
+
+def learned(bench: Bench, run: Recording, iterations: int = ITERATIONS) -> wire.ModelSnapshot:
+    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
+    bench.play(run)
+    return [models.get(timeout=PATIENCE) for _ in range(iterations)][-1]
+
+
+def ledger(bench: Bench) -> wire.EffectsLedger:
+    payload, _ = bench.get(bench.keys.effects)
+    assert payload is not None
+    return wire.decode(wire.EffectsLedger, payload)
+
+
+def off(snapshot: wire.ModelSnapshot) -> float:
+    """RMS distance of the learned damping from the vehicle's own where it was trained [N m]."""
+    assert snapshot.trained_range is not None
+    rate = np.linspace(*snapshot.trained_range, 101)
+    return float(np.sqrt(np.mean((snapshot.model().predict(rate).damping - TRUTH(rate)) ** 2)))
+
+
+def test_the_learned_damping_is_closer_to_the_truth(start: StartBench, run: Recording, traced: Path) -> None:
+    with_effects, without = learned(start(effects=traced), run), learned(start(), run)
+    assert off(with_effects) < 1.5 < 10.0 < off(without)
+    assert [effect["effect"] for effect in with_effects.effects] == ["torque_lag", "bias_torque"]
+    assert without.effects == ()
+
+
+def test_the_torque_splits_into_its_parts_over_the_bus(start: StartBench, run: Recording, traced: Path) -> None:
+    bench = start(effects=traced)
+    reports = bench.follow(bench.keys.iteration, wire.IterationReport)
+    learned(bench, run)
+    batch = [reports.get(timeout=PATIENCE).batch for _ in range(ITERATIONS)][-1]
+    assert {"declared inertia", "torque_lag", "bias_torque"} <= set(batch.parts)
+    np.testing.assert_allclose(batch.parts["bias_torque"], -12.0, atol=0.5)
+    (t, torque), calm = run.streams()["torque"], []
+    assert batch.predicted is not None
+    parts = np.sum(list(batch.parts.values()), axis=0)
+    for at, measured, predicted in zip(batch.time, parts + batch.damping, parts + batch.predicted, strict=True):
+        near = torque[np.abs(t - at) < 0.36]
+        if np.ptp(near) < 8.0:  # the command does not jump within the filter
+            calm.append((measured - near.mean(), predicted - near.mean()))
+    assert len(calm) > 30
+    assert np.abs(np.array(calm)[:, 0]).max() < 2.0
+    assert np.sqrt(np.mean(np.array(calm)[:, 1] ** 2)) < 5.0
+    said = ledger(bench)
+    assert said.batch == batch
+    assert [effect["effect"] for effect in said.effects] == ["torque_lag", "bias_torque"]
+    assert {(step["effect"], step["step"]) for step in said.history} >= {("torque_lag", "in force")}
+
+
+def test_live_and_from_a_file_it_is_the_same_to_the_byte(start: StartBench, run: Recording, traced: Path) -> None:
+    config = configured(effects=traced)
+    node = LearnerNode(config, boot="", effects=effects_of(config))
+    for name, (t, value) in run.streams().items():
+        node.push(name, t, value)
+    whole = [node.learn() for _ in range(ITERATIONS)]
+    bench = start(effects=traced)
+    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
+    bench.play(run)
+    for outcome in whole:
+        assert outcome is not None
+        played = models.get(timeout=PATIENCE)
+        assert wire.encode(played.model_copy(update={"boot": ""})) == wire.encode(outcome.snapshot)
+
+
+def test_stopped_and_started_in_between_it_learns_the_same(
+    start: StartBench, run: Recording, traced: Path, tmp_path: Path
+) -> None:
+    whole = learned(start(effects=traced), run)
+    first = start(effects=traced, state=tmp_path)
+    learned(first, part(run, 0.0, 101.3), 3)
+    first.stop()
+    second = start(effects=traced, state=tmp_path)
+    models = second.follow(second.keys.model, wire.ModelSnapshot)
+    second.play(part(run, 101.3, 200.0))
+    again = [models.get(timeout=PATIENCE) for _ in range(ITERATIONS - 3)][-1]
+    assert again.model_dump(exclude={"boot"}) == whole.model_dump(exclude={"boot"})
+
+
+def part(run: Recording, first: float, last: float) -> Recording:
+    inside = (run.time >= first) & (run.time < last)
+    return Recording(run.name, run.time[inside], {name: values[inside] for name, values in run.columns.items()})
+
+
+def test_a_state_learned_with_other_effects_is_refused_aloud(
+    start: StartBench, run: Recording, traced: Path, tmp_path: Path
+) -> None:
+    first = start(state=tmp_path)
+    learned(first, run)
+    first.stop()
+    health = start(state=tmp_path, effects=traced).health()
+    assert health.revision == 0
+    assert "learned with effects None, and now effects is torque_lag, bias_torque" in health.reasons[0]
+
+
+def test_the_ledger_answers_before_anything_is_learned(start: StartBench, traced: Path) -> None:
+    said = ledger(start(effects=traced))
+    assert len(said.effects) == 2
+    assert said.batch is None
+
+
+def test_what_refers_to_the_clock_of_its_recording_is_left_out_aloud(
+    start: StartBench, changed: Callable[..., Path]
+) -> None:
+    wave = {"effect": "wave", "variant": "", "coefficients": [1.0, 2.0], "inner": [7.0]}
+    step = {"effect": "drag_step", "variant": "", "coefficients": [0.1], "inner": [70.0]}
+    bench = start(effects=changed(lambda trace: trace["model"]["terms"].extend([wave, step])))
+    assert bench.health().level == "WARN"
+    assert [reason for reason in bench.health().reasons if "wave is left out: it refers to the clock" in reason]
+    assert not [reason for reason in bench.health().reasons if "drag_step" in reason]
+    left_out = {step["effect"]: step["why"] for step in ledger(bench).history if step["step"] == "left out"}
+    assert left_out["drag_step"] == "the learned damping follows the vehicle by itself"
+    assert set(left_out) == {"wave", "drag_step"}
+
+
+def sway(trace: Content) -> None:
+    trace["model"]["terms"].append(
+        {"effect": "coupling:sway", "variant": "", "coefficients": [8.0, 0.5], "inner": [0.1]}
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "cure"),
+    [
+        (lambda trace: trace["model"].update(inertia=340.0), "set vehicle.inertia to 340"),
+        (sway, "add sway to signals.channels"),
+        (lambda trace: trace.pop("model"), "this is no trace, it holds no model"),
+        (lambda trace: trace["model"].pop("terms"), "no trace of this version"),
+        (lambda trace: trace["model"]["terms"][1].update(effect="magic"), "no trace of this version"),
+        (lambda trace: trace["model"]["terms"][1].update(coefficients=[1.0, 2.0]), "no trace of this version"),
+    ],
+)
+def test_a_wrong_trace_is_refused_with_its_cure(
+    changed: Callable[..., Path], change: Callable[[Content], object], cure: str
+) -> None:
+    with pytest.raises(BadInput, match=cure):
+        read_effects(changed(change), 350.0, ())
+
+
+def test_an_effect_on_a_channel_that_comes_is_taken_up(changed: Callable[..., Path]) -> None:
+    found = read_effects(changed(sway), 350.0, ("depth", "sway"))
+    assert found.compensation.channels == ("sway",)
+
+
+@pytest.mark.parametrize(("content", "says"), [(None, "there is no such file"), ("t,yaw_rate", "this is no JSON")])
+def test_serve_says_in_one_sentence_what_is_wrong(tmp_path: Path, content: str | None, says: str) -> None:
+    path = tmp_path / "trace.json"
+    if content is not None:
+        path.write_text(content, encoding="utf-8")
+    words = ["serve", "--listen", "tcp/127.0.0.1:0", "--set", "state=null", "--set", f"effects={path}"]
+    done = subprocess.run(
+        [sys.executable, "-m", "service.cli", *words], capture_output=True, text=True, check=False, timeout=PATIENCE
+    )
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert "incsvr trace RECORDING… --json FILE" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_config_check_reads_the_trace_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(f"effects: {tmp_path / 'none.json'}\n", encoding="utf-8")
+    assert main(["config", "check", str(path)]) == 2
+    assert "there is no such file" in capsys.readouterr().err
