@@ -8,6 +8,7 @@ import rerun as rr
 
 from service.wire import EffectsLedger, Health, Measurement
 from viewer.compare import Choice, ComparePage
+from viewer.effects import EffectsPage
 from viewer.error import ErrorPage
 from viewer.frame import Frame
 from viewer.health import HealthPage
@@ -35,6 +36,7 @@ class Chapter:
         self._signals = SignalsPage(recorder, palette)
         self._compare = ComparePage(recorder, palette, choice)
         self._health = HealthPage(recorder, palette)
+        self._effects = EffectsPage(recorder)
 
     def iteration(self, frame: Frame) -> None:
         """One iteration, on every page that shows it."""
@@ -46,6 +48,7 @@ class Chapter:
         self._error.log(frame)
         self._signals.log(frame)
         self._compare.log(frame, plate)
+        self._effects.log(frame)
         recorder.log("learning/table", rr.TextDocument(table(frame), media_type="text/markdown"))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
 
@@ -84,7 +87,7 @@ class Chapter:
 
     def effects(self, ledger: EffectsLedger, seen: float) -> None:
         self._now(seen, None)
-        self._health.effects(ledger)
+        self._effects.say(ledger)
 
     def flush(self) -> bool:
         """Brings all that came in to the file and the screen; False once the file had to be given up."""

@@ -1,10 +1,10 @@
-"""The page Health: how the learner does, and the ledger of the effects that it traced."""
+"""The page Health: how the learner does."""
 
 from __future__ import annotations
 
 import rerun as rr
 
-from service.wire import EffectsLedger, Health
+from service.wire import Health
 from viewer.frame import clock_text
 from viewer.palette import LIGHT, Palette
 from viewer.recorder import Recorder
@@ -14,7 +14,7 @@ AWAY = "AWAY"
 
 
 class HealthPage:
-    """Logs signals/health and effects/ledger."""
+    """Logs below signals/health/."""
 
     def __init__(self, rec: Recorder, palette: Palette) -> None:
         self._rec = rec
@@ -33,9 +33,6 @@ class HealthPage:
             rr.SeriesLines(colors=LIGHT.support, names="Learned share", widths=2.5),
             static=True,
         )
-        rec.log(
-            "effects/ledger", rr.TextDocument(ledger_text(EffectsLedger()), media_type="text/markdown"), static=False
-        )
 
     def log(self, health: Health) -> None:
         """The learner's health, at the clocks that are set."""
@@ -48,10 +45,6 @@ class HealthPage:
         text = f"# LEARNER AWAY\n\n{sentence}"
         self._rec.log("signals/health/now", rr.TextDocument(text, media_type="text/markdown"))
         self._switch(AWAY)
-
-    def effects(self, ledger: EffectsLedger) -> None:
-        """The ledger, at the clocks that are set."""
-        self._rec.log("effects/ledger", rr.TextDocument(ledger_text(ledger), media_type="text/markdown"))
 
     def _switch(self, level: str) -> None:
         if level != self._level:
@@ -81,35 +74,3 @@ def health_text(health: Health) -> str:
             *counters,
         ]
     )
-
-
-def ledger_text(ledger: EffectsLedger) -> str:
-    """Markdown: the effects in force, then every step that led there."""
-    lines = ["# Traced effects", ""]
-    if not ledger.effects:
-        lines.append("None: the model is the declared inertia and the learned damping.")
-    for effect in ledger.effects:
-        lines.append(f"## {str(effect.get('effect', '?')).replace('_', ' ')}")
-        if effect.get("sentence"):
-            lines.append(str(effect["sentence"]))
-        intervals = effect.get("interval") or {}
-        for name, value in (effect.get("parameters") or {}).items():
-            low_high = intervals.get(name)
-            between = f" ({low_high[0]:.3g} to {low_high[1]:.3g})" if low_high else ""
-            lines.append(f"- {name}: {value:.3g}{between}" if isinstance(value, float) else f"- {name}: {value}")
-        if effect.get("share") is not None:
-            lines.append(
-                f"- {100 * effect['share']:.0f} % of what could be explained, p = {effect.get('p_value', 0):.1g}"
-            )
-    if ledger.history:
-        names = list(dict.fromkeys(key for step in ledger.history for key in step))
-        lines += ["\n## Ledger", "| " + " | ".join(names) + " |", "|" + ":--|" * len(names)]
-        lines += [
-            "| " + " | ".join(_cell(step.get(name, "")) for name in names) + " |" for step in ledger.history[-30:]
-        ]
-    return "\n".join(lines)
-
-
-def _cell(value: object) -> str:
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return text.replace("|", "/").replace("\n", " ")

@@ -12,7 +12,7 @@ from viewer.frame import VEHICLE_TIME
 from viewer.palette import Palette
 from viewer.signals import HINT
 
-PAGES = ("Learning", "Before and after", "Signals", "Health")
+PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health")
 WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
 _END = rr.TimeRangeBoundary.infinite()
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
@@ -21,7 +21,14 @@ SPEED = 20.0  # an iteration takes half a minute on the vehicle
 def blueprint(palette: Palette, choice: Choice, *, page: str = "Learning") -> rrb.Blueprint:
     """All pages as tabs, `page` in front, following the vehicle's time: on it every page has something to show."""
     return rrb.Blueprint(
-        rrb.Tabs(_learning(palette), _compare(palette, choice), _signals(), _health(), active_tab=PAGES.index(page)),
+        rrb.Tabs(
+            _learning(palette),
+            _compare(palette, choice),
+            _signals(),
+            _effects(),
+            _health(),
+            active_tab=PAGES.index(page),
+        ),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -70,25 +77,39 @@ def _compare(palette: Palette, choice: Choice) -> rrb.Horizontal:
     )
 
 
-def _signals() -> rrb.Vertical:
+def _plot(path: str, name: str) -> rrb.TimeSeriesView:
+    """The last minutes of what stands below an entity, over the vehicle's time."""
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW),
         end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN),
     )
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
 
-    def plot(path: str, name: str) -> rrb.TimeSeriesView:
-        return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
 
+def _signals() -> rrb.Vertical:
     return rrb.Vertical(
         rrb.TextDocumentView(origin=HINT, name="Signals"),
-        plot("signals/yaw_rate", "Yaw rate [rad/s]"),
-        plot("signals/torque", "Torque [N m]"),
-        plot("signals/damping", "Damping moment [N m]"),
-        plot("signals/residual", "Residual [N m]"),
-        plot("signals/rejected", "Rejected samples, since start"),
+        _plot("signals/yaw_rate", "Yaw rate [rad/s]"),
+        _plot("signals/torque", "Torque [N m]"),
+        _plot("signals/damping", "Damping moment [N m]"),
+        _plot("signals/residual", "Residual [N m]"),
+        _plot("signals/rejected", "Rejected samples, since start"),
         row_shares=[0.3, 1, 1, 1, 1, 0.8],
         name="Signals",
+    )
+
+
+def _effects() -> rrb.Horizontal:
+    return rrb.Horizontal(
+        rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
+        rrb.Vertical(
+            _plot("effects/torque", "Torque, with the effects [N m]"),
+            _plot("effects/parts", "What each part takes of the predicted torque [N m]"),
+            row_shares=[1.0, 1.0],
+        ),
+        column_shares=[1.0, 1.8],
+        name="Effects",
     )
 
 
@@ -103,8 +124,7 @@ def _health() -> rrb.Horizontal:
                 axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
                 axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
             ),
-            rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
-            row_shares=[0.5, 1.0, 1.5],
+            row_shares=[0.5, 1.0],
         ),
         column_shares=[1.0, 1.4],
         name="Health",

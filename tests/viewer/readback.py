@@ -34,6 +34,23 @@ def rows(path: Path, column: str, under: str = "/learning") -> Rows:
     return found
 
 
+def series(path: Path, under: str) -> dict[str, list[float]]:
+    """Entity → its scalars in the order of the vehicle's time."""
+    found: dict[str, list[tuple[Any, float]]] = {}
+    reader = RrdReader(str(path))
+    for entry in reader.recordings():
+        stream = reader.stream(store=entry)
+        for chunk in stream.filter(content=f"{under}/**", has_timeline="vehicle_time", components="Scalars:scalars"):
+            batch = chunk.to_record_batch()
+            pairs = zip(
+                batch.column("vehicle_time").cast("int64").to_pylist(),
+                batch.column("Scalars:scalars").to_pylist(),
+                strict=True,
+            )
+            found.setdefault(chunk.entity_path, []).extend((at, value[0]) for at, value in pairs)
+    return {entity: [value for _, value in sorted(pairs)] for entity, pairs in found.items()}
+
+
 def shown(logged: dict[int, Any], iteration: int) -> Any:
     """What stands on the screen at an iteration; None where nothing was ever logged."""
     before = [at for at in logged if at <= iteration]

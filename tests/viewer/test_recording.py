@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.wire import SETS, Health, Measurement, Points
+from service.wire import SETS, EffectsLedger, Health, Measurement, Points
 from tests.viewer.conftest import Run
-from tests.viewer.readback import points, rows, shown
+from tests.viewer.readback import points, rows, series, shown
 from viewer import archive
 from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.curve import trained_part
+from viewer.effects import columns
 from viewer.error import POINTS, thinned
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
@@ -158,3 +159,31 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
         pytest.approx(0.1),
         900.0,
     ]
+
+
+def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "effects.rrd"
+    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    # The learner says it when it begins, before there is an iteration.
+    chapter.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
+    for report, snapshot in run.iterations[:2]:
+        size = len(report.batch.time)
+        parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
+        batch = report.batch.model_copy(update={"parts": parts})
+        chapter.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
+    recorder.close()
+    assert "## torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
+    found = columns(batch)
+    assert set(found) == {
+        "effects/torque/measured",
+        "effects/torque/predicted",
+        "effects/parts/declared_inertia",
+        "effects/parts/coupling_sway",
+        "effects/parts/damping",
+    }
+    summed = np.sum([values for name, values in found.items() if "parts" in name], axis=0)
+    assert found["effects/torque/predicted"] == pytest.approx(summed)
+    logged = series(path, "/effects")
+    for name, values in found.items():
+        assert logged[f"/{name}"][-values.size :] == pytest.approx(values)

@@ -41,7 +41,7 @@ def test_one_frame_is_drawn_and_every_view_is_content(screen: Screen) -> None:
         assert any(near(colour, getattr(DARK, name)) for colour in colours), f"nothing in the colour of {name}"
 
 
-@pytest.mark.parametrize("page", ["Before and after", "Signals", "Health"])
+@pytest.mark.parametrize("page", ["Before and after", "Signals", "Effects", "Health"])
 def test_every_other_page_is_content_at_the_end(screen: Screen, page: str) -> None:
     screen.show(page)
     assert [(view.name, view.reports) for view in screen.views() if view.reports] == []

@@ -6,8 +6,9 @@ import pytest
 
 from service.wire import EffectsLedger, Health, StreamHealth
 from tests.viewer.conftest import Run
+from viewer.effects import ledger_text
 from viewer.frame import Frame, clock_text
-from viewer.health import health_text, ledger_text
+from viewer.health import health_text
 from viewer.table import headline, quantity, table
 
 LAG = {

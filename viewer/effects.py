@@ -1,0 +1,107 @@
+"""The page Effects: what the model holds beside inertia and damping, and how every prediction splits into its parts."""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+from rerun.components import MarkerShape
+
+from service.wire import Batch, EffectsLedger
+from viewer.drawn import scalars
+from viewer.frame import VEHICLE_TIME, Floats, Frame
+from viewer.palette import LIGHT
+from viewer.recorder import Recorder
+
+DAMPING = "damping"
+
+
+class EffectsPage:
+    """Logs below effects/."""
+
+    def __init__(self, rec: Recorder) -> None:
+        self._rec = rec
+        self._named: dict[str, str] = {}
+        # The viewer's own plots follow its theme: these colours are read on white and on black.
+        self._colours = (LIGHT.support, LIGHT.old, LIGHT.new, LIGHT.outlier, LIGHT.forgotten, LIGHT.discarded)
+        rec.log(
+            "effects/torque/measured",
+            rr.SeriesPoints(colors=LIGHT.old, names="Measured", markers=MarkerShape.Circle, marker_sizes=2.0),
+            static=True,
+        )
+        rec.log(
+            "effects/torque/predicted", rr.SeriesLines(colors=LIGHT.new, names="Predicted", widths=1.6), static=True
+        )
+        self._ledger, self._told = EffectsLedger(), False
+
+    def say(self, ledger: EffectsLedger) -> None:
+        """The ledger, at the clocks that are set."""
+        self._ledger, self._told = ledger, False
+        self._tell()
+
+    def log(self, frame: Frame) -> None:
+        """One iteration's torque and its parts, on the vehicle's time."""
+        if not self._told:
+            # What was said before the first iteration stands on the clock on the wall alone.
+            self._tell()
+            self._told = True
+        batch = frame.report.batch
+        if not batch.parts:
+            return
+        clock = [rr.TimeColumn(VEHICLE_TIME, duration=np.array(batch.time))]
+        for path, values in columns(batch).items():
+            if path.startswith("effects/parts/") and path not in self._named:
+                colour = self._colours[len(self._named) % len(self._colours)]
+                name = path.removeprefix("effects/parts/").replace("_", " ").capitalize()
+                self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.6), static=True)
+                self._named[path] = name
+            self._rec.send_columns(path, clock, scalars(values))
+
+    def _tell(self) -> None:
+        self._rec.log("effects/ledger", rr.TextDocument(ledger_text(self._ledger), media_type="text/markdown"))
+
+
+def columns(batch: Batch) -> dict[str, Floats]:
+    """Entity → (n,) moments [N m]: the torque, measured and predicted, and each part, the damping as predicted.
+
+    The parts add up to the prediction.
+    """
+    parts = {name: np.array(values) for name, values in batch.parts.items()}
+    rest = np.sum(list(parts.values()), axis=0)
+    found = {"effects/torque/measured": rest + np.array(batch.damping)}
+    if batch.predicted is not None:
+        parts[DAMPING] = np.array(batch.predicted)
+        found["effects/torque/predicted"] = rest + parts[DAMPING]
+    # An entity's name: a channel's effect is called coupling:sway.
+    return found | {f"effects/parts/{name.replace(' ', '_').replace(':', '_')}": part for name, part in parts.items()}
+
+
+def ledger_text(ledger: EffectsLedger) -> str:
+    """Markdown: the effects in force, then every step that led there."""
+    lines = ["# Traced effects", ""]
+    if not ledger.effects:
+        lines.append("None: the model is the declared inertia and the learned damping.")
+    for effect in ledger.effects:
+        lines.append(f"## {str(effect.get('effect', '?')).replace('_', ' ')}")
+        if effect.get("sentence"):
+            lines.append(str(effect["sentence"]))
+        intervals = effect.get("interval") or {}
+        for name, value in (effect.get("parameters") or {}).items():
+            low_high = intervals.get(name)
+            between = f" ({low_high[0]:.3g} to {low_high[1]:.3g})" if low_high else ""
+            lines.append(f"- {name}: {value:.3g}{between}" if isinstance(value, float) else f"- {name}: {value}")
+        if effect.get("share") is not None:
+            lines.append(
+                f"- {100 * effect['share']:.0f} % of what could be explained, p = {effect.get('p_value', 0):.1g}"
+            )
+    if ledger.history:
+        names = list(dict.fromkeys(key for step in ledger.history for key in step))
+        lines += ["\n## Ledger", "| " + " | ".join(names) + " |", "|" + ":--|" * len(names)]
+        lines += [
+            "| " + " | ".join(_cell(step.get(name, "")) for name in names) + " |" for step in ledger.history[-30:]
+        ]
+    return "\n".join(lines)
+
+
+def _cell(value: object) -> str:
+    text = f"{value:.4g}" if isinstance(value, float) else str(value)
+    return text.replace("|", "/").replace("\n", " ")
