@@ -42,6 +42,15 @@ class TracedEffects:
         values = json.dumps(self.compensation.model.to_dict()["terms"])
         return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
 
+    def channels_of(self, known: tuple[str, ...]) -> tuple[str, ...]:
+        """Those of the known channels that the effects look at."""
+        from incsvr.compensation import HEADING, OF_HEADING
+
+        looked_at = set(self.compensation.channels)
+        if any(name in OF_HEADING for name in self.compensation.names):
+            looked_at.add(HEADING)
+        return tuple(name for name in known if name in looked_at)
+
 
 def configured(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""
@@ -82,8 +91,8 @@ def read_effects(path: Path, inertia: float, channels: tuple[str, ...]) -> Trace
     for name in compensation.channels:
         if name not in channels:
             raise BadInput(
-                f"{path}: an effect reads the channel {name}, which samples do not wait for; add {name} to "
-                "signals.channels, and publish it"
+                f"{path}: an effect reads the channel {name}, which samples do not wait for; record or publish it, and "
+                f"add {name} to signals.channels"
             )
     named = {finding["effect"] for finding in findings}
     integrated = HEADING not in channels and any(name in OF_HEADING for name in compensation.names)

@@ -5,21 +5,25 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.inertia import InertiaEstimate, identify
 from incsvr.learner import Iteration, Settings
 from incsvr.motion import free_run_rmse, motions
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, SignalSettings, synchronise
+from incsvr.traced_motion import traced_free_run_rmse
+from service.config import Config
 from service.config import read as read_config
+from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
 from simulator.online import Errors, learn, learner_for, pauses, remarks, signals_for
 from simulator.progress import progress
-from simulator.recordings import RATE_LIMIT, Recording, read, sequence
+from simulator.recordings import RATE_LIMIT, Recording, Streams, read, sequence
 
 LIMITS = (
     "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
@@ -39,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="signals and learner as the service has them; else scaled to the runs",
     )
+    parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
     parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
     add_json_argument(parser)
 
@@ -48,12 +53,8 @@ def run(args: argparse.Namespace) -> int:
     rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
     runs, unseen = ([read(path, rate_limit=rate_limit) for path in paths] for paths in (args.recordings, args.validate))
     inertia, estimate = _inertia(args.inertia, config.vehicle.inertia, runs)
-    if args.config:
-        overridden = {"vehicle": config.vehicle.model_copy(update={"inertia": inertia})}
-        configured = config.model_copy(update=overridden)
-        fit = Fit.of(runs, unseen, configured.signal_settings(), configured.learner_settings(), args.policy)
-    else:
-        fit = Fit.of(runs, unseen, signals_for(runs, inertia, rate_limit), None, args.policy)
+    signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
+    fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)
     emit(args, fit.to_dict() | _estimate(estimate), fit.text(estimate))
     return 0
 
@@ -72,6 +73,7 @@ class Fit:
         errors: on the unseen recordings after each iteration [N m]; empty where none were given.
         validated_on: the unseen recordings.
         free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
+        effects: names of the traced effects in force.
     """
 
     name: str
@@ -84,6 +86,7 @@ class Fit:
     errors: Sequence[Errors]
     validated_on: str
     free_run_rmse: float | None
+    effects: tuple[str, ...] = ()
 
     @staticmethod
     def of(
@@ -92,10 +95,14 @@ class Fit:
         signals: SignalSettings,
         learner: Settings | None,
         policy: str | None = None,
+        effects: TracedEffects | None = None,
     ) -> Fit:
-        """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle."""
-        joined = sequence(runs)
-        samples, rejected = _samples(joined, signals)
+        """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle.
+
+        With traced effects the samples are freed of them, and the free runs hold them.
+        """
+        joined, compensation = sequence(runs), None if effects is None else effects.compensation
+        samples, rejected = _samples(joined, signals, compensation)
         chosen = {} if policy is None else {"policy": policy}
         settings = learner_for(samples, **chosen) if learner is None else Settings(**asdict(learner) | chosen)
         if len(samples) < settings.batch:
@@ -104,7 +111,7 @@ class Fit:
                 f"longer recordings (a sample every {signals.sample_period:g} s)"
             )
         iterations, errors = [], []
-        validation, more = _samples(sequence(unseen), signals) if unseen else (Samples.empty(), {})
+        validation, more = _samples(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
         with progress("learning", len(samples) // settings.batch) as advance:
             for iteration in learn(samples, settings):
                 iterations.append(iteration)
@@ -112,9 +119,15 @@ class Fit:
                     errors.append(Errors.of(iteration.model, validation))
                 advance()
         model = iterations[-1].model
-        tests = [motion for one in unseen for motion in motions(one.streams(), signals.gap)]
-        free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
-        said = remarks([*runs, *unseen], samples, signals)
+        if compensation is None:
+            tests = [motion for one in unseen for motion in motions(one.streams(), signals.gap)]
+            free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
+        else:
+            streams = [_wanted(one, signals, compensation) for one in unseen]
+            free_run = traced_free_run_rmse(
+                streams, signals.gap, compensation, lambda rate: model.predict(rate).damping
+            )
+        said = [*remarks([*runs, *unseen], samples, signals), *(effects.warnings if effects else ())]
         name = sequence(unseen).name if unseen else ""
         return Fit(
             joined.name,
@@ -127,6 +140,7 @@ class Fit:
             errors,
             name,
             free_run,
+            () if compensation is None else compensation.names,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -140,6 +154,7 @@ class Fit:
             "samples": self.samples,
             "rejected": dict(self.rejected),
             "remarks": list(self.remarks),
+            "effects": list(self.effects),
             "validation_per_iteration": [asdict(errors) for errors in self.errors],
             "progressive_mae": [iteration.progressive_mae for iteration in self.iterations],
             "trained_range": list(self.iterations[-1].model.trained_range or ()),
@@ -158,6 +173,7 @@ class Fit:
             f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
             f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
             f"ε = {learner.epsilon:.2g} N m",
+            *([f"effects     {', '.join(self.effects)}"] if self.effects else []),
             *([f"remark      {LIMITS}"] if estimate else []),
             *(f"remark      {remark}" for remark in self.remarks),
             *(f"refused     {count} messages: {reason}" for reason, count in self.rejected.items()),
@@ -182,9 +198,36 @@ class Fit:
         return "\n".join(lines)
 
 
-def _samples(recording: Recording, signals: SignalSettings) -> tuple[Samples, Mapping[str, int]]:
+def _settings(
+    args: argparse.Namespace, config: Config, inertia: float, recordings: Sequence[Recording]
+) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
+    """As they are configured; where nothing is, such as suit the recordings."""
+    if args.config:
+        overridden = {"vehicle": config.vehicle.model_copy(update={"inertia": inertia})}
+        wanted = config.model_copy(update=overridden | ({"effects": args.effects} if args.effects else {}))
+        return wanted.signal_settings(), wanted.learner_settings(), configured(wanted)
+    signals = signals_for(recordings[: len(args.recordings)], inertia, RATE_LIMIT)
+    if args.effects is None:
+        return signals, None, None
+    common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))
+    effects = read_effects(args.effects, inertia, common)
+    return replace(signals, channels=effects.channels_of(common)), None, effects
+
+
+def _wanted(recording: Recording, signals: SignalSettings, compensation: Compensation | None) -> Streams:
+    """The streams that samples are made of."""
     streams = recording.streams()
-    samples, rejected = synchronise(signals, {name: streams[name] for name in REQUIRED})
+    names = (*REQUIRED, *(signals.channels if compensation is not None else ()))
+    for name in names:
+        if name not in streams:
+            raise BadInput(f"{recording.name}: there is no channel {name}, for which samples wait; leave it out")
+    return {name: streams[name] for name in names}
+
+
+def _samples(
+    recording: Recording, signals: SignalSettings, compensation: Compensation | None
+) -> tuple[Samples, Mapping[str, int]]:
+    samples, rejected = synchronise(signals, _wanted(recording, signals, compensation), compensation)
     if len(samples) == 0:
         reasons = pauses(recording, signals.gap) or [f"it is shorter than {2 * signals.reach:g} s"]
         raise BadInput(

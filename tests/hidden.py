@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
+from incsvr.effects import Term
 from incsvr.samples import Array
+from incsvr.tracer.forward import TracedModel
 from simulator import leng
 from simulator.recordings import Recording, from_streams
 
@@ -47,3 +51,11 @@ def recording(seed: int, duration: float = 400.0, *, noise: float = 1.0) -> Reco
 def with_channels(run: Recording, channels: Mapping[str, Array]) -> Recording:
     """The run with further channels, sampled in every row."""
     return Recording(run.name, run.time, {**run.columns, **channels})
+
+
+def write_trace(path: Path) -> None:
+    """The file that a tracer would write who knew all about the vehicle."""
+    rate = np.linspace(-0.3, 0.3, 61)
+    terms = (Term("torque_lag", "from the rate", (LAG,)), Term("bias_torque", "", (BIAS,)))
+    model = TracedModel(leng.INERTIA, rate, TRUTH(rate), terms, 1.0, 0.3, 2.5, (0.0, 400.0))
+    path.write_text(json.dumps({"effects": [], "model": model.to_dict()}), encoding="utf-8")

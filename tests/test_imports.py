@@ -15,7 +15,15 @@ OURS = {"incsvr", "service", "simulator", "viewer", "benchmarks", "tests"}
 ALLOWED = {
     "incsvr": {"incsvr"},
     "service": {"service", "incsvr"},
-    "simulator": {"simulator", "incsvr", "service.wire", "service.output", "service.config", "service.session"},
+    "simulator": {
+        "simulator",
+        "incsvr",
+        "service.wire",
+        "service.output",
+        "service.config",
+        "service.effects",
+        "service.session",
+    },
     "viewer": {"viewer", "incsvr", "service.wire", "service.output", "service.config", "service.session"},
 }
 FOREIGN = {"incsvr": {"numpy", "scipy"}}

@@ -79,7 +79,11 @@ def ledger_text(ledger: EffectsLedger) -> str:
     """Markdown: the effects in force, then every step that led there."""
     lines = ["# Traced effects", ""]
     if not ledger.effects:
-        lines.append("None: the model is the declared inertia and the learned damping.")
+        lines.append(
+            "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json FILE` "
+            "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, and the plots "
+            "show how every torque splits into its parts."
+        )
     for effect in ledger.effects:
         lines.append(f"## {str(effect.get('effect', '?')).replace('_', ' ')}")
         if effect.get("sentence"):

@@ -1,0 +1,57 @@
+"""Free runs of a learned damping together with traced effects, against measured runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from incsvr.compensation import HEADING, Compensation
+from incsvr.effects import Signals
+from incsvr.motion import Motion, motions
+from incsvr.samples import Array
+from incsvr.tracer.forward import TracedModel
+
+Streams = Mapping[str, tuple[Array, Array]]
+
+STEPS = 40.0
+"""Of the simulation in the vehicle's time scale."""
+
+
+def traced_free_run_rmse(
+    runs: Sequence[Streams], gap: float, compensation: Compensation, damping: Callable[[Array], Array]
+) -> float | None:
+    """RMSE of the free runs [rad/s], each from its first measured yaw rate with torque and channels; None without runs.
+
+    Args:
+        runs: the streams of each recording, name → (stamps [s], values).
+        gap: longest pause within a run [s].
+        compensation: the effects.
+        damping: the learned d(r), (n,) rad/s → (n,) N m.
+    """
+    pieces = [(motion, streams) for streams in runs for motion in motions(streams, gap)]
+    if not pieces:
+        return None
+    reach = 2.0 * max(float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces)
+    rate = np.linspace(-reach, reach, 401)
+    model = replace(compensation.model, rate=rate, damping=damping(rate))
+    errors = [_error(model, motion, streams) for motion, streams in pieces]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def _error(model: TracedModel, motion: Motion, streams: Streams) -> Array:
+    """(m,) simulated minus measured yaw rate [rad/s]."""
+    step = model.scale / STEPS
+    time: Array = np.arange(motion.rate_time[0], motion.rate_time[-1] + 2.0 * step, step, dtype=np.float64)
+    heading = np.zeros(time.size)
+    if HEADING in streams:
+        heading = np.interp(time, streams[HEADING][0], np.unwrap(streams[HEADING][1]))
+    signals = Signals(
+        step=step, start=np.array([0, time.size], dtype=np.intp), time=time,
+        rate=np.interp(time, motion.rate_time, motion.yaw_rate),
+        torque=np.interp(time, motion.torque_time, motion.torque), heading=heading,
+        channels={name: np.interp(time, *values) for name, values in streams.items()},
+    )  # fmt: skip
+    index, simulated = model.simulate(signals, step)
+    return np.asarray(np.interp(motion.rate_time, time[index], simulated) - motion.yaw_rate)
