@@ -9,7 +9,7 @@ bit, where a piece ends.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -116,6 +116,16 @@ class Compensation:
     def channels(self) -> tuple[str, ...]:
         """The further channels that the effects read; the heading is integrated where it does not come."""
         return tuple(sorted({channel for effect in self.model.effects() for channel in effect.channels}))
+
+    @property
+    def of_heading(self) -> bool:
+        """Whether an effect looks at the heading."""
+        return any(name in OF_HEADING for name in self.names)
+
+    def reads(self, known: Iterable[str]) -> tuple[str, ...]:
+        """Those of the known channels that the effects look at, the heading among them."""
+        looked_at = {*self.channels, *([HEADING] if self.of_heading else [])}
+        return tuple(name for name in known if name in looked_at)
 
     @property
     def delay(self) -> float:

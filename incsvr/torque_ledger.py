@@ -38,7 +38,7 @@ class TorqueLedger:
         self._compensation, self._settings = compensation, settings
         self._pairs = compensation.pairs()
         self._step = settings.smoothing / SUBSTEPS
-        self._channels = [*compensation.channels, *({HEADING} & set(settings.channels))]
+        self._channels = compensation.reads(settings.channels)
         self._next = 0
         self._carried = Carried()
         self._time: Array = np.empty(0)

@@ -42,15 +42,6 @@ class TracedEffects:
         values = json.dumps(self.compensation.model.to_dict()["terms"])
         return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
 
-    def channels_of(self, known: tuple[str, ...]) -> tuple[str, ...]:
-        """Those of the known channels that the effects look at."""
-        from incsvr.compensation import HEADING, OF_HEADING
-
-        looked_at = set(self.compensation.channels)
-        if any(name in OF_HEADING for name in self.compensation.names):
-            looked_at.add(HEADING)
-        return tuple(name for name in known if name in looked_at)
-
 
 def configured(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""
@@ -71,7 +62,7 @@ def read_effects(path: Path, inertia: float, channels: tuple[str, ...]) -> Trace
         BadInput: naming the file and the cure.
     """
     # Loaded where it is needed alone: most learners have no traced effects.
-    from incsvr.compensation import HEADING, OF_HEADING, Compensation
+    from incsvr.compensation import HEADING, Compensation
     from incsvr.tracer.forward import TracedModel
 
     found = _trace(path)
@@ -95,7 +86,7 @@ def read_effects(path: Path, inertia: float, channels: tuple[str, ...]) -> Trace
                 f"add {name} to signals.channels"
             )
     named = {finding["effect"] for finding in findings}
-    integrated = HEADING not in channels and any(name in OF_HEADING for name in compensation.names)
+    integrated = HEADING not in channels and compensation.of_heading
     return TracedEffects(
         compensation,
         findings,

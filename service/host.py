@@ -54,7 +54,7 @@ class Host:
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
         refusal = None if self._store is None else self._store.refusal
         self.watch.notices = (*([refusal] if refusal else []), *(effects.warnings if effects else ()))
-        self.watch.effect_channels = effects.compensation.channels if effects else ()
+        self.watch.effect_channels = effects.compensation.reads(settings.channels) if effects else ()
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
         self._health_publisher = session.declare_publisher(self.keys.health, encoding=JSON)
         self._said: tuple[Any, ...] = ()

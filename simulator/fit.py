@@ -211,7 +211,7 @@ def _settings(
         return signals, None, None
     common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))
     effects = read_effects(args.effects, inertia, common)
-    return replace(signals, channels=effects.channels_of(common)), None, effects
+    return replace(signals, channels=effects.compensation.reads(common)), None, effects
 
 
 def _wanted(recording: Recording, signals: SignalSettings, compensation: Compensation | None) -> Streams:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from incsvr.effects import Term
+from incsvr.effects import Term, candidates
 from incsvr.samples import Array
 from incsvr.tracer.forward import TracedModel
 from simulator import leng
@@ -53,9 +53,15 @@ def with_channels(run: Recording, channels: Mapping[str, Array]) -> Recording:
     return Recording(run.name, run.time, {**run.columns, **channels})
 
 
+def term(name: str, *coefficients: float) -> Term:
+    """An effect of the catalogue in its first form, with these values."""
+    variant = next(effect.variant for effect in candidates() if effect.name == name)
+    return Term(name, variant, coefficients)
+
+
 def write_trace(path: Path) -> None:
     """The file that a tracer would write who knew all about the vehicle."""
     rate = np.linspace(-0.3, 0.3, 61)
-    terms = (Term("torque_lag", "from the rate", (LAG,)), Term("bias_torque", "", (BIAS,)))
+    terms = (term("torque_lag", LAG), term("bias_torque", BIAS))
     model = TracedModel(leng.INERTIA, rate, TRUTH(rate), terms, 1.0, 0.3, 2.5, (0.0, 400.0))
     path.write_text(json.dumps({"effects": [], "model": model.to_dict()}), encoding="utf-8")

@@ -15,13 +15,13 @@ from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.torque_ledger import DECLARED_INERTIA
 from incsvr.tracer.forward import TracedModel
 from simulator import leng
-from tests.hidden import BIAS, LAG, TRUTH, recording, with_channels
+from tests.hidden import BIAS, LAG, TRUTH, recording, term, with_channels
 
-BIAS_TERM, LAG_TERM = Term("bias_torque", "", (BIAS,)), Term("torque_lag", "from the rate", (LAG,))
+BIAS_TERM, LAG_TERM = term("bias_torque", BIAS), term("torque_lag", LAG)
 EVERYTHING = (
     LAG_TERM,
     BIAS_TERM,
-    Term("torque_delay", "from the command", (0.13,)),
+    term("torque_delay", 0.13),
     Term("dead_zone", "shifted", (1.0,), (4.0,)),
     Term("torque_asymmetry", "", (0.2,)),
     Term("memory", "", (-60.0,), (4.0,)),
@@ -83,7 +83,7 @@ def test_the_parts_add_up_to_the_torque(received: bool) -> None:
     streams = whole_run(5)
     plain, _ = synchronise(settings, streams)
     split, _ = synchronise(settings, streams, compensation(*EVERYTHING))
-    assert {DECLARED_INERTIA, *(term.effect for term in EVERYTHING)} == set(split.parts)
+    assert {DECLARED_INERTIA, *(each.effect for each in EVERYTHING)} == set(split.parts)
     plain = plain.take(np.isin(plain.time, split.time))
     assert len(split) > 150
     torque = plain.damping + split.parts[DECLARED_INERTIA]
@@ -97,7 +97,7 @@ def test_it_agrees_with_the_traced_model() -> None:
     rate, torque = 0.2 * np.sin(0.05 * time), 80.0 * np.sin(0.05 * time + 0.4)
     heading = -4.0 * np.cos(0.05 * time) + 4.0
     further = channels(time, heading)
-    terms = [term for term in EVERYTHING if term.effect != "unexplained:heading"]
+    terms = [each for each in EVERYTHING if each.effect != "unexplained:heading"]
     model = compensation(*terms).model
     s = Signals(
         0.02, np.array([0, time.size]), time, rate, torque, further, heading, acceleration=np.gradient(rate, 0.02)
@@ -121,8 +121,8 @@ def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
 ) -> None:
     random = np.random.default_rng(seed)
     settings = SignalSettings(channels=("sway", "voltage", "depth", *(("heading",) if received else ())))
-    late = Term("torque_delay", "from the command", (delay,))
-    effects = compensation(*(late if term.effect == "torque_delay" else term for term in EVERYTHING))
+    late = term("torque_delay", delay)
+    effects = compensation(*(late if each.effect == "torque_delay" else each for each in EVERYTHING))
     streams = {}
     for name, (t, value) in whole_run(seed).items():
         # Two drop-outs: one that is bridged, one that begins a new run.
@@ -166,6 +166,11 @@ def test_no_sample_is_made_where_a_channel_of_an_effect_is_missing() -> None:
     samples, _ = synchronise(settings, with_channels(run, {"sway": sway}).streams(), effects)
     assert len(samples) > 0
     assert samples.time.max() < 40.0
+
+
+def test_a_heading_that_no_effect_looks_at_is_not_waited_for() -> None:
+    assert compensation(LAG_TERM).reads(("heading", "depth")) == ()
+    assert compensation(*EVERYTHING).reads(("heading", "depth", "roll_rate")) == ("heading", "depth")
 
 
 def test_what_refers_to_the_clock_of_its_recording_is_left_out() -> None:
