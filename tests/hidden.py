@@ -14,7 +14,7 @@ from incsvr.tracer.forward import TracedModel
 from simulator import leng
 from simulator.recordings import Recording, from_streams
 
-LAG, BIAS = 0.8, 12.0
+LAG, BIAS = 0.4, 12.0
 """Time constant of the rotors [s], moment of the fin [N m]."""
 TRUTH = leng.damping
 STEP = 0.02

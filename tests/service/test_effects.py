@@ -79,7 +79,7 @@ def off(snapshot: wire.ModelSnapshot) -> float:
 def test_the_learned_damping_is_closer_to_the_truth(start: StartBench, run: Recording, traced: Path) -> None:
     with_effects, without = learned(start(effects=traced), run), learned(start(), run)
     assert off(with_effects) < 1.5 < 10.0 < off(without)
-    assert [effect["effect"] for effect in with_effects.effects] == ["torque_lag", "bias_torque"]
+    assert {effect["effect"] for effect in with_effects.effects} == {"torque_lag", "bias_torque"}
     assert without.effects == ()
 
 
@@ -102,7 +102,7 @@ def test_the_torque_splits_into_its_parts_over_the_bus(start: StartBench, run: R
     assert np.sqrt(np.mean(np.array(calm)[:, 1] ** 2)) < 5.0
     said = ledger(bench)
     assert said.batch == batch
-    assert [effect["effect"] for effect in said.effects] == ["torque_lag", "bias_torque"]
+    assert {effect["effect"] for effect in said.effects} == {"torque_lag", "bias_torque"}
     assert {(step["effect"], step["step"]) for step in said.history} >= {("torque_lag", "in force")}
 
 
@@ -148,7 +148,8 @@ def test_a_state_learned_with_other_effects_is_refused_aloud(
     first.stop()
     health = start(state=tmp_path, effects=traced).health()
     assert health.revision == 0
-    assert "learned with effects None, and now effects is torque_lag, bias_torque" in health.reasons[0]
+    assert "it was learned with effects None, and now effects is" in health.reasons[0]
+    assert "bias_torque" in health.reasons[0]
 
 
 def test_the_ledger_answers_before_anything_is_learned(start: StartBench, traced: Path) -> None:
@@ -177,6 +178,9 @@ def sway(trace: Content) -> None:
     )
 
 
+TWO_BIASES = {"effect": "bias_torque", "variant": "", "coefficients": [1.0, 2.0], "inner": []}
+
+
 @pytest.mark.parametrize(
     ("change", "cure"),
     [
@@ -184,8 +188,8 @@ def sway(trace: Content) -> None:
         (sway, "add sway to signals.channels"),
         (lambda trace: trace.pop("model"), "this is no trace, it holds no model"),
         (lambda trace: trace["model"].pop("terms"), "no trace of this version"),
-        (lambda trace: trace["model"]["terms"][1].update(effect="magic"), "no trace of this version"),
-        (lambda trace: trace["model"]["terms"][1].update(coefficients=[1.0, 2.0]), "no trace of this version"),
+        (lambda trace: trace["model"]["terms"][0].update(effect="magic"), "no trace of this version"),
+        (lambda trace: trace["model"]["terms"].append(TWO_BIASES), "no trace of this version"),
     ],
 )
 def test_a_wrong_trace_is_refused_with_its_cure(
