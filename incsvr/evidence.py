@@ -17,6 +17,9 @@ from incsvr.tracer.whitening import DEGREES, fit, whiten
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""
 
+NEIGHBOURS = 12
+"""Bins of the spectrum to either side over which the noise near a frequency is averaged."""
+
 
 @dataclass(frozen=True, slots=True)
 class Change:
@@ -34,8 +37,32 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew."""
     core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
     others = sum((o for j, o in enumerate(hypothesis.offsets) if j != k), np.zeros(len(problem.blocks)))
-    less = fit(problem.y - others, np.delete(hypothesis.columns, core, axis=1), problem.blocks, rounds=5)
+    matrices = (hypothesis.columns, hypothesis.turned, hypothesis.instruments)
+    columns, turned, instruments = (np.delete(x, core, axis=1) for x in matrices)
+    less = fit(problem.y - others, columns, problem.blocks, rounds=5, turned=turned, instruments=instruments)
     return 2.0 * (hypothesis.fit.log_likelihood - less.log_likelihood)
+
+
+def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """`gain_of`, judged against the noise at the effect's own frequencies.
+
+    The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher
+    at the frequencies of the effect than in the mean, the gain is divided by as much: the sandwich estimator of W. K.
+    Newey and K. D. West, Econometrica 55 (1987), in the frequency domain.
+    """
+    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
+    root = np.sqrt(hypothesis.fit.weight)[:, None]
+    columns = root * whiten(hypothesis.columns, hypothesis.fit.ar, problem.blocks)
+    part = columns[:, core] @ hypothesis.fit.theta[core]
+    rest = np.delete(columns, core, axis=1)
+    part = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
+    power = np.abs(np.fft.rfft(part)) ** 2
+    noise = np.abs(np.fft.rfft(root[:, 0] * hypothesis.fit.innovation)) ** 2
+    # the bin itself is left out: the effect was fitted there, and took the noise with it
+    window = np.concatenate([np.ones(NEIGHBOURS), np.zeros(3), np.ones(NEIGHBOURS)])
+    near = np.convolve(noise, window, "same") / np.convolve(np.ones_like(noise), window, "same")
+    inflation = float(power @ near / max(power.sum() * np.mean(noise), 1e-300))
+    return gain_of(problem, hypothesis, k) / max(inflation, 1.0)
 
 
 def p_value(gain: float, freedom: int, looks: float) -> float:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.effects import Effect, candidates
-from incsvr.evidence import Change, change_of_rms, gain_of, intervals, p_value
+from incsvr.evidence import Change, change_of_rms, evidence, intervals, p_value
 from incsvr.tracer.alignment import aligned
 from incsvr.tracer.channels import usable
 from incsvr.tracer.excitation import answered, closed_loop, demand
@@ -83,8 +83,8 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
             after=after,
             ledger_time=s.time,
             ledger=model.parts(s),
-            residual_before=base.torque_residual,
-            residual_after=whole.torque_residual,
+            residual_before=base.fit.residual,
+            residual_after=whole.fit.residual,
             depends={name: problem.blocks.mean(values) for name, values in depends.items()},
         ),
     )
@@ -139,7 +139,7 @@ def _evident(case: _Case, found: Hypothesis, refused: dict[str, str]) -> Hypothe
 def _p_value(case: _Case, found: Hypothesis, k: int) -> float:
     effect = found.effects[k]
     looks = effect.looks * max(len(case.effects), 1)
-    return p_value(gain_of(case.problem, found, k), effect.core + (1 if effect.searched else 0), looks)
+    return p_value(evidence(case.problem, found, k), effect.core + (1 if effect.searched else 0), looks)
 
 
 def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
@@ -147,8 +147,8 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
     spans = intervals(problem, found)
     notes: list[str] = []
     findings: list[Finding] = []
-    last = _mean_square(base.torque_residual)
-    total = max(last - _mean_square(whole.torque_residual), 1e-300)
+    last = _mean_square(base.fit.residual)
+    total = max(last - _mean_square(whole.fit.residual), 1e-300)
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
         now = _mean_square(_first(problem, found, k + 1))
         share = float(np.clip((last - now) / total, 0.0, 1.0))
@@ -196,9 +196,9 @@ def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Re
 def _first(problem: Problem, found: Hypothesis, count: int) -> Array:
     """Residual with the first `count` effects alone."""
     if count == len(found.terms):
-        return found.torque_residual
+        return found.fit.residual
     pairs = list(zip(found.effects, found.terms, strict=True))[:count]
-    return settle(problem, [(e, t.inner, t.coefficients) for e, t in pairs], nothing(problem)).torque_residual
+    return settle(problem, [(e, t.inner, t.coefficients) for e, t in pairs], nothing(problem)).fit.residual
 
 
 def _mean_square(residual: Array) -> float:

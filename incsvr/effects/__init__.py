@@ -11,7 +11,7 @@ from incsvr.effects.coupling import Coupling
 from incsvr.effects.dead_zone import DeadZone
 from incsvr.effects.drag_drift import DragDrift
 from incsvr.effects.drag_step import DragStep
-from incsvr.effects.effect import FROM_COMMAND, FROM_RATE, Effect, Term
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.heading_current import HeadingCurrent
 from incsvr.effects.inertia import Inertia
 from incsvr.effects.inflow import Inflow
@@ -24,7 +24,7 @@ from incsvr.effects.thrust_efficiency import ThrustEfficiency
 from incsvr.effects.torque_asymmetry import TorqueAsymmetry
 from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.effects.torque_lag import TorqueLag
-from incsvr.effects.torque_saturation import HardSaturation, SoftSaturation
+from incsvr.effects.torque_saturation import Saturation, SoftSaturation
 from incsvr.effects.wave import Wave
 
 __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
@@ -33,10 +33,10 @@ __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candi
 def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
     """Every effect that may be named, with a coupling and the modulations of each of the `channels`."""
     fixed: list[Effect] = [
-        BiasTorque(), Inertia(), TorqueLag(FROM_RATE), TorqueLag(FROM_COMMAND), TorqueDelay(FROM_RATE),
-        TorqueDelay(FROM_COMMAND), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(),
-        HardSaturation(), SoftSaturation(), Inflow(), HeadingCurrent(1), HeadingCurrent(2), Tether(), Wave(),
-        DragDrift(), DragStep(), Memory(), Coulomb(), BiasDrift(),
+        BiasTorque(), Inertia(), TorqueLag("moment"), TorqueLag("rotor speed"), TorqueDelay(), DeadZone("shifted"),
+        DeadZone("step"), TorqueAsymmetry(), Saturation("limit"), Saturation("smooth limit"), SoftSaturation(),
+        Inflow(), HeadingCurrent(1), HeadingCurrent(2), Tether(), Wave(), DragDrift(), DragStep(), Memory("linear"),
+        Memory("quadratic"), Coulomb(), BiasDrift(),
     ]  # fmt: skip
     for channel in channels:
         fixed += [

@@ -9,7 +9,11 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Coupling(Effect):
-    """c (x − x̄) + offset for any further channel x: N_v v of sway, the gyroscopic moment of roll, a winch's current."""
+    """c (x − x₀) for any further channel x: N_v v of sway, the gyroscopic moment of roll, a winch's current.
+
+    A channel that passes through zero (a speed, a rate) acts from there, x₀ = 0. One that never does (a voltage, a
+    depth) acts by its difference from a reference that only the data know: a second column places it.
+    """
 
     sentence = "a yaw moment follows another channel (hydrodynamic coupling as N_v, or an actuator of another axis)"
     source = (
@@ -22,15 +26,19 @@ class Coupling(Effect):
         self.channels = (channel,)
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(float(np.mean(s.channels[self.channels[0]])),)]
+        values = s.channels[self.channels[0]]
+        low, high = (float(q) for q in np.quantile(values, [0.01, 0.99]))
+        return [(0.0,)] if low <= 0.0 <= high else [(float(np.mean(values)),)]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         away = s.channels[self.channels[0]] - inner[-1]
-        return stack(-away, -np.ones_like(away))
+        return stack(-away) if inner[-1] == 0.0 else stack(-away, -np.ones_like(away))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        slope, offset = term.coefficients
-        return {"coefficient": slope, "moment_at_zero_nm": offset - slope * term.inner[-1]}
+        slope, *offset = term.coefficients
+        if not offset or not slope:
+            return {"coefficient": slope}
+        return {"coefficient": slope, "reference": term.inner[-1] - offset[0] / slope}
 
     def implausible(self, term: Term, s: Signals) -> str:
         moment = abs(term.coefficients[0]) * float(np.std(s.channels[self.channels[0]]))

@@ -52,6 +52,7 @@ class Effect(ABC):
         looks: about how many independent values of the inner parameters a search tries (paid for in evidence).
         curved: whether the columns change with θ, so that the fit is repeated.
         channels: extra streams that it reads.
+        slow: whether it answers a change of the rate only later.
         needs_clock: whether it refers to the recording's absolute time.
     """
 
@@ -66,6 +67,7 @@ class Effect(ABC):
     looks: float = 1.0
     curved: ClassVar[bool] = False
     channels: tuple[str, ...] = ()
+    slow: ClassVar[bool] = False
     needs_clock: bool = False
 
     @property
@@ -102,12 +104,12 @@ class Effect(ABC):
         """(n,) loss(θ) − φ θ [N m] where φ is but the tangent of a curved loss; None where φ θ is the loss."""
         return None
 
-    def noise_gain(self, term: Term, s: Signals) -> float:
-        """Change of ln of the residual's noise by this effect's regressor, mean over frequency (negative: lowered).
+    def passed(self, term: Term, s: Signals) -> Array | None:
+        """(64,) part of the torque's noise that its regressor leaves in the equation, frequencies from zero to π/T_b.
 
-        A filter on the recorded torque filters its noise, too; without this account it would be rewarded for that.
+        A filter on the recorded torque filters its noise, too; it must not be rewarded for that. None for no filter.
         """
-        return 0.0
+        return None
 
     @abstractmethod
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
@@ -129,12 +131,3 @@ class Effect(ABC):
 def stack(*columns: Array) -> Array:
     """Columns side by side, (n, c)."""
     return np.stack(columns, axis=1)
-
-
-FROM_RATE, FROM_COMMAND = "from the rate", "from the command"
-"""The two sides from which a thrust effect's regressor can be built."""
-
-
-def seen_from(side: str, s: Signals) -> bool:
-    """Whether a side is worth a try: the rate's where the torque is noisy, the command's where it is not wholly so."""
-    return s.share > 0.2 if side == FROM_RATE else s.share < 0.9

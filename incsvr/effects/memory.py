@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
@@ -9,7 +11,10 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Memory(Effect):
-    """A moment g m with T m' = r − m: co-rotating water gives g < 0 against the drag, unsteady flow g > 0."""
+    """A moment g m, or with drag that grows as r|r| g m |r|/r̄, with T m' = r − m and r̄ the root mean square rate.
+
+    Co-rotating water gives g < 0 against the drag (d(r − β m) ≈ d(r) − β d'(r) m), unsteady flow g > 0.
+    """
 
     name = "memory"
     sentence = "the damping depends on the past of the yaw rate: co-rotating water or unsteady flow (fluid memory)"
@@ -17,16 +22,22 @@ class Memory(Effect):
     acts = "motion"
     searched = True
     looks = 8.0
+    slow = True
+
+    def __init__(self, variant: Literal["linear", "quadratic"]) -> None:
+        self.variant = variant
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
-        return [(float(constant),) for constant in np.geomspace(low, high, 8)]
+        usual = float(np.sqrt(np.mean(s.rate**2)))
+        return [(usual, float(constant)) for constant in np.geomspace(low, high, 8)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         return max(0.3 * s.scale, 3.0 * s.block), 10.0 * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.lowpass(s.rate, inner[-1]))
+        water = s.lowpass(s.rate, inner[-1])
+        return stack(water if self.variant == "linear" else water * np.abs(s.rate) / inner[0])
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"gain_nm_s": -term.coefficients[0], "time_constant_s": term.inner[-1]}

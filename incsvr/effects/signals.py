@@ -11,6 +11,9 @@ from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
+MOSTLY_TORQUE = 0.65
+"""Share of the torque's noise above which the rate side is the cleaner one: what turned the vehicle is in both."""
+
 
 def _empty() -> Array:
     return np.empty(0)
@@ -63,7 +66,12 @@ class Signals:
     @property
     def from_rate(self) -> bool:
         """Whether thrust effects are to be built from the rate side: most of the noise sits in the recorded torque."""
-        return self.share >= 0.5
+        return self.share > MOSTLY_TORQUE
+
+    @property
+    def turning(self) -> float:
+        """Part of the equation's noise that turned the vehicle, 0…1."""
+        return 1.0 - self.share
 
     def __len__(self) -> int:
         return self.time.size

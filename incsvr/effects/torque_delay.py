@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.effects.effect import FROM_RATE, Effect, Term, seen_from, stack
+from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 
@@ -18,13 +18,7 @@ class TorqueDelay(Effect):
     stage = 0
     curved = True
 
-    def __init__(self, variant: str) -> None:
-        self.variant = variant
-        self._from_rate = variant == FROM_RATE
-
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        if not seen_from(self.variant, s):
-            return []
         later = [(float(delay),) for delay in np.geomspace(0.25 * s.step, 0.8 * s.scale, 6)]
         return [*later, (-0.05 * s.scale,), (-0.2 * s.scale,)]
 
@@ -41,7 +35,7 @@ class TorqueDelay(Effect):
         return offset
 
     def _lost(self, s: Signals, delay: float) -> Array:
-        if self._from_rate:
+        if s.from_rate:
             return s.later(s.applied, delay) - s.applied
         return s.command - s.later(s.command, -delay)
 

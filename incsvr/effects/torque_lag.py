@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
-from incsvr.effects.effect import FROM_RATE, Effect, Term, seen_from, stack
+from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 
 class TorqueLag(Effect):
-    """T a' + a = τ for the applied moment a: seen from the rate side τ − a = T a', exactly.
+    """T n' + n = n₀: of the moment, n = a and n₀ = τ, or of the rotor speed, whose moment is n |n|.
 
     From the rate side the lag multiplies the noise that turned the vehicle, from the command side it is built on a
-    noisy torque; which is the lesser evil depends on the recordings, so both stand in the catalogue.
+    noisy torque: `Signals.from_rate` says which is the lesser evil. The columns are tangents at the last pass's T.
     """
 
     name = "torque_lag"
@@ -22,43 +24,50 @@ class TorqueLag(Effect):
     stage = 5
     curved = True
 
-    def __init__(self, variant: str) -> None:
+    def __init__(self, variant: Literal["moment", "rotor speed"]) -> None:
         self.variant = variant
-        self._from_rate = variant == FROM_RATE
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        if not seen_from(self.variant, s):
-            return []
-        return [(float(constant),) for constant in np.geomspace(0.5 * s.step, s.scale, 2 if self._from_rate else 6)]
+        return [(float(constant),) for constant in np.geomspace(0.5 * s.step, s.scale, 2 if s.from_rate else 6)]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        if self._from_rate:
-            return stack(s.slope(s.applied))
         if not coefficients:  # the secant from no lag to the start of the search
-            return stack((s.command - s.lowpass(s.command, inner[0])) / inner[0])
+            return stack(self._lost(s, inner[0]) / inner[0])
         return stack(self._tangent(s, self._within(s, coefficients)))
 
     def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
-        if self._from_rate or not coefficients:
+        if not coefficients or (s.from_rate and self.variant == "moment"):  # the latter is linear in T
             return None
         constant = self._within(s, coefficients)
-        offset: Array = s.command - s.lowpass(s.command, constant) - constant * self._tangent(s, constant)
+        offset: Array = self._lost(s, constant) - constant * self._tangent(s, constant)
         return offset
 
+    def _lost(self, s: Signals, constant: float) -> Array:
+        """(n,) what a lag of T takes from the thrust [N m]."""
+        if s.from_rate:
+            state = self._state(s.applied)
+            return self._moment(state + constant * s.slope(state)) - s.applied
+        return s.command - self._moment(s.lowpass(self._state(s.command), constant))
+
+    def _state(self, moment: Array) -> Array:
+        return moment if self.variant == "moment" else np.sign(moment) * np.sqrt(np.abs(moment))
+
+    def _moment(self, state: Array) -> Array:
+        return state if self.variant == "moment" else state * np.abs(state)
+
     def _tangent(self, s: Signals, constant: float) -> Array:
-        tangent: Array = s.lowpass(s.command, 0.98 * constant) - s.lowpass(s.command, 1.02 * constant)
-        return tangent / (0.04 * constant)
+        return (self._lost(s, 1.02 * constant) - self._lost(s, 0.98 * constant)) / (0.04 * constant)
 
     def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
         return min(max(coefficients[0], 0.25 * s.step), 2.0 * s.scale)
 
-    def noise_gain(self, term: Term, s: Signals) -> float:
-        """From the command side the torque's noise passes the lag, in part; from the rate side nothing is lowered."""
-        if self._from_rate:
-            return 0.0
-        frequency = np.pi / s.block * (np.arange(64) + 0.5) / 64.0
-        passed = 1.0 / (1.0 + (frequency * max(term.coefficients[0], 0.0)) ** 2)
-        return float(np.mean(np.log(s.share * passed + 1.0 - s.share)))
+    def passed(self, term: Term, s: Signals) -> Array | None:
+        """From the command side the torque's noise passes the lag; from the rate side nothing is lowered."""
+        if s.from_rate:
+            return None
+        turned: Array = np.pi / s.block * (np.arange(64) + 0.5) / 64.0 * max(term.coefficients[0], 0.0)
+        passed: Array = 1.0 / (1.0 + turned**2)
+        return passed
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}
@@ -71,4 +80,4 @@ class TorqueLag(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return s.lowpass(command, max(term.coefficients[0], 0.1 * s.step))
+        return self._moment(s.lowpass(self._state(command), max(term.coefficients[0], 0.1 * s.step)))

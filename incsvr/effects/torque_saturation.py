@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 
-class HardSaturation(Effect):
-    """a = τ clipped at ±L. At the limit the rate side no longer knows the command; the foretold one is used."""
+class Saturation(Effect):
+    """a = τ clipped at ±L, or L tanh(τ/L). Near the limit the rate side no longer knows the command: it is foretold."""
 
     name = "torque_saturation"
-    variant = "limit"
     sentence = "the thrust saturates: it does not follow the command beyond a limit"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (saturation)"
     acts = "thrust"
@@ -20,16 +21,20 @@ class HardSaturation(Effect):
     searched = True
     looks = 12.0
 
+    def __init__(self, variant: Literal["limit", "smooth limit"]) -> None:
+        self.variant = variant
+
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
         return [(float(limit),) for limit in np.linspace(low, high, 9)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         largest = float(np.quantile(np.abs(s.torque), 0.99))
-        return 0.3 * largest, 0.97 * largest
+        return (0.3 * largest, 0.97 * largest) if self.variant == "limit" else (0.5 * largest, 2.5 * largest)
 
     def lost(self, command: Array, limit: float) -> Array:
-        lost: Array = np.sign(command) * np.maximum(np.abs(command) - limit, 0.0)
+        kept = np.clip(command, -limit, limit) if self.variant == "limit" else limit * np.tanh(command / limit)
+        lost: Array = command - kept
         return lost
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:

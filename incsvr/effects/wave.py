@@ -69,15 +69,39 @@ class Wave(Effect):
 
     def implausible(self, term: Term, s: Signals) -> str:
         amplitude = math.hypot(*term.coefficients)
-        for harmonic in range(1, 6):
-            if _line(s, harmonic * term.inner[-1]) > 0.2:
-                return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
+        if _harmonic(s, term.inner[-1]):
+            return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
+        _, commanded, above = _line(s, 1.0 / term.inner[-1])
+        if above > LINE and commanded > 2.0 * amplitude:
+            return "the command has a line of this period: that is the vehicle's own motion"
         return "the wave would exceed every command" if amplitude > 1.5 * float(np.max(np.abs(s.torque))) else ""
 
 
-def _line(s: Signals, period: float) -> float:
-    """Part of the torque's variance that one sine of this period holds."""
-    torque = s.torque - np.mean(s.torque)
-    design = stack(*(f(2.0 * np.pi / period * (s.time - s.origin[0])) for f in (np.sin, np.cos)))
-    theta, *_ = np.linalg.lstsq(design, torque, rcond=None)
-    return 1.0 - float(np.var(torque - design @ theta) / max(float(np.var(torque)), 1e-300))
+HARMONICS = 15
+"""Of a periodic command: as far as the shape error of an effect of the motion reaches."""
+
+LINE = 12.0
+"""Power of a line over that of its neighbourhood; noise gets there once in e¹² times."""
+
+
+def _harmonic(s: Signals, period: float) -> bool:
+    """Whether the command is a line and the period, as far as the recording resolves it, that of a harmonic."""
+    finest = 1.0 / (s.origin[1] - s.origin[0])
+    for harmonic in range(1, HARMONICS + 1):
+        part, below, above = (_line(s, (1.0 / period + k * finest) / harmonic)[0] for k in (0, -1, 1))
+        if part > 0.2 and part >= max(below, above):
+            return True
+    return False
+
+
+def _line(s: Signals, frequency: float) -> tuple[float, float, float]:
+    """Of the torque: the part of its variance in one sine, that sine's amplitude [N m], and its power over the mean of
+    its neighbourhood; `frequency` in Hz."""
+    hop = max(round(s.block / s.step), 1)
+    torque = (s.torque - np.mean(s.torque))[::hop]
+    length = s.origin[1] - s.origin[0]
+    apart = np.array([k for k in range(-9, 10) if abs(k) > 2 and frequency + k / length > 0.0] or [3]) / length
+    phase = 2.0 * np.pi * (frequency + np.concatenate([[0.0], apart]))[:, None] * (s.time[::hop] - s.origin[0])
+    power = np.hypot(np.cos(phase) @ torque, np.sin(phase) @ torque) ** 2 * (2.0 / torque.size) ** 2
+    part = 0.5 * power[0] / max(float(np.var(torque)), 1e-300)
+    return float(part), float(np.sqrt(power[0])), float(power[0] / max(np.mean(power[1:]), 1e-300))

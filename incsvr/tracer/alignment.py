@@ -3,31 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from incsvr.effects.effect import FROM_COMMAND, FROM_RATE
-from incsvr.effects.torque_delay import TorqueDelay
-from incsvr.tracer.hypothesis import nothing
-from incsvr.tracer.problem import Problem, pose
+import numpy as np
+
+from incsvr.effects import candidates
+from incsvr.tracer.excitation import demand
+from incsvr.tracer.hypothesis import Hypothesis, nothing
+from incsvr.tracer.problem import Problem, noise_share, pose, pose_like, white_noise
 from incsvr.tracer.run import Run
-from incsvr.tracer.search import THRESHOLD, scan, with_lead
+from incsvr.tracer.search import best_leads, with_lead
+from incsvr.tracer.whitening import whiten
+
+LEADS = 5
+"""How many effects are tried with either torque before the two are compared."""
+
+SAME_SHARE = 0.05
+"""A change of the noise's share below this changes no choice."""
+
+MARGIN = 40.0
+"""By how much the held torque must explain more."""
 
 
 def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
-    """The equations with the linear torque, unless holding it has the evidence that any effect must bring.
+    """The equations with the linear torque, unless the held one explains more, alone or with its best effect.
 
-    Both are given a free delay before they are compared: holding delays by half a sample, and would else be taken for a
-    late thrust. On one sine the two differ by chance alone, and half a sample of false delay looks like an effect.
+    Half a sample of false delay looks like a small inertia, memory or lag.
     """
-    linear = pose(runs, inertia, channels, held=False)
+    linear, one = _settled(pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 10.0:
         return linear
     held = pose(runs, inertia, channels, held=True)
-    gain = (_explained(held) - _explained(linear)) * len(linear.blocks)
-    return held if gain > THRESHOLD else linear
+    held, two = _settled(held, channels)
+    return held if two.criterion - one.criterion - _smoother(runs, linear, held, one, two) > MARGIN else linear
 
 
-def _explained(problem: Problem) -> float:
+def _settled(problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
+    """The equations with the noise's share as it is beside the best single effect, and that effect.
+
+    The share is read from how the residual follows the torque, and what an effect leaves in it follows the torque, too.
+    """
+    best = _best(problem, channels)
+    for _ in range(2):
+        share = noise_share(problem, best.fit.residual)
+        if abs(share - problem.signals.share) < SAME_SHARE:
+            break
+        problem = replace(problem, signals=replace(problem.signals, share=share))
+        best = _best(problem, channels)
+    return problem, best
+
+
+def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:
     base = nothing(problem)
-    delays = [TorqueDelay(FROM_RATE), TorqueDelay(FROM_COMMAND)]
-    late = max((with_lead(problem, base, lead).criterion for lead in scan(problem, base, delays)), default=0.0)
-    return max(base.criterion, late) / len(problem.blocks)
+    leads = best_leads(problem, base, demand(problem, candidates(channels)), LEADS)
+    return max((base, *(with_lead(problem, base, lead) for lead in leads)), key=lambda h: h.criterion)
+
+
+def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> float:
+    """2 ℓ that the held torque gains only because its interpolation averages the sensor's noise in another way.
+
+    White noise at the torque's stamps, brought to the blocks in the same two ways, says by how much.
+    """
+    deviation = white_noise(runs)
+    draw = np.random.default_rng(0)
+    noise = [
+        replace(run, torque=np.where(np.isnan(run.torque), np.nan, draw.normal(size=run.torque.size))) for run in runs
+    ]
+    left = []
+    for problem, best in ((linear, one), (held, two)):
+        unit = pose_like(problem, noise)
+        torque = unit.blocks.mean(unit.signals.torque)
+        left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
+    square = two.fit.scale**2
+    return float(two.fit.innovation.size * np.log(max(square - (left[1] - left[0]), 0.1 * square) / square))

@@ -251,6 +251,6 @@ def model_of(problem: Problem, hypothesis: Hypothesis) -> TracedModel:
     for side in (rate > 0.0, rate < 0.0):
         damping[side] = isotonic_regression(damping[side], weights=often[side]).x
     damping = np.sign(rate) * np.maximum(np.sign(rate) * damping, 0.0)
-    residual = hypothesis.torque_residual
+    residual = hypothesis.fit.residual
     sigma = 1.4826 * float(np.median(np.abs(residual - np.median(residual))))
     return TracedModel(s.inertia, rate, damping, hypothesis.terms, sigma, blocks.period, s.scale, s.origin)

@@ -26,10 +26,11 @@ class Hypothesis:
         effects: the same effects of the catalogue.
         fit: of the whole regression: damping first, then the columns of each term.
         columns: (n_b, p) of that regression.
+        turned: (n_b, p) how they answer the noise of their own block.
+        instruments: (n_b, p) the columns, but for the acceleration that the torque foretells in place of the measured.
         losses: (n,) the torque that each term takes [N m].
         criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
         position: first column of each term.
-        inertia_ratio: I/I₀ where the acceleration is built from the torque side, else towards 1.
         offsets: (n_b,) of each term: what its columns, being tangents, leave of its loss [N m].
     """
 
@@ -37,19 +38,12 @@ class Hypothesis:
     effects: tuple[Effect, ...]
     fit: Fit
     columns: Array
+    turned: Array
+    instruments: Array
     losses: tuple[Array, ...]
     criterion: float
     position: tuple[int, ...]
     offsets: tuple[Array, ...]
-    inertia_ratio: float
-
-    @property
-    def torque_residual(self) -> Array:
-        """(n_b,) what is left of the torque [N m].
-
-        Where the acceleration is built from the torque side, the fit's residual is that of the acceleration times I₀.
-        """
-        return self.fit.residual * self.inertia_ratio
 
     def names(self) -> tuple[str, ...]:
         return tuple(term.effect for term in self.terms)
@@ -62,14 +56,6 @@ class Views:
         s = problem.signals
         share = s.share
         residual = problem.blocks.spread(fitted.residual, len(s))
-        rate = s.rate
-        if share < 1.0:  # as in Problem.columns: what the residual itself did to the rate within its block
-            index = problem.blocks.first[:, None] + np.arange(problem.blocks.size)[None, :]
-            since = np.zeros(len(s))
-            since[index.ravel()] = np.tile(np.arange(problem.blocks.size) * s.step, len(problem.blocks))
-            rate = rate + (1.0 - share) * residual * since / s.inertia
-        curve = problem.grid_columns @ fitted.theta[: problem.grid_columns.shape[1]]
-        damping = np.interp(rate, problem.grid, curve)
         outside, inertia = np.zeros(len(s)), s.inertia
         self._stages: list[tuple[int, Array]] = []
         for effect, loss, coefficients in terms:
@@ -79,13 +65,12 @@ class Views:
                 inertia += coefficients[0]
             else:
                 outside = outside + loss
+        curve = problem.grid_columns @ fitted.theta[: problem.grid_columns.shape[1]]
+        damping = np.interp(s.rate, problem.grid, curve)
         lost = sum((loss for _, loss in self._stages), np.zeros(len(s)))
         self._needed = inertia * s.acceleration + damping + outside
         self._problem = problem
         given = s.torque - lost
-        acceleration = s.acceleration
-        if share < 1.0:
-            acceleration = share * acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
         # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
         at = problem.blocks.first + 0.5 * problem.blocks.size
         smooth = np.interp(np.arange(len(s)), at, fitted.residual)
@@ -98,10 +83,36 @@ class Views:
             self._expected = problem.blocks.spread(expected, len(s))
         self.inertia = inertia
         self._plain = replace(
-            s, rate=rate, damping=damping, acceleration=acceleration, residual=residual,
+            s, damping=damping, residual=residual,
             applied=share * self._needed + (1.0 - share) * given,
         )  # fmt: skip
+        # blended so that what w does to the one and the torque's noise to the other cancel: free of u
+        self._foretold = share * s.acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
         self._cache: dict[int, Signals] = {}
+        self._curve = curve
+
+    def turned(self, effect: Effect, inner: tuple[float, ...], coefficients: tuple[float, ...], mean: Array) -> Array:
+        """(n_b, c) how the effect's columns answer the noise of their own block; `mean` (n_b, c) are their means."""
+        s, blocks = self._plain, self._problem.blocks
+        if effect.acts == "inertia":
+            return np.full_like(mean, s.turning / s.inertia)
+        if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
+            return np.zeros_like(mean)
+        index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
+        since = np.zeros(len(s))
+        since[index.ravel()] = np.tile(np.arange(blocks.size) / blocks.size, len(blocks))
+        nudge = 1e-3 * float(np.std(s.rate))
+        rate = s.rate + nudge * since
+        there = replace(s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve))
+        moved = blocks.mean(effect.columns(there, inner, coefficients))
+        turned: Array = s.turning * blocks.period / s.inertia * (moved - mean) / nudge
+        return turned
+
+    def instrument(self, effect: Effect, columns: Array) -> Array:
+        """(n_b, c) what stands for the effect's columns in the normal equations."""
+        if effect.acts != "inertia" or self._plain.turning == 0.0:
+            return columns
+        return self._problem.blocks.mean(self._foretold)[:, None]
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""
@@ -129,11 +140,8 @@ def views(problem: Problem, hypothesis: Hypothesis) -> Views:
 def nothing(problem: Problem) -> Hypothesis:
     """The declared model with its learned damping."""
     columns = problem.coarse
-    fitted = fit(problem.y, columns, problem.blocks)
-    for _ in range(2 if problem.signals.share < 1.0 else 0):
-        columns = problem.columns(fitted.residual)
-        fitted = fit(problem.y, columns, problem.blocks, fitted, rounds=3)
-    return Hypothesis((), (), fitted, columns, (), 2.0 * fitted.log_likelihood, (), (), 1.0)
+    fitted = fit(problem.y, columns, problem.blocks, rounds=6, turned=problem.turned)
+    return Hypothesis((), (), fitted, columns, problem.turned, columns, (), 2.0 * fitted.log_likelihood, (), ())
 
 
 def below_sampling(term: Term, problem: Problem) -> bool:
@@ -145,6 +153,17 @@ def price(effect: Effect, columns: int, problem: Problem) -> float:
     """What an effect pays in 2 ℓ for its freedom (BIC) and for the looks of the search over its inner parameter."""
     freedom = columns + (1 if effect.searched else 0)
     return freedom * float(np.log(len(problem.blocks))) + 2.0 * float(np.log(effect.looks))
+
+
+def noise_gain(problem: Problem, fitted: Fit, effect: Effect, term: Term) -> float:
+    """Change of ln of the residual's noise by an effect that filters the torque's: no evidence. 0 or negative."""
+    passed = effect.passed(term, problem.signals)
+    if passed is None:
+        return 0.0
+    noisy = problem.noisy(fitted)
+    # `noisy` is what is left of the torque's noise behind the filter
+    before = noisy / np.maximum(passed, 1e-3)
+    return -float(np.mean(np.log(np.minimum(before, 1.0 / np.maximum(passed, 1e-3)) + 1.0 - noisy)))
 
 
 def settle(
@@ -168,7 +187,8 @@ def settle(
     zero = np.zeros(len(problem.signals))
     losses = [known.get(effect.key, zero) for effect in effects]
     fitted, before = start.fit, -np.inf
-    columns = problem.coarse
+    columns = instruments = problem.coarse
+    turned = problem.turned
     position: list[int] = []
     offsets: list[Array] = []
     for turn in range(passes):
@@ -176,11 +196,11 @@ def settle(
             problem, fitted, [(e, x, c or (0.0,)) for e, x, c in zip(effects, losses, coefficients, strict=True)]
         )
         fine = [e.columns(seen.of(e), i, c) for e, i, c in zip(effects, inner, coefficients, strict=True)]
-        coarse = [problem.blocks.mean(f) for f in fine]
+        coarse = [_mean(problem, e, f) for e, f in zip(effects, fine, strict=True)]
         bends = [e.offset(seen.of(e), c) for e, c in zip(effects, coefficients, strict=True)]
         offsets = [np.zeros(len(problem.blocks)) if bend is None else problem.blocks.mean(bend) for bend in bends]
         y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
-        base = problem.columns(fitted.residual)
+        base = problem.coarse
         if turn in (1, 2):
             for k, effect in enumerate(effects):
                 if effect.searched and effect.key in refine:
@@ -188,15 +208,18 @@ def settle(
                         problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted
                     )
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
-                    coarse[k] = problem.blocks.mean(fine[k])
+                    coarse[k] = _mean(problem, effect, fine[k])
         columns = np.column_stack([base, *coarse])
-        fitted = fit(y, columns, problem.blocks, fitted, rounds=2)
+        answers = [seen.turned(e, i, c, x) for e, i, c, x in zip(effects, inner, coefficients, coarse, strict=True)]
+        turned = np.column_stack([problem.turned, *answers])
+        instruments = np.column_stack([base, *(seen.instrument(e, x) for e, x in zip(effects, coarse, strict=True))])
+        fitted = fit(y, columns, problem.blocks, fitted, rounds=2, turned=turned, instruments=instruments)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
             coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
-            if effects[k].acts == "inertia" and not problem.signals.from_rate:
-                coefficients[k] = (_unfolded(coefficients[k][0], seen.inertia, problem.signals.inertia),)
+            if effects[k].acts == "inertia":
+                coefficients[k] = (max(coefficients[k][0], -0.9 * problem.signals.inertia),)
             bend = bends[k]
             losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
             at += part.shape[1]
@@ -205,32 +228,28 @@ def settle(
             break
         before = fitted.log_likelihood
     found = tuple(Term(e.name, e.variant, c, i) for e, c, i in zip(effects, coefficients, inner, strict=True))
-    changed = sum(c[0] for e, c in zip(effects, coefficients, strict=True) if e.acts == "inertia")
-    ratio = 1.0 + (1.0 - problem.signals.share) * max(changed / problem.signals.inertia, -0.95)
     paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
     paid += ALIGNMENT * sum(below_sampling(term, problem) for term in found)
-    paid -= len(problem.blocks) * sum(e.noise_gain(t, problem.signals) for e, t in zip(effects, found, strict=True))
+    paid -= len(problem.blocks) * sum(noise_gain(problem, fitted, e, t) for e, t in zip(effects, found, strict=True))
     return Hypothesis(
         found,
         tuple(effects),
         fitted,
         columns,
+        turned,
+        instruments,
         tuple(losses),
         2.0 * fitted.log_likelihood - paid,
         tuple(position),
         tuple(offsets),
-        ratio,
     )
 
 
-def _unfolded(slope: float, assumed: float, declared: float) -> float:
-    """ΔI from a column ṙ ≈ (τ − d)/I that was built with an assumed I.
-
-    The fit sees only g = slope/assumed, the part of τ that y = τ − I₀ ṙ holds: 1 − I₀/I. Solved for ΔI at once, where
-    repeated substitution diverges below I₀/2.
-    """
-    g = min(slope / assumed, 0.9)
-    return max(g * declared / (1.0 - g), -0.9 * declared)
+def _mean(problem: Problem, effect: Effect, fine: Array) -> Array:
+    """Block means; the acceleration's is Δr/T_b, as in y."""
+    if effect.acts == "inertia":
+        return problem.blocks.slope(problem.signals.rate)[:, None]
+    return problem.blocks.mean(fine)
 
 
 def _refined(

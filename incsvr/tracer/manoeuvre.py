@@ -71,22 +71,24 @@ def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
 def separate(problem: Problem, found: Hypothesis, rival: Hypothesis, other: str) -> str:
     """A sentence with the shortest manoeuvre that tells `found` from `rival`, or that there is none."""
     model = model_of(problem, found)
-    best, most = "", 0.0
-    for manoeuvre in manoeuvres(problem):
-        expected = _evidence(problem, model, found, rival, manoeuvre)
+    candidates = list(manoeuvres(problem))
+    *_, richest = candidates  # if not even that tells them apart, none of the others does
+    most, best = _evidence(problem, model, found, rival, richest), richest
+    if most < 1.0:
+        return (
+            f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
+            "other means (a bollard pull, a pendulum test)"
+        )
+    for manoeuvre in candidates:
+        expected = most if manoeuvre is richest else _evidence(problem, model, found, rival, manoeuvre)
         if expected >= ENOUGH:
             return (
                 f"to tell it from {other}, drive {manoeuvre.words}{_with_channels(found, rival)}: "
                 f"expected evidence 2Δℓ ≈ {expected:.0f}"
             )
         if expected > most:
-            best, most = manoeuvre.words, expected
-    if most < 1.0:
-        return (
-            f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
-            "other means (a bollard pull, a pendulum test)"
-        )
-    return f"to tell it from {other}, drive {best}, several times: expected evidence 2Δℓ ≈ {most:.1f} each"
+            best, most = manoeuvre, expected
+    return f"to tell it from {other}, drive {best.words}, several times: expected evidence 2Δℓ ≈ {most:.1f} each"
 
 
 def _with_channels(found: Hypothesis, rival: Hypothesis) -> str:

@@ -11,8 +11,17 @@ from scipy.interpolate import BSpline
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.run import Array, Run, stream
-from incsvr.tracer.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, despiked, on_fine_grid, smoothed, split, time_scale
-from incsvr.tracer.whitening import fit
+from incsvr.tracer.weak_form import (
+    FEWEST_BLOCKS,
+    SUBSTEPS,
+    Blocks,
+    derivative,
+    despiked,
+    on_fine_grid,
+    split,
+    time_scale,
+)
+from incsvr.tracer.whitening import Fit, fit
 
 MOST_BLOCKS = 2000
 """Of long recordings: more blocks than that tell no more, so they may be as long as T_c/6."""
@@ -64,6 +73,7 @@ class Problem:
         resolution: [s] sample period of the slower of the two streams: no delay below it can be told from the sampling.
         held: whether the torque is taken as held between its stamps (else as linear).
         width: of the Gaussian derivative that gives ṙ [fine steps].
+        white: deviation of the torque's white noise in a block [N m].
         foretold: (n_b,) the torque of each block as foretold from earlier blocks.
     """
 
@@ -79,6 +89,7 @@ class Problem:
     resolution: float
     held: bool
     width: float
+    white: float
 
     @property
     def one_sine(self) -> bool:
@@ -92,19 +103,21 @@ class Problem:
             total += float(power.sum())
         return held > 0.9 * total
 
-    def columns(self, residual: Array) -> Array:
-        """(n_b, 11) of the damping, freed of what this very residual did to the rate.
+    def noisy(self, fitted: Fit) -> Array:
+        """(64,) the part of the residual's spectrum that is white noise of the torque, from zero to π/T_b [rad/s]."""
+        shift = np.exp(-1j * np.pi * (np.arange(64) + 0.5) / 64.0)
+        colour = np.abs(1.0 - fitted.ar[0] * shift - fitted.ar[1] * shift**2 - fitted.ar[2] * shift**3) ** 2
+        part: Array = np.minimum(self.white**2 * colour / fitted.scale**2, 1.0)
+        return part
 
-        A disturbance w in the water turns the vehicle within the block in which it acts: the mean rate holds
-        w T_b/(2 I), and E[w | u] = −(1 − share) u. Without this correction drag is underestimated, and other effects
-        make up for it.
+    @property
+    def turned(self) -> Array:
+        """(n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
+
+        A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I).
         """
-        s = self.signals
-        if s.share >= 1.0:
-            return self.coarse
-        turned = 0.5 * self.blocks.period / s.inertia * (1.0 - s.share) * residual
-        freed: Array = self.coarse + self.steep * turned[:, None]
-        return freed
+        turned: Array = self.signals.turning * 0.5 * self.blocks.period / self.signals.inertia * self.steep
+        return turned
 
 
 def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False) -> Problem:
@@ -132,7 +145,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
         block = longer
     s = problem.signals
     width = _derivative_width(problem, sigma * np.sqrt(min(period / s.step, 1.0)), base.scale)
-    acceleration = smoothed(s.rate, s.start, width, order=1) / s.step
+    acceleration = derivative(s.rate, s.start, width) / s.step
     share = noise_share(problem, base.residual)
     return replace(problem, signals=replace(s, acceleration=acceleration, share=share), width=width)
 
@@ -143,8 +156,8 @@ def _derivative_width(problem: Problem, sigma: float, innovation: float) -> floa
     Wider than that it would smear the instants at which the command jumps; narrower, the noise would hide a lag.
     """
     s = problem.signals
-    # deviation of a second Gaussian derivative of width w samples: σ √(3/(8 √π w⁵)) per step²
-    noise = s.inertia * sigma * problem.blocks.period / s.step**2 * np.sqrt(0.375 / np.sqrt(np.pi))
+    # deviation of the derivative of `derivative`, width w samples: σ √(2.135/(√π w⁵)) per step²
+    noise = s.inertia * sigma * problem.blocks.period / s.step**2 * np.sqrt(2.135 / np.sqrt(np.pi))
     width = (noise / max(0.3 * innovation, 1e-300)) ** 0.4
     return float(np.clip(width, 0.6, 0.6 * problem.blocks.size))
 
@@ -155,7 +168,7 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
     signals = on_fine_grid(runs, s.step, names, problem.held)
     blocks = split(signals.start, problem.blocks.size, s.step)
-    acceleration = smoothed(signals.rate, signals.start, problem.width, order=1) / s.step
+    acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
     signals = replace(
         signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share,
         acceleration=acceleration,
@@ -219,7 +232,11 @@ def _equations(
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
     steep = _steep(damping, rate, blocks)
-    return Problem(signals, blocks, y, damping, grid, table, coarse, steep, foretold, _resolution(runs), held, 0.0)
+    sampled = np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])
+    white = white_noise(runs) * float(np.sqrt(min(float(np.median(sampled)) / blocks.period, 1.0)))
+    return Problem(
+        signals, blocks, y, damping, grid, table, coarse, steep, foretold, _resolution(runs), held, 0.0, white
+    )
 
 
 def _has_heading(runs: Sequence[Run]) -> bool:
@@ -260,9 +277,13 @@ def noise_share(problem: Problem, residual: Array) -> float:
     return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0)) if power > 0.0 else 0.0
 
 
-def torque_scatter(runs: Sequence[Run], problem: Problem) -> float:
-    """Deviation of the torque samples within a block that no motion follows [N m], from their third differences."""
+def white_noise(runs: Sequence[Run]) -> float:
+    """Deviation of the torque's white noise [N m], from its third differences."""
     third = np.concatenate([np.diff(despiked(stream(run, run.torque)[1]), 3) for run in runs])
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+
+
+def torque_scatter(runs: Sequence[Run], problem: Problem) -> float:
+    """Deviation of the torque samples within a block that no motion follows [N m]."""
     period = float(np.median(np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])))
-    white = 1.4826 * np.median(np.abs(third)) / np.sqrt(20.0)
-    return float(white * np.sqrt(max(1.0 - period / problem.blocks.period, 0.0)))
+    return white_noise(runs) * float(np.sqrt(max(1.0 - period / problem.blocks.period, 0.0)))

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from incsvr.effects import Effect, ThrustEfficiency
-from incsvr.tracer.hypothesis import Hypothesis, views
+from incsvr.tracer.hypothesis import Hypothesis, noise_gain, views
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.search import SHAPE, best_leads, with_lead, without
+from incsvr.tracer.search import best_leads, with_lead, without
 
 TIE = 10.0
 """Rivals within this much of the criterion explain the recordings as well."""
+
+ON_ONE_SINE = 0.4
+"""Part of an effect's gain by which a rival may fall short where the command is one sine."""
 
 
 def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect]) -> tuple[Hypothesis, ...]:
@@ -25,11 +28,12 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
         swapped = with_lead(problem, less, lead)
         s = views(problem, swapped).of(lead.effect)
         # what rests on how the noise is split between torque and water is no evidence
-        split = lead.effect.noise_gain(swapped.terms[-1], s) - found.effects[k].noise_gain(found.terms[k], s)
+        split = noise_gain(problem, swapped.fit, lead.effect, swapped.terms[-1])
+        split -= noise_gain(problem, found.fit, found.effects[k], found.terms[k])
         margin = TIE + len(problem.blocks) * abs(split)
         if problem.one_sine and lead.effect.of_phase and found.effects[k].of_phase:
             # all of these are a few harmonics of the command: which fits best is decided by the catalogue's shape error
-            margin += SHAPE * (found.criterion - less.criterion)
+            margin += ON_ONE_SINE * (found.criterion - less.criterion)
         if swapped.criterion < found.criterion - margin or lead.effect.implausible(swapped.terms[-1], s):
             continue
         known = tied.get(lead.effect.name)

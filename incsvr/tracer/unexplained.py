@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from incsvr.effects import SmoothTerm
-from incsvr.evidence import gain_of, p_value
+from incsvr.evidence import evidence, p_value
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.search import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, scan, unique_share, with_lead
@@ -38,7 +38,7 @@ def smooth_terms(
             break
         grown = with_lead(problem, hypothesis, leads[0])
         last = len(grown.terms) - 1
-        p = p_value(gain_of(problem, grown, last), grown.effects[last].core, len(tried))
+        p = p_value(evidence(problem, grown, last), grown.effects[last].core, len(tried))
         others = max((unique_share(problem, grown, k) for k in range(last)), default=0.0)
         large = unique_share(problem, grown, last) > max(CONTRIBUTION, SHAPE * others)
         if not (

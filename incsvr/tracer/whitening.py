@@ -33,7 +33,6 @@ class Fit:
         residual: (n_b,) u.
         innovation: (m,) e of the blocks with three predecessors.
         weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier.
-        normal: (p, p) Xᵀ W X of the whitened columns, divided by s².
     """
 
     theta: Array
@@ -43,7 +42,6 @@ class Fit:
     residual: Array
     innovation: Array
     weight: Array
-    normal: Array
 
 
 def burg(residual: Array, blocks: Blocks, order: int = 3) -> Array:
@@ -71,14 +69,28 @@ def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     return white if blocks.whole.size == white.shape[0] else white[blocks.whole - 3]
 
 
-def fit(y: Array, columns: Array, blocks: Blocks, start: Fit | None = None, rounds: int = 4) -> Fit:
+def fit(
+    y: Array,
+    columns: Array,
+    blocks: Blocks,
+    start: Fit | None = None,
+    rounds: int = 4,
+    turned: Array | None = None,
+    instruments: Array | None = None,
+) -> Fit:
     """Maximum likelihood of θ, the AR and s, each in turn.
+
+    The likelihood is that of the motion: where the noise u turned the vehicle and with it the columns, its density
+    holds the Jacobian Σ ln(1 + turned θ), without which drag and inertia would be underestimated.
 
     Args:
         y: (n_b,) left-hand side of every block.
         columns: (n_b, p).
         start: an earlier fit whose AR and residual weights begin the search.
         rounds: of AR estimation; within each, three reweighted least squares.
+        turned: (n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b; None if they do not.
+        instruments: (n_b, p) columns; where one differs from its column, the noise dominates that column and the
+            instrument stands for it in Zᵀ W (y − X θ) = 0.
     """
     p = columns.shape[1]
     ridge = np.diag(RIDGE * np.einsum("ij,ij->j", columns, columns) + 1e-300)
@@ -87,21 +99,39 @@ def fit(y: Array, columns: Array, blocks: Blocks, start: Fit | None = None, roun
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
+    own = None if turned is None or not turned.any() else turned[blocks.whole]
+    replaced = np.zeros(p, bool) if instruments is None else np.any(instruments != columns, axis=0)
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
+        white_z = white_x if not replaced.any() or instruments is None else whiten(instruments, ar, blocks)
         for _ in range(3):
-            weighted = white_x * weight[:, None]
-            normal = weighted.T @ white_x
-            theta = np.linalg.solve(normal + ridge, weighted.T @ white_y)
+            weighted = white_z * weight[:, None]
+            normal, right = weighted.T @ white_x + ridge, weighted.T @ white_y
+            theta = np.linalg.solve(normal, right)
             innovation = white_y - white_x @ theta
             scale = max(float(np.mean(weight * innovation**2)), 1e-24) ** 0.5
             weight = (DEGREES + 1.0) / (DEGREES + (innovation / scale) ** 2)
+        if own is not None:
+            # the scale is that of least squares: a larger one would pull further, and so grow without end
+            for _ in range(2):
+                pull = scale**2 * np.sum(own / _stretch(own, theta)[:, None], axis=0)
+                pull[replaced] = 0.0
+                theta = np.linalg.solve(normal, right + pull)
+            innovation = white_y - white_x @ theta
         residual = y - columns @ theta
         if turn + 1 < rounds:
             ar = burg(residual, blocks)
     scale = max(float(np.mean(weight * innovation**2)), 1e-24) ** 0.5
     likelihood = log_likelihood(innovation, scale)
-    return Fit(theta, ar, scale, likelihood, residual, innovation, weight, normal / scale**2)
+    if own is not None:
+        likelihood += float(np.sum(np.log(_stretch(own, theta))))
+    return Fit(theta, ar, scale, likelihood, residual, innovation, weight)
+
+
+def _stretch(own: Array, theta: Array) -> Array:
+    """|∂w/∂Δr| in units of I₀/T_b; held above a tenth, where a fit that far off the mark would have no density."""
+    stretch: Array = np.maximum(1.0 + own @ theta, 0.1)
+    return stretch
 
 
 def log_likelihood(innovation: Array, scale: float) -> float:
