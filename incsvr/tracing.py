@@ -50,7 +50,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     problem = aligned(runs, inertia, names)
     case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
     # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
-    pieces = Court.of(problem, None)
+    pieces = Court.of(problem, None, quick=True)
     hunt = Search(problem, case.effects, pieces, closed_loop(problem))
     found = hunt.run()
     if validate:

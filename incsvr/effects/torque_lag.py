@@ -66,8 +66,7 @@ class TorqueLag(Effect):
         if s.from_rate:
             return None
         turned: Array = np.pi / s.block * (np.arange(64) + 0.5) / 64.0 * max(term.coefficients[0], 0.0)
-        passed: Array = 1.0 / (1.0 + turned**2)
-        return passed
+        return np.asarray(1.0 / (1.0 + turned**2))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}

@@ -205,8 +205,9 @@ def settle(
             for k, effect in enumerate(effects):
                 if effect.searched and effect.key in refine:
                     inner[k] = _refined(
-                        problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted
-                    )
+                        problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted,
+                        6 if turn == 1 and passes > 2 else 10,
+                    )  # fmt: skip
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                     coarse[k] = _mean(problem, effect, fine[k])
         columns = np.column_stack([base, *coarse])
@@ -262,6 +263,7 @@ def _refined(
     coarse: list[Array],
     k: int,
     start: Fit,
+    most: int,
 ) -> tuple[float, ...]:
     others = [*coarse[:k], *coarse[k + 1 :]]
 
@@ -273,7 +275,7 @@ def _refined(
     if not low < high:
         return inner
     best = minimize_scalar(
-        lost, bounds=(low, high), method="bounded", options={"xatol": 0.01 * (high - low), "maxiter": 12}
+        lost, bounds=(low, high), method="bounded", options={"xatol": 0.01 * (high - low), "maxiter": most}
     )
     return (*inner[:-1], float(best.x)) if best.fun <= lost(inner[-1]) else inner
 

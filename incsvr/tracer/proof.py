@@ -19,6 +19,9 @@ from incsvr.tracer.run import Array, Run
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""
 
+QUICK_FOLDS = 3
+"""The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
+
 
 @dataclass(frozen=True, slots=True)
 class Errors:
@@ -55,16 +58,18 @@ class Court:
         problem: the fitted recordings.
         validation: the validation recordings, posed alike; None for held-out pieces.
         pieces: blocks of each held-out piece.
+        quick: whether a search asks.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
 
     problem: Problem
     validation: Problem | None
     pieces: tuple[slice, ...]
+    quick: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
 
     @staticmethod
-    def of(problem: Problem, validate: Sequence[Run] | None) -> Court:
+    def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False) -> Court:
         """Held-out pieces are about a twentieth of the recordings and at least eight time scales long."""
         blocks = problem.blocks
         length = max(len(blocks) / 20.0, 8.0 * problem.signals.scale / blocks.period)
@@ -73,7 +78,7 @@ class Court:
         for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
-        return Court(problem, pose_like(problem, validate) if validate else None, tuple(pieces))
+        return Court(problem, pose_like(problem, validate) if validate else None, tuple(pieces), quick)
 
     @property
     def validated_on(self) -> str:
@@ -106,7 +111,7 @@ class Court:
             runs = self.validation.blocks
             spans = [slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]
             return _errors(self.problem, self.validation, hypothesis, spans)
-        folds = min(FOLDS, len(self.pieces))
+        folds = min(QUICK_FOLDS if self.quick else FOLDS, len(self.pieces))
         parts = []
         for fold in range(folds):
             held = self.pieces[fold::folds]
@@ -114,18 +119,18 @@ class Court:
             for piece in held:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
-            parts.append(_errors(self.problem, self.problem, refit(less, hypothesis), held))
+            parts.append(_errors(self.problem, self.problem, refit(less, hypothesis, refine=not self.quick), held))
         return Errors(*(tuple(x for part in parts for x in getattr(part, name)) for name in Errors.__slots__))
 
 
-def refit(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> Hypothesis:
     """The same effects fitted to other blocks."""
     if not hypothesis.terms:
         return nothing(problem)
     terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
     # an instant or a period on the recording's clock stays: no other piece of the recording can tell it
-    refined = frozenset(e.key for e in hypothesis.effects if not e.needs_clock)
-    return settle(problem, terms, hypothesis, refined, passes=3)
+    refined = frozenset(e.key for e in hypothesis.effects if refine and not e.needs_clock)
+    return settle(problem, terms, hypothesis, refined, passes=3 if refine else 2)
 
 
 def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:

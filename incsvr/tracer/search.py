@@ -34,19 +34,19 @@ What is left of the wrong shape of an effect of the motion is a function of the 
 effect, and must be outdone by one; a bias, a drift or an extra channel is none.
 """
 
-LEADERS = 8
-"""How many effects of a scan are followed."""
-
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
 SIMPLER = 0.1
 """Part of an effect's gain that is given away for one effect less."""
 
+CLIMBERS = 2
+"""How many of the best additions to what the gates let pass are put before them in turn."""
+
 HOPELESS = -20.0
 """Score below which a lead is not settled."""
 
-FINALISTS = 6
+FINALISTS = 4
 """How many of the best sets are put before the gates."""
 
 
@@ -264,7 +264,7 @@ class Search:
         best = base
         for finalist in self._finalists(seen):
             cleaned = self._clean(finalist)
-            if self._beats(cleaned, best):
+            if self._beats(cleaned, best) and self.free_run.better(cleaned, base):
                 best = cleaned
         best = self._simpler(self._climbed(best))
         for name in best.names():
@@ -274,7 +274,7 @@ class Search:
     def _climbed(self, base: Hypothesis) -> Hypothesis:
         """`base` with what the gates let in one by one: where they threw an effect out, another may take its place."""
         while len(base.terms) < self.most:
-            steps = (self._clean(grown) for grown in self._grown([base], LEADERS))
+            steps = (self._clean(grown) for grown in self._grown([base], 5)[:CLIMBERS])
             best = next((step for step in steps if self._beats(step, base)), base)
             if best is base:
                 break

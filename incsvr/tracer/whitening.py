@@ -87,7 +87,7 @@ def fit(
         y: (n_b,) left-hand side of every block.
         columns: (n_b, p).
         start: an earlier fit whose AR and residual weights begin the search.
-        rounds: of AR estimation; within each, three reweighted least squares.
+        rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights).
         turned: (n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b; None if they do not.
         instruments: (n_b, p) columns; where one differs from its column, the noise dominates that column and the
             instrument stands for it in Zᵀ W (y − X θ) = 0.
@@ -104,7 +104,7 @@ def fit(
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
         white_z = white_x if not replaced.any() or instruments is None else whiten(instruments, ar, blocks)
-        for _ in range(3):
+        for _ in range(3 if start is None else 2):
             weighted = white_z * weight[:, None]
             normal, right = weighted.T @ white_x + ridge, weighted.T @ white_y
             theta = np.linalg.solve(normal, right)
