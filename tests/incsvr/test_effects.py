@@ -19,7 +19,7 @@ VOCABULARY = {
 }  # fmt: skip
 SIZES = {
     "bias_torque": (4.0,), "inertia": (50.0,), "torque_lag": (0.7,), "torque_delay": (0.7,), "dead_zone": (1.0,),
-    "torque_asymmetry": (0.2,), "inflow": (6.0,), "heading_current": (4.0, 3.0), "tether": (2.0, -0.5),
+    "torque_asymmetry": (0.2,), "inflow": (6.0,), "heading_current": (4.0, 3.0), "tether": (2.0,),
     "wave": (4.0, 2.0), "drag_drift": (0.3,), "drag_step": (0.3,), "memory": (-60.0,), "coulomb": (5.0,),
     "bias_drift": (0.02, -1.0), "coupling:winch": (3.0, 0.5),
 }  # fmt: skip
@@ -28,7 +28,7 @@ SIZES = {
 
 def coefficients(effect: Effect) -> tuple[float, ...]:
     if effect.name == "torque_saturation":
-        return (1.0,) if effect.variant == "limit" else (0.002,)
+        return (0.002,) if effect.variant == "coefficient" else (1.0,)
     if effect.name == "modulation:winch":
         return (0.1, -0.05) if "level" in effect.variant else (0.1,)
     return SIZES[effect.name]

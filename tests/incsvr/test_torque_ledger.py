@@ -24,12 +24,13 @@ EVERYTHING = (
     term("torque_delay", 0.13),
     Term("dead_zone", "shifted", (1.0,), (4.0,)),
     Term("torque_asymmetry", "", (0.2,)),
-    Term("memory", "", (-60.0,), (4.0,)),
+    Term("memory", "quadratic", (-60.0,), (0.2, 4.0)),
     Term("inflow", "", (3.0,)),
     Term("coulomb", "", (2.0,), (0.003,)),
     Term("heading_current", "2", (3.0, -1.0)),
     Term("inertia", "", (20.0,)),
-    Term("coupling:sway", "", (8.0, 0.5), (0.1,)),
+    Term("coupling:sway", "", (8.0,), (0.0,)),
+    Term("coupling:voltage", "", (2.0, 0.5), (15.0,)),
     Term("modulation:voltage", "thrust", (0.03,), (15.0,)),
     Term("modulation:depth", "damping", (0.05,), (2.0,)),
     Term("unexplained:heading", "", (0.1, 0.2, 0.3, 0.2, 0.1, 0.4, 0.2), (0.5, 1.5, 3.0, 4.5, 6.0)),
@@ -162,7 +163,7 @@ def test_no_sample_is_made_where_a_channel_of_an_effect_is_missing() -> None:
     settings = SignalSettings(channels=("sway",))
     run = recording(3, 100.0)
     sway = np.where(run.time < 40.0, 0.0, np.nan)
-    effects = compensation(Term("coupling:sway", "", (8.0, 0.5), (0.1,)))
+    effects = compensation(Term("coupling:sway", "", (8.0,), (0.0,)))
     samples, _ = synchronise(settings, with_channels(run, {"sway": sway}).streams(), effects)
     assert len(samples) > 0
     assert samples.time.max() < 40.0
