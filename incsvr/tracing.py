@@ -25,7 +25,7 @@ from incsvr.tracer.problem import Problem, torque_scatter
 from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
-from incsvr.tracer.search import Search, scan, without
+from incsvr.tracer.search import Search, against_physics, scan, without
 from incsvr.tracer.sentences import sentence, streams
 from incsvr.tracer.unexplained import smooth_terms
 
@@ -51,11 +51,8 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
     # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
     pieces = Court.of(problem, None, quick=True)
-    hunt = Search(problem, case.effects, pieces, closed_loop(problem))
-    found = hunt.run()
-    if validate:
-        found = _surviving(problem, case.court, found, hunt.refused)
-    found = _evident(case, found, hunt.refused)
+    found, refused = _searched(case, pieces, vetoes=VETOES if validate else 0)
+    found = _evident(case, found, refused)
     whole, smooth = smooth_terms(problem, found, names, pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
@@ -71,7 +68,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         inertia=inertia,
         verdict=verdict,
         effects=tuple(findings),
-        rejected=tuple(_rejected(case, found, hunt.refused)),
+        rejected=tuple(_rejected(case, found, refused)),
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
@@ -93,6 +90,9 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
 HARM = 0.03
 """Part of the free-run error by which an effect must spoil the validation recordings to be dropped for it."""
 
+VETOES = 3
+"""How often validation recordings may refuse all that a search found."""
+
 LEVEL = 1e-4
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
@@ -105,13 +105,32 @@ class _Case:
     channels: Sequence[str]
 
 
+def _searched(case: _Case, pieces: Court, vetoes: int) -> tuple[Hypothesis, dict[str, str]]:
+    """The best set of effects, and why others are not in it.
+
+    Validation recordings never choose; where they threw everything out, the search goes on without what they refused.
+    """
+    problem, refused = case.problem, dict[str, str]()
+    while True:
+        effects = [effect for effect in case.effects if effect.name not in refused or not vetoes]
+        hunt = Search(problem, effects, pieces, closed_loop(problem), refused=dict(refused))
+        best = hunt.run()
+        found = _surviving(problem, case.court, best, hunt.refused) if case.court.validation else best
+        if found.terms or not best.terms or not vetoes:
+            return found, hunt.refused
+        refused |= {name: hunt.refused[name] for name in best.names()}
+        vetoes -= 1
+
+
 def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
     """The effects that do no harm on the validation recordings: those can only drop an effect, never choose one."""
+    nothing_added = court(nothing(problem))
     while found.terms:
         whole = court(found)
         less = [without(problem, found, k) for k in range(len(found.terms))]
-        best = min(range(len(less)), key=lambda k: court(less[k]))
-        if court(less[best]) >= (1.0 - HARM) * whole:
+        # what is left must still stand by itself: without the inertia a delay may turn into its opposite
+        best = min(range(len(less)), key=lambda k: (bool(against_physics(problem, less[k])), court(less[k])))
+        if court(less[best]) >= (1.0 - HARM) * whole and whole < nothing_added:
             return found
         refused[found.terms[best].effect] = (
             "on the validation recordings the free run is better without it: "

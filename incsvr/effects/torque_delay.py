@@ -52,6 +52,8 @@ class TorqueDelay(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         if abs(term.coefficients[0]) > 0.8 * s.scale:
             return "the delay would be as long as the vehicle's own motion"
+        if term.coefficients[0] < -0.1 * s.scale:
+            return "the thrust would run ahead of its command by more than clocks are apart"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

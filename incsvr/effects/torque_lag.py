@@ -65,8 +65,9 @@ class TorqueLag(Effect):
         """From the command side the torque's noise passes the lag; from the rate side nothing is lowered."""
         if s.from_rate:
             return None
-        turned: Array = np.pi / s.block * (np.arange(64) + 0.5) / 64.0 * max(term.coefficients[0], 0.0)
-        return np.asarray(1.0 / (1.0 + turned**2))
+        frequency = np.pi / s.block * (np.arange(64, dtype=np.float64) + 0.5) / 64.0
+        passed: Array = 1.0 / (1.0 + np.square(frequency * max(term.coefficients[0], 0.0)))
+        return passed
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}

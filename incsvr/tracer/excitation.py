@@ -12,9 +12,8 @@ from incsvr.tracer.hypothesis import nothing
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.whitening import burg, whiten
 
-TORQUE_FREE = ("outside", "motion", "damping")
-"""How effects act that can be seen without a varying torque."""
-
+OF_HEADING = ("heading_current", "tether")
+"""What, beside a moment from outside, turns a vehicle whose thrusters do not: the rest only shapes a motion."""
 
 _CONSTANT = (
     "the torque is constant ({:.3g} N m), so nothing can be traced: record a run with varied commands, or add the "
@@ -31,7 +30,7 @@ def demand(problem: Problem, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     if constant_torque(problem):
         if not problem.signals.channels:
             raise BadInput(_CONSTANT.format(float(np.mean(problem.signals.torque))))
-        return tuple(e for e in effects if e.acts in TORQUE_FREE and e.name != "inflow")
+        return tuple(e for e in effects if e.acts == "outside" or e.name in OF_HEADING)
     _check_sign(problem)
     return tuple(effects)
 
@@ -50,7 +49,10 @@ def answered(problem: Problem, verdict: str) -> None:
         BadInput: the verdict is `none` and the torque is constant.
     """
     if verdict == "none" and constant_torque(problem):
-        raise BadInput(_CONSTANT.format(float(np.mean(problem.signals.torque))))
+        raise BadInput(
+            f"the torque is constant ({float(np.mean(problem.signals.torque)):.3g} N m) and no channel explains the "
+            "motion on data that it was not fitted to: record a run with varied commands"
+        )
 
 
 def _check_sign(problem: Problem) -> None:

@@ -19,6 +19,9 @@ from incsvr.tracer.run import Array, Run
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""
 
+FEW = 20
+"""Fewer pieces than that are held out one by one."""
+
 QUICK_FOLDS = 3
 """The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
 
@@ -70,9 +73,9 @@ class Court:
 
     @staticmethod
     def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False) -> Court:
-        """Held-out pieces are about a twentieth of the recordings and at least eight time scales long."""
+        """Held-out pieces are about a twentieth of the recordings and at least four time scales long."""
         blocks = problem.blocks
-        length = max(len(blocks) / 20.0, 8.0 * problem.signals.scale / blocks.period)
+        length = max(len(blocks) / 20.0, 4.0 * problem.signals.scale / blocks.period)
         length = min(length, len(blocks) / 4.0)
         pieces = []
         for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
@@ -111,7 +114,9 @@ class Court:
             runs = self.validation.blocks
             spans = [slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]
             return _errors(self.problem, self.validation, hypothesis, spans)
-        folds = min(QUICK_FOLDS if self.quick else FOLDS, len(self.pieces))
+        folds = QUICK_FOLDS if self.quick else FOLDS
+        if len(self.pieces) < FEW:  # a third of so short recordings may be all that there was of some rate
+            folds = len(self.pieces)
         parts = []
         for fold in range(folds):
             held = self.pieces[fold::folds]
@@ -130,7 +135,7 @@ def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> H
     terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
     # an instant or a period on the recording's clock stays: no other piece of the recording can tell it
     refined = frozenset(e.key for e in hypothesis.effects if refine and not e.needs_clock)
-    return settle(problem, terms, hypothesis, refined, passes=3 if refine else 2)
+    return settle(problem, terms, hypothesis, refined, passes=3)
 
 
 def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:

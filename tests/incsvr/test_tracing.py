@@ -186,6 +186,6 @@ def test_measured_open_loop(measured: Path, held_out: int) -> None:
 
 
 def test_measured_coupling_turns_a_vehicle_without_yaw_torque(measured: Path) -> None:
-    found = trace(rov(measured, 1), inertia=PUBLISHED, validate=rov(measured, 2))
+    found = trace(rov(measured, 2), inertia=PUBLISHED, validate=rov(measured, 1))
     assert [finding.effect for finding in found.effects] == ["coupling:thruster_1_pwm"]
     assert found.error["after"]["free_run_rmse"] < found.error["before"]["free_run_rmse"]
