@@ -9,6 +9,7 @@ import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
 from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.run import Array
 from incsvr.tracer.sentences import LABELS, sentence
 
 EVERY = list(candidates(["winch"]))
@@ -147,6 +148,101 @@ class TestEveryEffect:
         left = (model.predict(moved) - moved.torque)[settled]
         assert list(model.parts(moved)) == ["declared inertia", "damping", effect.name]
         assert np.sqrt(np.mean(left**2)) < 1.0  # of a command of 95 N m
+
+
+@pytest.mark.parametrize(
+    "key", ["torque_lag/moment", "torque_lag/rotor speed", "torque_delay", "torque_saturation/coefficient"]
+)
+def test_a_thrust_effect_says_the_same_from_either_side(key: str, signals: Signals) -> None:
+    """What it takes of the torque, once built on the command and once on the moment that acted."""
+    effect = catalogue()[key]
+    term = Term(effect.name, effect.variant, coefficients(effect))
+    acted = effect.thrust(signals.command, signals, term)
+    lost = signals.command - acted
+    settled = np.concatenate([np.arange(run.start + 50, run.stop - 50) for run in signals.runs()])
+    for share in (0.0, 1.0):
+        seen = replace(signals, share=share, applied=acted)
+        assert seen.from_rate == (share == 1.0)
+        bend = effect.offset(seen, term.coefficients)
+        said = effect.columns(seen, (), term.coefficients) @ np.array(term.coefficients)
+        said = said if bend is None else said + bend
+        off = (said - lost)[settled]
+        assert np.sqrt(np.mean(off**2)) < 0.01 * np.sqrt(np.mean(lost[settled] ** 2))
+
+
+def test_a_lag_of_the_rotor_speed_is_no_lag_of_the_moment(signals: Signals) -> None:
+    """Where the thrust is small its rotor turns slowly and the moment n |n| follows faster than linearly."""
+    moment, rotor = (
+        catalogue()[f"torque_lag/{variant}"].thrust(signals.command, signals, Term("torque_lag", variant, (2.0,)))
+        for variant in ("moment", "rotor speed")
+    )
+    assert np.sqrt(np.mean((moment - rotor) ** 2)) > 0.05 * np.sqrt(np.mean((moment - signals.command) ** 2))
+
+
+def test_only_a_lag_on_the_command_filters_the_torques_noise(signals: Signals) -> None:
+    effect, term = catalogue()["torque_lag/moment"], Term("torque_lag", "moment", (0.7,))
+    passed = effect.passed(term, replace(signals, share=0.0))
+    assert passed is not None
+    assert passed.shape == (64,)
+    assert passed[0] == pytest.approx(1.0, abs=1e-3)
+    assert np.all(np.diff(passed) < 0.0)
+    assert passed[-1] == pytest.approx(1.0 / (1.0 + (0.7 * np.pi / signals.block) ** 2), rel=0.02)
+    assert effect.passed(term, replace(signals, share=1.0)) is None
+
+
+def test_a_coupling_counts_from_zero_or_from_a_reference(signals: Signals) -> None:
+    winch = catalogue(["winch"])["coupling:winch"]
+    turned = replace(signals, channels={"winch": signals.channels["winch"] - 2.5})
+    ((zero,),) = winch.starts(turned)
+    assert zero == 0.0
+    np.testing.assert_array_equal(winch.columns(turned, (zero,), ()), -turned.channels["winch"][:, None])
+    assert winch.parameters(Term(winch.name, "", (3.0,), (zero,)), 350.0) == {"coefficient": 3.0}
+    ((mean,),) = winch.starts(signals)
+    assert mean == pytest.approx(2.0, abs=0.1)
+    # 3 (x − 2) + 1.5 is 3 (x − 1.5)
+    free = winch.parameters(Term(winch.name, "", (3.0, 1.5), (2.0,)), 350.0)
+    assert free == {"coefficient": 3.0, "reference": 1.5}
+
+
+def test_a_tether_is_untwisted_where_the_recording_began_or_at_heading_zero(signals: Signals) -> None:
+    tether = catalogue()["tether"]
+    seen = replace(signals, heading=signals.heading + 0.7)
+    assert tether.starts(seen) == [(float(seen.heading[0]),), (0.0,)]
+    for (neutral,) in tether.starts(seen):
+        np.testing.assert_allclose(tether.columns(seen, (neutral,), ())[:, 0], seen.heading - neutral)
+
+
+@pytest.mark.parametrize("harmonic", [1, 2, 3, 5, 7])
+@pytest.mark.parametrize("square", [False, True])
+def test_a_wave_at_a_harmonic_of_the_command_is_refused(harmonic: int, square: bool, signals: Signals) -> None:
+    """What is left of the wrong shape of any effect of the motion repeats with the command; a wave does not."""
+    seen = replace(signals, torque=of_one_period(signals, square))
+    assert "harmonic" in wave(24.0 / harmonic, seen)
+
+
+@pytest.mark.parametrize("ratio", [0.6, 1.4, 1.5, 2.5, 3.4, 6.5])
+@pytest.mark.parametrize("square", [False, True])
+def test_a_wave_between_the_harmonics_is_not(ratio: float, square: bool, signals: Signals) -> None:
+    seen = replace(signals, torque=of_one_period(signals, square))
+    assert wave(24.0 / ratio, seen) == ""
+
+
+def test_a_wave_on_a_line_of_a_command_of_many_is_refused_unless_it_is_the_larger(signals: Signals) -> None:
+    lines = [60.0 / k for k in (2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0)]
+    torque = np.sum([20.0 * np.sin(2 * np.pi * signals.time / line + line) for line in lines], axis=0)
+    seen = replace(signals, torque=torque)
+    assert "line" in wave(60.0 / 13.0, seen)
+    assert wave(60.0 / 15.0, seen) == ""
+    assert wave(60.0 / 13.0, seen, size=15.0) == ""
+
+
+def of_one_period(signals: Signals, square: bool) -> Array:
+    sine = np.sin(2 * np.pi * signals.time / 24.0)
+    return 60.0 * np.sign(sine) if square else 60.0 * sine
+
+
+def wave(period: float, signals: Signals, size: float = 4.0) -> str:
+    return catalogue()["wave"].implausible(Term("wave", "", (size, 0.0), (period,)), signals)
 
 
 def test_every_effect_is_found_by_its_key() -> None:
