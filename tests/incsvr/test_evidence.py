@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.evidence import change_of_rms, p_value, rms
+from incsvr.effects import catalogue
+from incsvr.evidence import change_of_rms, evidence, gain_of, p_value, rms
+from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.proof import sample_errors
 from incsvr.tracer.run import Array
+from tests.incsvr.turning import PERIOD, command, instants, turning
 
 
 def errors(seed: int, scale: float) -> Array:
@@ -51,3 +56,37 @@ def test_errors_of_single_samples_hold_the_scatter_within_a_block() -> None:
     sampled = block + random.normal(0.0, 3.0, block.size)
     assert rmse == pytest.approx(float(np.std(sampled)), rel=0.01)
     assert mae == pytest.approx(float(np.mean(np.abs(sampled))), rel=0.01)
+
+
+TIME = instants(400.0)
+
+
+def narrow(seed: int, k: int, period: float) -> Array:
+    """Noise of deviation one within a few per cent of a period [s]."""
+    kept, turn = 0.996, 2.0 * np.pi * PERIOD / period
+    noise = np.random.default_rng([seed, k]).normal(size=TIME.size + 4000)
+    band: Array = lfilter([1.0], [1.0, -2.0 * kept * np.cos(turn), kept**2], noise)[4000:]
+    return band / np.std(band)
+
+
+def weighed(seed: int, periods: Sequence[float]) -> tuple[float, float]:
+    """Gain and evidence of a coupling to a channel of about 7 s, in water that moves with these periods."""
+    water = sum((8.0 * narrow(seed, k, period) for k, period in enumerate(periods)), np.zeros(TIME.size))
+    sway = narrow(seed, 9, 7.0)
+    problem = turning(seed, command(seed, TIME), outside=10.0 * sway + water, channels={"sway": sway})
+    effect = catalogue(["sway"])["coupling:sway"]
+    found = settle(problem, [(effect, (0.0,), ())], nothing(problem))
+    return gain_of(problem, found, 0), evidence(problem, found, 0)
+
+
+@pytest.mark.parametrize("periods", [(), (4.0, 7.0, 13.0), (3.0, 8.0, 9.0)])
+def test_evidence_never_exceeds_the_gain(periods: tuple[float, ...]) -> None:
+    for seed in range(4):
+        gain, left = weighed(seed, periods)
+        assert 0.0 < left <= gain
+
+
+def test_noise_near_the_effects_own_frequency_that_the_ar_leaves_costs_evidence() -> None:
+    for seed in range(4):
+        (gain, left), (plain_gain, plain_left) = weighed(seed, (3.0, 8.0, 9.0)), weighed(seed, ())
+        assert left / gain < 0.75 * plain_left / plain_gain

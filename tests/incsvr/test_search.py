@@ -1,0 +1,89 @@
+"""The search names what is there, in the fewest effects that say it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.effects import candidates, catalogue
+from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.proof import Court
+from incsvr.tracer.search import Search
+from tests.incsvr.turning import INERTIA, command, instants, turning
+
+TIME = instants(400.0)
+SWAY = 0.1 * np.sin(0.3 * TIME) + 0.05 * np.sin(TIME / 31.0) + 0.03
+VOLTAGE = 16.0 - 2.0 * TIME / TIME[-1] + 0.2 * np.sin(TIME / 5.0)
+FULL = 16.0
+"""The level at which the thrust table was measured, and with which the recording begins [V]."""
+
+
+def search(problem: Problem) -> Search:
+    return Search(problem, candidates(problem.signals.channels), Court.of(problem, None, quick=True))
+
+
+def parameters(found: Hypothesis) -> dict[str, dict[str, float]]:
+    return {e.key: e.parameters(t, INERTIA) for e, t in zip(found.effects, found.terms, strict=True)}
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
+    assert search(turning(seed, command(seed, TIME), channels={"sway": SWAY})).run().terms == ()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_coupling_that_passes_through_zero_leaves_the_bias_to_itself(seed: int) -> None:
+    problem = turning(seed, command(seed, TIME), outside=12.0 + 150.0 * SWAY, channels={"sway": SWAY})
+    found = parameters(search(problem).run())
+    assert set(found) == {"coupling:sway", "bias_torque"}
+    assert found["coupling:sway"] == {"coefficient": pytest.approx(150.0, rel=0.05)}
+    assert found["bias_torque"]["moment_nm"] == pytest.approx(12.0, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_coupling_that_never_does_finds_its_reference(seed: int) -> None:
+    """The constant moment is that of the channel's distance from its reference: no effect of its own."""
+    problem = turning(seed, command(seed, TIME), outside=20.0 * (VOLTAGE - 14.5), channels={"voltage": VOLTAGE})
+    found = parameters(search(problem).run())
+    assert set(found) == {"coupling:voltage"}
+    assert found["coupling:voltage"]["coefficient"] == pytest.approx(20.0, rel=0.1)
+    assert found["coupling:voltage"]["reference"] == pytest.approx(14.5, abs=0.1)
+
+
+@pytest.fixture(scope="module", params=[0, 1, 2])
+def sagging(request: pytest.FixtureRequest) -> Problem:
+    """The thrust falls with the voltage: 15 % a volt below a full battery."""
+    seed: int = request.param
+    gain = 1.0 + 0.15 * (VOLTAGE - FULL)
+    return turning(seed, command(seed, TIME), gain=gain, channels={"voltage": VOLTAGE})
+
+
+def test_a_thrust_scaled_about_its_starting_value_is_one_effect(sagging: Problem) -> None:
+    found = parameters(search(sagging).run())
+    assert set(found) == {"modulation:voltage/thrust, own level"}
+    (values,) = found.values()
+    assert values["coefficient"] == pytest.approx(0.15, rel=0.1)
+    assert values["reference"] == pytest.approx(FULL, abs=0.25)
+
+
+def test_another_inertia_beside_a_thrust_scaled_about_its_mean_is_said_more_simply(sagging: Problem) -> None:
+    """The two together say the same, and the search may have come upon them first."""
+    known = catalogue(["voltage"])
+    mean = float(np.mean(VOLTAGE))
+    pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["inertia"], (), ())]
+    two = settle(sagging, pair, nothing(sagging))
+    assert two.terms[1].coefficients[0] > 40.0
+    one = search(sagging)._simpler(two)
+    assert set(parameters(one)) == {"modulation:voltage/thrust, own level"}
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None:
+    gain = 1.0 + 0.15 * (VOLTAGE - np.mean(VOLTAGE))
+    problem = turning(seed, command(seed, TIME), gain=gain, outside=15.0, channels={"voltage": VOLTAGE})
+    known = catalogue(["voltage"])
+    mean = float(np.mean(VOLTAGE))
+    pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["bias_torque"], (), ())]
+    two = settle(problem, pair, nothing(problem))
+    assert search(problem)._simpler(two) is two

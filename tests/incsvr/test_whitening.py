@@ -1,0 +1,53 @@
+"""The regression where the noise turns the vehicle, and with it the columns."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import lfilter
+
+from incsvr.tracer.run import Array
+from incsvr.tracer.weak_form import Blocks, split
+from incsvr.tracer.whitening import fit
+
+INERTIA, DRAG, PERIOD = 350.0, 100.0, 0.5
+"""[kg m²], [N m s], of a block [s]."""
+STEPS, BLOCKS = 10, 1500
+
+
+def driven(seed: int, noise: float) -> tuple[Array, Array, Blocks, Array]:
+    """y, the mean rates, blocks, and how the mean rates answer: a vehicle with linear drag that the water turns, too.
+
+    The command jumps every five blocks, the water's moment of deviation `noise` [N m] in every block.
+    """
+    random = np.random.default_rng(seed)
+    torque = np.repeat(30.0 * random.normal(size=BLOCKS // 5), 5)
+    moment = np.repeat(torque + random.normal(0.0, noise, BLOCKS), STEPS)
+    kept = np.exp(-DRAG / INERTIA * PERIOD / STEPS)
+    rate = np.concatenate([[0.0], lfilter([1.0 - kept], [1.0, -kept], moment / DRAG)])
+    blocks = split(np.array([0, rate.size]), STEPS, PERIOD / STEPS)
+    mean = blocks.mean(rate)[:, None]
+    return torque - INERTIA * blocks.slope(rate), mean, blocks, np.full_like(mean, 0.5 * PERIOD / INERTIA)
+
+
+def test_least_squares_underestimates_the_drag_where_the_noise_turns_the_vehicle() -> None:
+    """The Jacobian takes away more than half of that, seed for seed."""
+    for seed in range(8):
+        y, mean, blocks, turned = driven(seed, 30.0)
+        plain, jacobian = (fit(y, mean, blocks, rounds=6, turned=t).theta[0] for t in (None, turned))
+        assert plain < 0.9 * DRAG
+        assert abs(jacobian - DRAG) < 0.6 * abs(plain - DRAG)
+
+
+def test_without_noise_that_turns_the_vehicle_the_jacobian_changes_nothing() -> None:
+    y, mean, blocks, turned = driven(1, 1e-6)
+    np.testing.assert_allclose(fit(y, mean, blocks, turned=turned).theta, DRAG, rtol=1e-4)
+
+
+def test_the_likelihood_prefers_the_true_drag_to_that_of_least_squares() -> None:
+    """With the Jacobian counted at either drag."""
+    for seed in range(8):
+        y, mean, blocks, turned = driven(seed, 30.0)
+        plain = fit(y, mean, blocks, rounds=6)
+        whole = fit(y, mean, blocks, rounds=6, turned=turned)
+        held = float(np.log1p(turned[0, 0] * plain.theta[0])) * blocks.whole.size
+        assert whole.log_likelihood > plain.log_likelihood + held
