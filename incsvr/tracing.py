@@ -93,7 +93,7 @@ HARM = 0.03
 VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
-LEVEL = 1e-4
+LEVEL = 1e-6
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
+KNOWN = 0.05
+"""Of the declared inertia: no pendulum test or added mass by strip theory is closer."""
+
 
 class Inertia(Effect):
     """(I₀ + ΔI) ṙ + d(r) = τ: dry inertia and added mass −N_ṙ.
@@ -27,6 +30,6 @@ class Inertia(Effect):
         ratio = 1.0 + term.coefficients[0] / s.inertia
         if not 0.2 < ratio < 5.0:
             return f"the inertia would be {ratio:.2g} times the declared one"
-        if abs(ratio - 1.0) < 0.01:
-            return "the inertia would be the declared one within a hundredth"
+        if abs(ratio - 1.0) < KNOWN:
+            return f"the inertia would be the declared one within {KNOWN:.0%}, better than it can be known"
         return ""

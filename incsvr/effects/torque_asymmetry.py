@@ -31,6 +31,8 @@ class TorqueAsymmetry(Effect):
         efficiency = 1.0 / max(1.0 + term.coefficients[0], 1e-3)
         if not 0.2 < efficiency < 3.0:
             return f"reverse thrust would have {efficiency:.2g} times the efficiency of forward thrust"
+        if abs(efficiency - 1.0) < 0.03:
+            return "reverse thrust would be forward thrust within 3 %, better than a thrust table is known"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.hypothesis import Hypothesis, nothing
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing
 from incsvr.tracer.problem import Problem, noise_share, pose, pose_like, white_noise
 from incsvr.tracer.run import Run
 from incsvr.tracer.search import best_leads, with_lead
@@ -26,16 +26,20 @@ MARGIN = 40.0
 
 
 def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
-    """The equations with the linear torque, unless the held one explains more, alone or with its best effect.
+    """The equations with the linear torque, unless the held one explains more, or as much without any effect.
 
     Half a sample of false delay looks like a small inertia, memory or lag.
     """
     linear, one = _settled(pose(runs, inertia, channels, held=False), channels)
-    if linear.resolution <= linear.blocks.period / 10.0:
+    if linear.resolution <= linear.blocks.period / 40.0:
         return linear
     held = pose(runs, inertia, channels, held=True)
     held, two = _settled(held, channels)
-    return held if two.criterion - one.criterion - _smoother(runs, linear, held, one, two) > MARGIN else linear
+    smoother = _smoother(runs, linear, held, one, two)
+    plain_one, plain_two = nothing(linear).criterion, nothing(held).criterion + smoother
+    explains_more = two.criterion + smoother > one.criterion + MARGIN
+    needs_nothing = plain_two > plain_one + MARGIN and plain_two > one.criterion - MARGIN
+    return held if explains_more or needs_nothing else linear
 
 
 def _settled(problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
@@ -56,11 +60,14 @@ def _settled(problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypoth
 def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:
     base = nothing(problem)
     leads = best_leads(problem, base, demand(problem, candidates(channels)), LEADS)
-    return max((base, *(with_lead(problem, base, lead) for lead in leads)), key=lambda h: h.criterion)
+    settled = [with_lead(problem, base, lead) for lead in leads]
+    # a delay within a sample is the other of the two torques in disguise
+    real = [h for h in settled if not below_sampling(h.terms[0], problem)]
+    return max((base, *real), key=lambda h: h.criterion)
 
 
 def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> float:
-    """2 ℓ that the held torque gains only because its interpolation averages the sensor's noise in another way.
+    """What the held torque loses in 2 ℓ where its interpolation averages the sensor's noise less than the linear one.
 
     White noise at the torque's stamps, brought to the blocks in the same two ways, says by how much.
     """
@@ -75,4 +82,4 @@ def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothes
         torque = unit.blocks.mean(unit.signals.torque)
         left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
     square = two.fit.scale**2
-    return float(two.fit.innovation.size * np.log(max(square - (left[1] - left[0]), 0.1 * square) / square))
+    return -float(two.fit.innovation.size * np.log(max(square - (left[1] - left[0]), 0.1 * square) / square))

@@ -37,6 +37,9 @@ effect, and must be outdone by one; a bias, a drift or an extra channel is none.
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
+PROVEN = 0.9
+"""Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
+
 SIMPLER = 0.1
 """Part of an effect's gain that is given away for one effect less."""
 
@@ -211,7 +214,7 @@ def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
     """Whether the raw residual rose, its level apart (that may be the next effect): an AR near a unit root hides it."""
 
     def spread(h: Hypothesis) -> float:
-        return float(np.median(np.abs(h.fit.residual - np.median(h.fit.residual))))
+        return float(np.mean(np.abs(h.fit.residual - np.median(h.fit.residual))))
 
     return spread(grown) > 1.02 * spread(base)
 
@@ -360,7 +363,8 @@ class Search:
                 return "a command of one sine cannot tell it from the shape error of another effect of the motion", k
         for k in range(len(base.terms)):
             less = without(self.problem, base, k)
-            if _rose(base, less):
+            proven = self.free_run(base) < PROVEN * self.free_run(less)
+            if _rose(base, less) and not proven:
                 return "with it the residual grows: it explains the residual's colour, not its size", k
             if not self.free_run.better(base, less):
                 return (
