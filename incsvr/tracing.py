@@ -19,13 +19,15 @@ from incsvr.tracer.channels import usable
 from incsvr.tracer.excitation import answered, closed_loop, demand
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
+from incsvr.tracer.gates import THRESHOLD, against_physics, sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.problem import Problem, torque_scatter
 from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
-from incsvr.tracer.search import Search, against_physics, scan, without
+from incsvr.tracer.scan import Lead, scan, with_lead, without
+from incsvr.tracer.search import Search
 from incsvr.tracer.sentences import sentence, streams
 from incsvr.tracer.unexplained import smooth_terms
 
@@ -195,6 +197,8 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
                 sentence=sentence(effect, parameters, spans[k], share),
             )
         )
+    if {"tether", "bias_torque"} <= set(found.names()):
+        notes.append("a constant moment beside a tether is, in the equation, a tether untwisted at another heading")
     return findings, notes
 
 
@@ -208,8 +212,16 @@ def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Re
             rejected.append(Rejected(lead.effect.name, p, failed[lead.effect.name]))
         elif lead.effect.name not in taken:
             taken.add(lead.effect.name)
-            rejected.append(Rejected(lead.effect.name, p, "too little evidence, too small or against physics"))
+            rejected.append(Rejected(lead.effect.name, p, _why_not(case.problem, found, lead)))
     return rejected
+
+
+def _why_not(problem: Problem, found: Hypothesis, lead: Lead) -> str:
+    """Why a candidate that no gate ever saw is not added."""
+    if lead.score < THRESHOLD:
+        return "too little evidence beside what was found"
+    reason, k = sound(problem, with_lead(problem, found, lead))
+    return reason if reason and k == len(found.terms) else "beside what was found it brings too little"
 
 
 def _first(problem: Problem, found: Hypothesis, count: int) -> Array:

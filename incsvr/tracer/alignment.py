@@ -12,7 +12,7 @@ from incsvr.tracer.excitation import demand
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing
 from incsvr.tracer.problem import Problem, noise_share, pose, pose_like, white_noise
 from incsvr.tracer.run import Run
-from incsvr.tracer.search import best_leads, with_lead
+from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.whitening import whiten
 
 LEADS = 5

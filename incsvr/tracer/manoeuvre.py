@@ -70,6 +70,8 @@ def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
 
 def separate(problem: Problem, found: Hypothesis, rival: Hypothesis, other: str) -> str:
     """A sentence with the shortest manoeuvre that tells `found` from `rival`, or that there is none."""
+    if float(np.ptp(problem.signals.torque)) == 0.0:
+        return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
     model = model_of(problem, found)
     candidates = list(manoeuvres(problem))
     *_, richest = candidates  # if not even that tells them apart, none of the others does

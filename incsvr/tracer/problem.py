@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.tracer.damping import Damping
 from incsvr.tracer.run import Array, Run, stream
 from incsvr.tracer.weak_form import (
     FEWEST_BLOCKS,
@@ -28,36 +28,6 @@ MOST_BLOCKS = 2000
 
 FEWEST_SCALES = 12.0
 """Shortest recordings from which anything is concluded, in T_c."""
-
-INTERVALS = 8
-"""Of the cubic spline of d(r): 6 or 16 were worse on simulated vehicles."""
-
-
-@dataclass(frozen=True, slots=True)
-class Damping:
-    """d(r) = Σ cⱼ (Bⱼ(r) − Bⱼ(0)) + c r|r|: a cubic B-spline that vanishes at rest, as Section III-A demands.
-
-    Attributes:
-        knots: of the spline [rad/s].
-    """
-
-    knots: Array
-
-    @staticmethod
-    def over(rate: Array) -> Damping:
-        """A basis over the rates that occurred (rest included)."""
-        low, high = (float(q) for q in np.quantile(rate, [0.001, 0.999]))
-        low, high = min(low, -1e-3 * (high - low)), max(high, 1e-3 * (high - low))
-        inner = np.linspace(low, high, INTERVALS + 1)
-        return Damping(np.concatenate([[low] * 3, inner, [high] * 3]))
-
-    def columns(self, rate: Array) -> Array:
-        """(n, 11) basis at `rate` (n,); beyond the knots the spline stays and r|r| goes on."""
-        low, high = self.knots[0], self.knots[-1]
-        basis = BSpline.design_matrix(np.clip(rate, low, high), self.knots, 3).toarray()
-        rest = BSpline.design_matrix(np.zeros(1), self.knots, 3).toarray()
-        columns: Array = np.column_stack([(basis - rest)[:, :-1], rate * np.abs(rate)])
-        return columns
 
 
 @dataclass(frozen=True, slots=True)

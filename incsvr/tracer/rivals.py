@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from incsvr.effects import Effect, ThrustEfficiency
 from incsvr.tracer.hypothesis import Hypothesis, noise_gain, views
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.search import best_leads, with_lead, without
+from incsvr.tracer.scan import best_leads, with_lead, without
 
 TIE = 10.0
 """Rivals within this much of the criterion explain the recordings as well."""

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from incsvr.effects import SmoothTerm
 from incsvr.evidence import evidence, p_value
+from incsvr.tracer.gates import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, unique_share
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.search import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, scan, unique_share, with_lead
+from incsvr.tracer.scan import scan, with_lead
 
 LEVEL = 1e-3
 """Largest p-value, corrected for the number of terms tried."""

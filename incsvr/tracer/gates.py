@@ -1,0 +1,137 @@
+"""The gates that every effect must pass: physics, size, evidence, a residual that falls, and the free run."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.evidence import evidence
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.scan import excepting, without
+
+THRESHOLD = 16.0
+"""Least gain of the criterion by which an effect is added."""
+
+CONTRIBUTION = 0.1
+"""Least deviation of what an effect alone explains, in deviations of the block residual."""
+
+SHAPE = 0.06
+"""Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that.
+
+What is left of the wrong shape of an effect of the motion is a function of the motion. It can pass for another such
+effect, and must be outdone by one; a bias, a drift or an extra channel is none.
+"""
+
+ON_ONE_SINE = 0.35
+"""Of what all effects of the motion gain, where the command is one sine: rate, heading, thrust and their derivatives
+are functions of one phase there, and two of them fit the shape error of any third."""
+
+PROVEN = 0.9
+"""Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
+
+
+class FreeRun(Protocol):
+    """The judge of every step."""
+
+    def __call__(self, hypothesis: Hypothesis) -> float:
+        """Free-run error on unseen data [rad/s]."""
+        ...
+
+    def better(self, new: Hypothesis, old: Hypothesis) -> bool:
+        """Whether the free run of `new` is better by more than chance would have it."""
+        ...
+
+
+def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[str, int]:
+    """What speaks against one effect of a hypothesis, and which; empty if nothing does."""
+    reason, k = sound(problem, base)
+    if reason:
+        return reason, k
+    gains = [evidence(problem, base, j) for j in range(len(base.terms))]
+    paid = [price(e, e.core, problem) + THRESHOLD for e in base.effects]
+    k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
+    if gains[k] < paid[k]:
+        return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
+    terms = zip(base.effects, base.terms, strict=True)
+    phased = [j for j, (e, t) in enumerate(terms) if e.of_phase and not below_sampling(t, problem)]
+    if problem.one_sine and len(phased) > 1:
+        k = min(phased, key=lambda j: gains[j])
+        if gains[k] < ON_ONE_SINE * (base.criterion - excepting(problem, base, phased).criterion):
+            return "a command of one sine cannot tell it from the shape error of another effect of the motion", k
+    for k in range(len(base.terms)):
+        less = without(problem, base, k)
+        proven = free_run(base) < PROVEN * free_run(less)
+        if _rose(base, less) and not proven:
+            return "with it the residual grows: it explains the residual's colour, not its size", k
+        if not free_run.better(base, less):
+            return (
+                "it improves the torque equation, but the free run on unseen data gets no better: "
+                f"{free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
+            ), k
+    return "", 0
+
+
+def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:
+    """Why physics forbids one of the effects, and which."""
+    seen = views(problem, hypothesis)
+    for k, (effect, term) in enumerate(zip(hypothesis.effects, hypothesis.terms, strict=True)):
+        if not np.all(np.isfinite(term.coefficients)):
+            return "no finite fit", k
+        reason = effect.implausible(term, seen.of(effect))
+        if reason:
+            return reason, k
+    values = {term.effect: term.coefficients[0] for term in hypothesis.terms}
+    if values.get("torque_delay", 0.0) < 0.0 < values.get("torque_lag", 0.0):
+        return "a lag against a negative delay is no effect but a shape", hypothesis.names().index("torque_lag")
+    return None
+
+
+def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
+    """Why a hypothesis cannot stand (physics, size), and for which effect; an empty reason if it can."""
+    forbidden = against_physics(problem, hypothesis)
+    if forbidden:
+        return forbidden
+    alone = [unique_share(problem, hypothesis, k) for k in range(len(hypothesis.terms))]
+    order = sorted(range(len(alone)), key=lambda k: alone[k])
+    if order and alone[order[0]] < CONTRIBUTION:
+        return "what it alone explains is lost in the noise", order[0]
+    terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
+    phased = [e.of_phase and not below_sampling(t, problem) for e, t in terms]
+    largest = max((alone[k] for k in order if phased[k]), default=0.0)
+    for k in order:
+        if phased[k] and alone[k] < SHAPE * largest:
+            return "what it alone explains is within the shape error of a larger effect", k
+    return "", 0
+
+
+def unique_share(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """Deviation of what the k-th effect alone explains, in (robust) deviations of the block residual."""
+    core = _core(hypothesis, k)
+    rest = np.delete(hypothesis.columns, core, axis=1)
+    part = hypothesis.columns[:, core] @ hypothesis.fit.theta[core] + hypothesis.offsets[k]
+    alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
+    residual = hypothesis.fit.residual
+    deviation = min(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), float(np.std(residual)))
+    return float(np.std(alone)) / max(deviation, 1e-300)
+
+
+def _core(hypothesis: Hypothesis, k: int) -> NDArray[np.intp]:
+    at = hypothesis.position[k]
+    return np.arange(at, at + hypothesis.effects[k].core)
+
+
+def worth(hypothesis: Hypothesis) -> float:
+    """What hypotheses compete by: every named effect must have brought the threshold."""
+    return hypothesis.criterion - THRESHOLD * len(hypothesis.terms)
+
+
+def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
+    """Whether the raw residual rose, its level apart (that may be the next effect): an AR near a unit root hides it."""
+
+    def spread(h: Hypothesis) -> float:
+        return float(np.mean(np.abs(h.fit.residual - np.median(h.fit.residual))))
+
+    return spread(grown) > 1.02 * spread(base)
