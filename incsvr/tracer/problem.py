@@ -129,7 +129,7 @@ def _derivative_width(problem: Problem, sigma: float, innovation: float) -> floa
     # deviation of the derivative of `derivative`, width w samples: σ √(2.135/(√π w⁵)) per step²
     noise = s.inertia * sigma * problem.blocks.period / s.step**2 * np.sqrt(2.135 / np.sqrt(np.pi))
     width = (noise / max(0.3 * innovation, 1e-300)) ** 0.4
-    return float(np.clip(width, 0.6, 0.6 * problem.blocks.size))
+    return float(np.clip(width, 0.9, max(0.6 * problem.blocks.size, 0.9)))  # a narrower one no longer sees a ramp
 
 
 def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:

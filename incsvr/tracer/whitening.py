@@ -112,11 +112,12 @@ def fit(
             scale = max(float(np.mean(weight * innovation**2)), 1e-24) ** 0.5
             weight = (DEGREES + 1.0) / (DEGREES + (innovation / scale) ** 2)
         if own is not None:
-            # the scale is that of least squares: a larger one would pull further, and so grow without end
+            # Newton's steps; the scale stays that of least squares: a larger one would pull further, without end
             for _ in range(2):
-                pull = scale**2 * np.sum(own / _stretch(own, theta)[:, None], axis=0)
-                pull[replaced] = 0.0
-                theta = np.linalg.solve(normal, right + pull)
+                inside = own / _stretch(own, theta)[:, None]
+                pull = np.where(replaced, 0.0, scale**2 * np.sum(inside, axis=0))
+                curved = np.where(replaced[:, None], 0.0, scale**2 * inside.T @ inside)
+                theta = np.linalg.solve(normal + curved, right + pull + curved @ theta)
             innovation = white_y - white_x @ theta
         residual = y - columns @ theta
         if turn + 1 < rounds:
