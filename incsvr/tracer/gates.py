@@ -45,6 +45,16 @@ class FreeRun(Protocol):
         ...
 
 
+def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) -> bool:
+    """Whether the free run gets better: by more than chance, or at all where no thrust drove it.
+
+    Without thrust all that a free run holds is the effect in question and the decay of the first rate.
+    """
+    if float(np.ptp(problem.signals.torque)) == 0.0:
+        return free_run(new) < free_run(old)
+    return free_run.better(new, old)
+
+
 def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[str, int]:
     """What speaks against one effect of a hypothesis, and which; empty if nothing does."""
     reason, k = sound(problem, base)
@@ -66,7 +76,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
         proven = free_run(base) < PROVEN * free_run(less)
         if _rose(base, less) and not proven:
             return "with it the residual grows: it explains the residual's colour, not its size", k
-        if not free_run.better(base, less):
+        if not pays(problem, free_run, base, less):
             return (
                 "it improves the torque equation, but the free run on unseen data gets no better: "
                 f"{free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import permutations
 
 from incsvr.effects import Effect
-from incsvr.tracer.gates import FreeRun, against_physics, objection, sound, worth
+from incsvr.tracer.gates import FreeRun, against_physics, objection, pays, sound, worth
 from incsvr.tracer.hypothesis import Hypothesis, nothing
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
@@ -64,7 +64,7 @@ class Search:
         best = base
         for finalist in self._finalists(seen):
             cleaned = self._clean(finalist)
-            if self._beats(cleaned, best) and self.free_run.better(cleaned, base):
+            if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
         best = self._simpler(self._climbed(best))
         for name in best.names():

@@ -26,7 +26,6 @@ LABELS = {
     "gain_nm_s": ("gain", "N m s"),
     "nm_per_s": ("drift", "N m/s"),
     "start_nm": ("at the start", "N m"),
-    "moment_at_zero_nm": ("moment at zero", "N m"),
     "reference": ("reference level", ""),
 }
 """Parameter → what to call it, and its unit."""
