@@ -114,7 +114,7 @@ def _searched(case: _Case, pieces: Court, vetoes: int) -> tuple[Hypothesis, dict
     """
     problem, refused = case.problem, dict[str, str]()
     while True:
-        effects = [effect for effect in case.effects if effect.name not in refused or not vetoes]
+        effects = [effect for effect in case.effects if effect.name not in refused]
         hunt = Search(problem, effects, pieces, closed_loop(problem), refused=dict(refused))
         best = hunt.run()
         found = _surviving(problem, case.court, best, hunt.refused) if case.court.validation else best
@@ -135,8 +135,8 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
         if court(less[best]) >= (1.0 - HARM) * whole and whole < nothing_added:
             return found
         refused[found.terms[best].effect] = (
-            "on the validation recordings the free run is better without it: "
-            f"{court(less[best]):.3g} rad/s without it, {whole:.3g} rad/s with it"
+            f"the free run on the validation recordings: {court(less[best]):.3g} rad/s without it, {whole:.3g} rad/s "
+            f"with it, {nothing_added:.3g} rad/s without any effect"
         )
         found = less[best]
     return found

@@ -45,7 +45,6 @@ class Views:
             mean = problem.blocks.mean(s.torque) - share * fitted.residual
             expected = share * problem.foretold + (1.0 - share) * mean
             self._expected = problem.blocks.spread(expected, len(s))
-        self.inertia = inertia
         self._plain = replace(
             s, damping=damping, residual=residual,
             applied=share * self._needed + (1.0 - share) * given,
