@@ -200,6 +200,10 @@ class _Seen(Signals):
     effect: str = ""
     filters: dict[str, float] = field(default_factory=dict)
 
+    def midpoints(self, values: Array) -> tuple[Array, Array]:
+        """The samples themselves: what a point says must not depend on which others came with it."""
+        return values, values
+
     def lowpass(self, values: Array, time_constant: float) -> Array:
         """As `Signals.lowpass`."""
         half = 0.5 * self.step / time_constant

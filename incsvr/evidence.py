@@ -38,7 +38,7 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
     others = sum((o for j, o in enumerate(hypothesis.offsets) if j != k), np.zeros(len(problem.blocks)))
     matrices = (hypothesis.columns, hypothesis.turned, hypothesis.instruments)
-    columns, turned, instruments = (np.delete(x, core, axis=1) for x in matrices)
+    columns, turned, instruments = (np.delete(x, core, axis=-1) for x in matrices)
     less = fit(problem.y - others, columns, problem.blocks, rounds=5, turned=turned, instruments=instruments)
     return 2.0 * (hypothesis.fit.log_likelihood - less.log_likelihood)
 

@@ -9,22 +9,40 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Coulomb(Effect):
-    """N_c sgn(r), made continuous as tanh(r/r_c) with r_c a hundredth of the fastest turn: dry friction of a test rig,
-    a tether dragged over the ground."""
+    """N_c sgn(r), made continuous as tanh(r/r_c) with r_c a hundredth or a thirtieth of the fastest turn: dry friction
+    of a test rig, a tether dragged over the ground.
+
+    A turn reverses within a sample or two, so that the column is the mean of the tanh over the rates that the vehicle
+    passes between the samples; the free run takes the friction itself, which can hold the vehicle.
+    """
 
     name = "coulomb"
     sentence = "dry (Coulomb) friction: a moment of constant size against the sense of turning"
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994"
     acts = "motion"
+    looks = 2.0
+    dry = True
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(0.01 * float(np.quantile(np.abs(s.rate), 0.99)),)]
+        fastest = float(np.quantile(np.abs(s.rate), 0.99))
+        return [(0.01 * fastest,), (0.03 * fastest,)]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(np.tanh(s.rate / inner[-1]))
+        before, after = s.midpoints(s.rate)
+        return stack(0.5 * (_swept(before, s.rate, inner[-1]) + _swept(s.rate, after, inner[-1])))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"moment_nm": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the friction would drive the turn" if term.coefficients[0] <= 0.0 else ""
+
+
+def _swept(a: Array, b: Array, width: float) -> Array:
+    """Mean of tanh(x/width) for x from a to b."""
+    span = b - a
+    still = np.abs(span) < 1e-3 * width
+    # ln cosh x, without overflow
+    high, low = (np.logaddexp(x / width, -x / width) for x in (b, a))
+    swept: Array = np.where(still, np.tanh(0.5 * (a + b) / width), width * (high - low) / np.where(still, 1.0, span))
+    return swept

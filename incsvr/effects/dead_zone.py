@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import ndtr
 
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
@@ -11,6 +12,8 @@ from incsvr.effects.signals import Array, Signals
 class DeadZone(Effect):
     """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`).
 
+    So sharp an edge at a command that is but foretold would be lost in the doubt: the column is what is lost in the mean
+    over the doubt (regression calibration: R. J. Carroll et al., Measurement Error in Nonlinear Models, 2006, ch. 4).
     Inside the band the rate side knows nothing of the command, so the column looks at the command foretold from earlier
     samples (the recorded torque itself where that is free of noise).
     """
@@ -21,6 +24,7 @@ class DeadZone(Effect):
     acts = "thrust"
     stage = 1
     searched = True
+    whole = True
     looks = 12.0
 
     def __init__(self, variant: str) -> None:
@@ -40,7 +44,12 @@ class DeadZone(Effect):
         return np.where(np.abs(command) < width, command, 0.0)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(self.lost(s.expected, inner[-1]))
+        width, c = inner[-1], s.expected
+        if self.variant == "shifted" or s.doubt <= 0.0:
+            return stack(self.lost(c, width))
+        low, high = (-width - c) / s.doubt, (width - c) / s.doubt
+        density = np.exp(-0.5 * low**2) - np.exp(-0.5 * high**2)
+        return stack(c * (ndtr(high) - ndtr(low)) + s.doubt / np.sqrt(2.0 * np.pi) * density)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"half_width_nm": term.inner[-1]}

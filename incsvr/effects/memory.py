@@ -11,7 +11,8 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Memory(Effect):
-    """A moment g m, or with drag that grows as r|r| g m |r|/r̄, with T m' = r − m and r̄ the root mean square rate.
+    """A moment g m, or with drag that grows as r|r| g m |r|/r̄, or both, with T m' = r − m and r̄ the root mean square
+    rate.
 
     Co-rotating water gives g < 0 against the drag (d(r − β m) ≈ d(r) − β d'(r) m), unsteady flow g > 0.
     """
@@ -24,26 +25,28 @@ class Memory(Effect):
     looks = 8.0
     slow = True
 
-    def __init__(self, variant: Literal["linear", "quadratic"]) -> None:
+    def __init__(self, variant: Literal["linear", "quadratic", "both"]) -> None:
         self.variant = variant
+        self.core = 2 if variant == "both" else 1
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
         usual = float(np.sqrt(np.mean(s.rate**2)))
-        return [(usual, float(constant)) for constant in np.geomspace(low, high, 8)]
+        return [(usual, float(constant)) for constant in np.geomspace(low, high, 6)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         return max(0.3 * s.scale, 3.0 * s.block), 10.0 * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])
-        return stack(water if self.variant == "linear" else water * np.abs(s.rate) / inner[0])
+        faster = water * np.abs(s.rate) / inner[0]
+        return stack(*{"linear": (water,), "quadratic": (faster,), "both": (water, faster)}[self.variant])
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"gain_nm_s": -term.coefficients[0], "time_constant_s": term.inner[-1]}
+        return {"gain_nm_s": -sum(term.coefficients), "time_constant_s": term.inner[-1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        gain = term.coefficients[0] * float(np.std(s.rate))
+        gain = sum(term.coefficients) * float(np.std(s.rate))
         if abs(gain) > 3.0 * float(np.std(s.torque)) + 3.0 * float(np.std(s.damping)):
             return "the moment of the moving water would exceed thrust and damping"
         return ""

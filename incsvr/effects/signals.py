@@ -36,6 +36,7 @@ class Signals:
         applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
         command: (n,) moment seen from the torque side, before the stage in question [N m].
         expected: (n,) the command as foretold from earlier samples, so far as the torque's noise requires it [N m].
+        doubt: deviation of the error of `expected` [N m].
         residual: (n,) what the model so far leaves of the torque, held over each block [N m].
         share: part of the equation's noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
         inertia: I₀, the declared moment of inertia [kg m²].
@@ -56,6 +57,7 @@ class Signals:
     applied: Array = field(default_factory=_empty)
     command: Array = field(default_factory=_empty)
     expected: Array = field(default_factory=_empty)
+    doubt: float = 0.0
     residual: Array = field(default_factory=_empty)
     share: float = 0.0
     inertia: float = 1.0
@@ -89,6 +91,14 @@ class Signals:
             if f.name != "start" and isinstance(getattr(self, f.name), np.ndarray) and getattr(self, f.name).size
         }
         return replace(self, start=start, channels={k: v[index] for k, v in self.channels.items()}, **cut)
+
+    def midpoints(self, values: Array) -> tuple[Array, Array]:
+        """(n,) each: half way to the sample before and to the one after; at the ends of a run the sample itself."""
+        between = 0.5 * (values[1:] + values[:-1])
+        before, after = np.concatenate([values[:1], between]), np.concatenate([between, values[-1:]])
+        first, last = self.start[:-1], self.start[1:] - 1
+        before[first], after[last] = values[first], values[last]
+        return before, after
 
     def integral(self, values: Array) -> Array:
         """Cumulative trapezoid of `values` over time, from zero at the start of each run."""

@@ -5,13 +5,24 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from scipy.special import ndtr
 
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 
+LEAST = 0.03
+"""Of the highest commands that a limit must take: a limit just above them takes but the torque's noise."""
+
+ROUND = 0.4
+"""Of the limit: width of a rounded corner."""
+
+
 class Saturation(Effect):
-    """a = τ clipped at ±L, or L tanh(τ/L). Near the limit the rate side no longer knows the command: it is foretold."""
+    """a = τ clipped at ±L, the same with its corner rounded over 0.4 L, or L tanh(τ/L).
+
+    Beyond the limit the rate side no longer knows the command, so the columns look at the expected one.
+    """
 
     name = "torque_saturation"
     sentence = "the thrust saturates: it does not follow the command beyond a limit"
@@ -19,23 +30,28 @@ class Saturation(Effect):
     acts = "thrust"
     stage = 2
     searched = True
+    whole = True
     looks = 12.0
 
-    def __init__(self, variant: Literal["limit", "smooth limit"]) -> None:
+    def __init__(self, variant: Literal["limit", "rounded limit", "smooth limit"]) -> None:
         self.variant = variant
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
-        return [(float(limit),) for limit in np.linspace(low, high, 9)]
+        return [(float(limit),) for limit in np.linspace(low, high, 6)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         largest = float(np.quantile(np.abs(s.torque), 0.99))
-        return (0.3 * largest, 0.97 * largest) if self.variant == "limit" else (0.5 * largest, 2.5 * largest)
+        return (0.5 * largest, 2.5 * largest) if self.variant == "smooth limit" else (0.3 * largest, 0.97 * largest)
 
     def lost(self, command: Array, limit: float) -> Array:
-        kept = np.clip(command, -limit, limit) if self.variant == "limit" else limit * np.tanh(command / limit)
-        lost: Array = command - kept
-        return lost
+        if self.variant == "smooth limit":
+            lost: Array = command - limit * np.tanh(command / limit)
+            return lost
+        if self.variant == "limit":
+            return command - np.clip(command, -limit, limit)
+        over, under = _over(command - limit, ROUND * limit), _over(-command - limit, ROUND * limit)
+        return over - under
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(self.lost(s.expected, inner[-1]))
@@ -46,10 +62,22 @@ class Saturation(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         if not 0.5 < term.coefficients[0] < 1.3:
             return f"beyond the limit {term.coefficients[0]:.0%} of the command would be lost, saturation loses all"
+        largest = np.abs(s.expected)
+        largest = largest[largest >= np.quantile(largest, 0.95)]
+        part = float(np.mean(self.lost(largest, term.inner[-1])) / np.mean(largest))
+        if part < LEAST:
+            return f"of the highest commands {part:.1%} would be lost, no more than their noise"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         return command - term.coefficients[0] * self.lost(command, term.inner[-1])
+
+
+def _over(excess: Array, width: float) -> Array:
+    """max(x, 0) in the mean over a Gaussian of this width."""
+    x = excess / width
+    over: Array = width * (x * ndtr(x) + np.exp(-0.5 * x**2) / np.sqrt(2.0 * np.pi))
+    return over
 
 
 class SoftSaturation(Effect):

@@ -15,7 +15,7 @@ from incsvr.tracer.scan import excepting, without
 THRESHOLD = 16.0
 """Least gain of the criterion by which an effect is added."""
 
-CONTRIBUTION = 0.1
+CONTRIBUTION = 0.05
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
 
 SHAPE = 0.06

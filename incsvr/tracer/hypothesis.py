@@ -27,7 +27,7 @@ class Hypothesis:
         effects: the same effects of the catalogue.
         fit: of the whole regression: damping first, then the columns of each term.
         columns: (n_b, p) of that regression.
-        turned: (n_b, p) how they answer the noise of their own block.
+        turned: (2, n_b, p) how they answer the noise of their own block, for `whitening.fit`.
         instruments: (n_b, p) the columns, but for the acceleration that the torque foretells in place of the measured.
         losses: (n,) the torque that each term takes [N m].
         criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
@@ -79,10 +79,9 @@ def noise_gain(problem: Problem, fitted: Fit, effect: Effect, term: Term) -> flo
     passed = effect.passed(term, problem.signals)
     if passed is None:
         return 0.0
-    noisy = problem.noisy(fitted)
-    # `noisy` is what is left of the torque's noise behind the filter
-    before = noisy / np.maximum(passed, 1e-3)
-    return -float(np.mean(np.log(np.minimum(before, 1.0 / np.maximum(passed, 1e-3)) + 1.0 - noisy)))
+    # behind the filter the noise is no more than the residual
+    noisy = np.minimum(problem.noisy(fitted), 1.0 / np.maximum(passed, 1e-3))
+    return -float(np.mean(np.log1p((1.0 - passed) * noisy)))
 
 
 def settle(
@@ -131,7 +130,7 @@ def settle(
                     coarse[k] = _mean(problem, effect, fine[k])
         columns = np.column_stack([base, *coarse])
         answers = [seen.turned(e, i, c, x) for e, i, c, x in zip(effects, inner, coefficients, coarse, strict=True)]
-        turned = np.column_stack([problem.turned, *answers])
+        turned = np.concatenate([problem.turned, *answers], axis=2)
         instruments = np.column_stack([base, *(seen.instrument(e, x) for e, x in zip(effects, coarse, strict=True))])
         fitted = fit(y, columns, problem.blocks, fitted, rounds=2, turned=turned, instruments=instruments)
         position, at = [], problem.coarse.shape[1]
@@ -185,10 +184,13 @@ def _refined(
     most: int,
 ) -> tuple[float, ...]:
     others = [*coarse[:k], *coarse[k + 1 :]]
+    base = np.column_stack(others)
 
     def lost(value: float) -> float:
         column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
-        return -fit(y, np.column_stack([*others, column]), problem.blocks, start, rounds=1).log_likelihood
+        if effect.whole:
+            return -fit(y - column[:, 0], base, problem.blocks, start, rounds=1).log_likelihood
+        return -fit(y, np.column_stack([base, column]), problem.blocks, start, rounds=1).log_likelihood
 
     low, high = effect.bracket(seen, inner)
     if not low < high:

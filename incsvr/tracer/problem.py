@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
@@ -44,6 +45,7 @@ class Problem:
         held: whether the torque is taken as held between its stamps (else as linear).
         width: of the Gaussian derivative that gives ṙ [fine steps].
         white: deviation of the torque's white noise in a block [N m].
+        calm: (n,) the torque without what is noise within a block, its steps kept [N m].
         foretold: (n_b,) the torque of each block as foretold from earlier blocks.
     """
 
@@ -55,6 +57,7 @@ class Problem:
     grid_columns: Array
     coarse: Array
     steep: Array
+    calm: Array
     foretold: Array
     resolution: float
     held: bool
@@ -74,20 +77,20 @@ class Problem:
         return held > 0.9 * total
 
     def noisy(self, fitted: Fit) -> Array:
-        """(64,) the part of the residual's spectrum that is white noise of the torque, from zero to π/T_b [rad/s]."""
+        """(64,) the torque's white noise in parts of the residual's spectrum, from zero to π/T_b [rad/s]."""
         shift = np.exp(-1j * np.pi * (np.arange(64) + 0.5) / 64.0)
         colour = np.abs(1.0 - fitted.ar[0] * shift - fitted.ar[1] * shift**2 - fitted.ar[2] * shift**3) ** 2
-        part: Array = np.minimum(self.white**2 * colour / fitted.scale**2, 1.0)
+        part: Array = self.white**2 * colour / fitted.scale**2
         return part
 
     @property
     def turned(self) -> Array:
-        """(n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
+        """(2, n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
 
         A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I).
         """
         turned: Array = self.signals.turning * 0.5 * self.blocks.period / self.signals.inertia * self.steep
-        return turned
+        return np.stack([turned, np.zeros_like(turned)])
 
 
 def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False) -> Problem:
@@ -146,7 +149,8 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.rate)
     return replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
-        steep=_steep(problem.damping, signals.rate, blocks), foretold=_foretell(blocks.mean(signals.torque), blocks),
+        steep=_steep(problem.damping, signals.rate, blocks), calm=_calm(signals, blocks.size),
+        foretold=_foretell(blocks.mean(signals.torque), blocks),
     )  # fmt: skip
 
 
@@ -205,12 +209,19 @@ def _equations(
     sampled = np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])
     white = white_noise(runs) * float(np.sqrt(min(float(np.median(sampled)) / blocks.period, 1.0)))
     return Problem(
-        signals, blocks, y, damping, grid, table, coarse, steep, foretold, _resolution(runs), held, 0.0, white
+        signals, blocks, y, damping, grid, table, coarse, steep, _calm(signals, size), foretold, _resolution(runs), held,
+        0.0, white,
     )
 
 
 def _has_heading(runs: Sequence[Run]) -> bool:
     return all("heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 10 for run in runs)
+
+
+def _calm(signals: Signals, size: int) -> Array:
+    """(n,) running median of the torque over a block."""
+    pieces = [median_filter(signals.torque[run], size | 1, mode="nearest") for run in signals.runs()]
+    return np.concatenate(pieces)
 
 
 def _foretell(torque: Array, blocks: Blocks, order: int = 6) -> Array:

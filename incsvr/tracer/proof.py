@@ -11,16 +11,25 @@ from scipy.special import erf
 
 from incsvr.effects import Term
 from incsvr.evidence import rms
+from incsvr.tracer.excitation import closed_loop
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
 from incsvr.tracer.problem import Problem, pose_like
 from incsvr.tracer.run import Array, Run
+from incsvr.tracer.weak_form import split
+from incsvr.tracer.whitening import burg, whiten
 
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""
 
 FEW = 20
 """Fewer pieces than that are held out one by one."""
+
+LOST = 2.0
+"""By how many standard errors the free run may be worse as it is where, weighed by its noise, it is better."""
+
+FEWEST_MEANS = 8
+"""Of a piece that is weighed by its noise."""
 
 QUICK_FOLDS = 3
 """The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
@@ -61,6 +70,7 @@ class Court:
         problem: the fitted recordings.
         validation: the validation recordings, posed alike; None for held-out pieces.
         pieces: blocks of each held-out piece.
+        closed_loop: whether the torque is feedback of the yaw rate.
         quick: whether a search asks.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
@@ -68,6 +78,7 @@ class Court:
     problem: Problem
     validation: Problem | None
     pieces: tuple[slice, ...]
+    closed_loop: bool
     quick: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
 
@@ -81,7 +92,8 @@ class Court:
         for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
-        return Court(problem, pose_like(problem, validate) if validate else None, tuple(pieces), quick)
+        others = pose_like(problem, validate) if validate else None
+        return Court(problem, others, tuple(pieces), closed_loop(problem), quick)
 
     @property
     def validated_on(self) -> str:
@@ -92,16 +104,18 @@ class Court:
         return self._errors_of(hypothesis).free_run_rmse()
 
     def better(self, new: Hypothesis, old: Hypothesis) -> bool:
-        """Whether the free run of `new` beats that of `old` by more than the standard error over the pieces.
+        """Whether the free run of `new` beats that of `old` by more than chance would have it.
 
-        Or in so many of eight or more pieces that a coin would do it once in twenty times: one piece that runs away
-        where the fit had seen no such rates does not outweigh all others.
+        Its error is the noise of the water, summed up by the vehicle; what an effect changes may be small beside that
+        and yet certain. So the two are compared as they are, and with every frequency weighed by the noise there; but
+        a torque that answers the water's noise carries it into the free run, and then that proves nothing.
         """
-        pairs = zip(self._errors_of(old).free_run, self._errors_of(new).free_run, strict=True)
-        gained = np.array([float(o @ o - n @ n) for o, n in pairs])
-        if gained.mean() > gained.std() / np.sqrt(gained.size):
-            return True
-        return bool(gained.size >= 8 and np.mean(gained > 0.0) > 0.5 + 0.85 / np.sqrt(gained.size))
+        before, after = self._errors_of(old), self._errors_of(new)
+        plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
+        if _gained(plain) or self.closed_loop:
+            return _gained(plain)
+        lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
+        return not lost and _gained(_weighed(before, after, self.problem.blocks.period))
 
     def _errors_of(self, hypothesis: Hypothesis) -> Errors:
         if hypothesis.terms not in self.known:
@@ -159,6 +173,41 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
         block_rate=tuple(mean_rate[p] for p in spans),
         torque=tuple(residual[p] for p in spans),
     )
+
+
+def _gained(gain: Array) -> bool:
+    """Whether the gains of the pieces, (pieces,), exceed their standard error in the mean.
+
+    Or whether so many of eight or more pieces gained that a coin would do it once in twenty times: one piece that runs
+    away where the fit had seen no such rates does not outweigh all others.
+    """
+    if gain.size and gain.mean() > gain.std() / np.sqrt(gain.size):
+        return True
+    return bool(gain.size >= 8 and np.mean(gain > 0.0) > 0.5 + 0.85 / np.sqrt(gain.size))
+
+
+def _weighed(before: Errors, after: Errors, period: float) -> Array:
+    """(pieces,) what the squared free-run error gains where an AR(3) has made the error of `after` white.
+
+    Args:
+        period: over which the errors are averaged first: the sensor's noise is no error of the model [s].
+    """
+    old, new, sizes = [], [], []
+    for time, o, n in zip(after.time, before.free_run, after.free_run, strict=True):
+        count = max(round(period / float(time[1] - time[0])), 1)
+        whole = n.size // count
+        if whole > FEWEST_MEANS:
+            old.append(o[: whole * count].reshape(whole, count).mean(axis=1))
+            new.append(n[: whole * count].reshape(whole, count).mean(axis=1))
+            sizes.append(whole)
+    if not sizes:
+        return np.zeros(0)
+    means = split(np.concatenate([[0], np.cumsum(sizes)]).astype(np.intp), 1, period)
+    old_means, new_means = np.concatenate(old)[means.first], np.concatenate(new)[means.first]
+    ar = burg(new_means, means)
+    gain = whiten(old_means, ar, means) ** 2 - whiten(new_means, ar, means) ** 2
+    piece = np.searchsorted(means.start, means.whole, side="right") - 1
+    return np.bincount(piece, weights=gain, minlength=len(sizes))
 
 
 def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:

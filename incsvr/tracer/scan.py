@@ -14,6 +14,10 @@ from incsvr.tracer.run import Array
 from incsvr.tracer.whitening import whiten
 
 
+TOLD = 1e-9
+"""Of a column's square: less than that is left where it is but a sum of others."""
+
+
 @dataclass(frozen=True, slots=True)
 class Lead:
     """A candidate that a scan holds for promising: its best inner parameters, its 2 Δℓ and that less its price."""
@@ -36,39 +40,53 @@ def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect], coloured
     z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
     variance = float(z @ z) / z.size
     pulled = variance if coloured else 0.0
-    stretch = np.maximum(1.0 + base.turned @ base.fit.theta, 0.1)[:, None]
-    turned = np.sum((base.turned / stretch)[problem.blocks.whole], axis=0)
+    stretch = np.maximum(1.0 + base.turned @ base.fit.theta, 0.1)[:, :, None]
+
+    def pull_of(turned: Array) -> Array:
+        """(p,) derivative of the Jacobian by the coefficients."""
+        grown, held = (turned / stretch)[:, problem.blocks.whole].sum(axis=1)
+        return np.asarray(grown - held)
+
+    turned = pull_of(base.turned)
     upright = r + 1e-9 * np.diag(np.abs(np.diag(r)) + 1e-300)
     seen = views(problem, base)
     leads = []
     for effect in effects:
-        best: Lead | None = None
         s = seen.of(effect)
+        best: tuple[float, tuple[float, ...], Array] | None = None
         for inner in effect.starts(s):
             columns = problem.blocks.mean(effect.columns(s, inner, ()))
-            pull = np.sum((seen.turned(effect, inner, (), columns) / stretch)[problem.blocks.whole], axis=0)
             if not np.all(np.isfinite(columns)):
                 continue
             c = root * whiten(columns, ar, problem.blocks)
             size = np.einsum("ij,ij->j", c, c)
-            along = q.T @ c
-            c = c - q @ along
-            # what the Jacobian adds to the score, less what the base's own columns would take of it
-            score = c.T @ z + pulled * (pull - np.linalg.solve(upright, along).T @ turned)
-            told = np.diag(c.T @ c) > 1e-9 * size + 1e-300
-            if not np.all(told[: effect.core]):
+            c = c - q @ (q.T @ c)
+            if not np.all(np.diag(c.T @ c)[: effect.core] > TOLD * size[: effect.core] + 1e-300):
                 continue
-            c, score = c[:, told], score[told]  # an offset that another effect's column already is
-            normal = c.T @ c
-            # what merely places its zero does not count
-            gain = _explained(normal, score) - _explained(normal[effect.core :, effect.core :], score[effect.core :])
-            gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
-            worth = gain - price(effect, effect.core, problem)
-            if best is None or worth > best.score:
-                best = Lead(effect, inner, worth, gain)
-        if best is not None:
-            leads.append(best)
+            # of an effect whose coefficient is one by nature what that one gains
+            fits = float(c[:, 0] @ (2.0 * z - c[:, 0])) if effect.whole else _gained(effect, c.T @ c, c.T @ z, size)
+            if best is None or fits > best[0]:
+                best = fits, inner, columns
+        if best is None:
+            continue
+        _, inner, columns = best
+        c = root * whiten(columns, ar, problem.blocks)
+        size = np.einsum("ij,ij->j", c, c)
+        along = q.T @ c
+        c = c - q @ along
+        # what the Jacobian adds to the score, less what the base's own columns would take of it
+        pull = pull_of(seen.turned(effect, inner, (), columns)) - np.linalg.solve(upright, along).T @ turned
+        gain = _gained(effect, c.T @ c, c.T @ z + pulled * pull, size)
+        gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
+        leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain))
     return sorted(leads, key=lambda lead: -lead.score)
+
+
+def _gained(effect: Effect, normal: Array, score: Array, size: Array) -> float:
+    """Squares that the columns explain, less those that merely place the effect's zero."""
+    told = np.diag(normal) > TOLD * size + 1e-300
+    normal, score = normal[np.ix_(told, told)], score[told]  # without an offset that another effect's column already is
+    return _explained(normal, score) - _explained(normal[effect.core :, effect.core :], score[effect.core :])
 
 
 def _explained(normal: Array, score: Array) -> float:

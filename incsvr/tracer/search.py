@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import permutations
 
 from incsvr.effects import Effect
-from incsvr.tracer.gates import FreeRun, against_physics, objection, pays, sound, worth
+from incsvr.tracer.gates import THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
 from incsvr.tracer.hypothesis import Hypothesis, nothing
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
@@ -15,7 +15,7 @@ from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
-SIMPLER = 0.1
+SIMPLER = 0.15
 """Part of an effect's gain that is given away for one effect less."""
 
 CLIMBERS = 2
@@ -39,6 +39,7 @@ class Search:
         closed_loop: whether the torque is feedback of the yaw rate.
         most: effects that may stand at once.
         refused: effect → why it was not added though the equation asked for it.
+        judged: keys of a set of effects → what the gates left of it: itself, or one effect less.
     """
 
     problem: Problem
@@ -47,6 +48,7 @@ class Search:
     closed_loop: bool = False
     most: int = 5
     refused: dict[str, str] = field(default_factory=dict)
+    judged: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
 
     def run(self) -> Hypothesis:
         """The best set that passes every gate, out of a beam search by the equation alone.
@@ -58,7 +60,8 @@ class Search:
         for width, tries in BEAM[: self.most]:
             grown = self._grown(beam, tries)
             beam = grown[:width]
-            if not beam or worth(beam[0]) <= max(map(worth, seen)):
+            # of two effects that hide each other neither is worth its price alone
+            if not beam or (len(beam[0].terms) > 1 and worth(beam[0]) <= max(map(worth, seen))):
                 break
             seen += grown
         best = base
@@ -126,7 +129,8 @@ class Search:
                 new = with_lead(self.problem, base, lead)
                 names = frozenset(new.names())
                 known = grown.get(names)
-                if worth(new) <= worth(base) or (known is not None and worth(known) >= worth(new)):
+                least = worth(base) - (0.0 if base.terms else THRESHOLD)
+                if worth(new) <= least or (known is not None and worth(known) >= worth(new)):
                     continue
                 if not against_physics(self.problem, new):
                     grown[names] = new
@@ -135,9 +139,13 @@ class Search:
     def _clean(self, base: Hypothesis) -> Hypothesis:
         """`base` without the effects that do not pass every gate beside the others, the least of them first."""
         while base.terms:
-            reason, k = objection(self.problem, self.free_run, base)
-            if not reason:
-                return base
-            self.refused[base.names()[k]] = reason
-            base = without(self.problem, base, k)
+            keys = frozenset(effect.key for effect in base.effects)
+            if keys not in self.judged:
+                reason, k = objection(self.problem, self.free_run, base)
+                if reason:
+                    self.refused[base.names()[k]] = reason
+                self.judged[keys] = without(self.problem, base, k) if reason else base
+            if self.judged[keys].names() == base.names():
+                return self.judged[keys]
+            base = self.judged[keys]
         return base

@@ -13,6 +13,11 @@ from incsvr.tracer.run import Array
 from incsvr.tracer.whitening import Fit
 
 
+FORETOLD = 0.85
+"""Share of the torque's noise above which the command is foretold: taken off the torque, the model's residual leaves
+little but what the model itself believes."""
+
+
 class Views:
     """The signals as each effect must see them, given what the others take: from command to thrust, stage by stage."""
 
@@ -36,17 +41,17 @@ class Views:
         self._problem = problem
         given = s.torque - lost
         # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
-        at = problem.blocks.first + 0.5 * problem.blocks.size
-        smooth = np.interp(np.arange(len(s)), at, fitted.residual)
-        self._noise, self._driven = share * smooth, (1.0 - share) * smooth
-        # command as foretold from earlier blocks, so far as the torque is noisy: what is left shares nothing with u
-        self._expected = s.torque
-        if share > 0.02:
-            mean = problem.blocks.mean(s.torque) - share * fitted.residual
-            expected = share * problem.foretold + (1.0 - share) * mean
-            self._expected = problem.blocks.spread(expected, len(s))
+        self._noise, self._driven = share * residual, (1.0 - share) * residual
+        # without its part of u the torque shares nothing with u; where all of u is torque noise, what is left is the
+        # model's own opinion, and the command is foretold from earlier blocks
+        self._expected = problem.calm - self._noise
+        doubt = float(np.sqrt(share * (1.0 - share))) * fitted.scale
+        if share > FORETOLD:
+            self._expected = problem.blocks.spread(problem.foretold, len(s))
+            missed = problem.foretold - problem.blocks.mean(s.torque) + share * fitted.residual
+            doubt = 1.4826 * float(np.median(np.abs(missed)))
         self._plain = replace(
-            s, damping=damping, residual=residual,
+            s, damping=damping, residual=residual, doubt=doubt,
             applied=share * self._needed + (1.0 - share) * given,
         )  # fmt: skip
         # blended so that what w does to the one and the torque's noise to the other cancel: free of u
@@ -55,12 +60,18 @@ class Views:
         self._curve = curve
 
     def turned(self, effect: Effect, inner: tuple[float, ...], coefficients: tuple[float, ...], mean: Array) -> Array:
-        """(n_b, c) how the effect's columns answer the noise of their own block; `mean` (n_b, c) are their means."""
+        """(2, n_b, c) how the effect's columns answer the noise of their own block; `mean` (n_b, c) are their means.
+
+        The first by which the residual grows with the noise, the second by which it is held back: a thrust effect sees
+        torque and motion without their part of the residual, so that the residual is in what it sees.
+        """
         s, blocks = self._plain, self._problem.blocks
         if effect.acts == "inertia":
-            return np.full_like(mean, s.turning / s.inertia)
+            return np.stack([np.full_like(mean, s.turning / s.inertia), np.zeros_like(mean)])
+        if effect.acts == "thrust":
+            return self._passed_on(effect, inner, coefficients, mean)
         if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
-            return np.zeros_like(mean)
+            return np.zeros((2, *mean.shape))
         index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
         since = np.zeros(len(s))
         since[index.ravel()] = np.tile(np.arange(blocks.size) / blocks.size, len(blocks))
@@ -69,7 +80,23 @@ class Views:
         there = replace(s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve))
         moved = blocks.mean(effect.columns(there, inner, coefficients))
         turned: Array = s.turning * blocks.period / s.inertia * (moved - mean) / nudge
-        return turned
+        return np.stack([turned, np.zeros_like(turned)])
+
+    def _passed_on(
+        self, effect: Effect, inner: tuple[float, ...], coefficients: tuple[float, ...], mean: Array
+    ) -> Array:
+        """`turned` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or half
+        the thrust, half the inertia and half the drag would explain everything with half the noise."""
+        s = self.of(effect)
+        nudge = 1e-3 * float(np.std(s.torque))
+        there = replace(
+            s,
+            applied=s.applied + s.turning * nudge,
+            command=s.command - s.share * nudge,
+            expected=s.expected - (0.0 if s.share > FORETOLD else s.share * nudge),
+        )
+        passed: Array = (self._problem.blocks.mean(effect.columns(there, inner, coefficients)) - mean) / nudge
+        return np.stack([passed, passed])
 
     def instrument(self, effect: Effect, columns: Array) -> Array:
         """(n_b, c) what stands for the effect's columns in the normal equations."""

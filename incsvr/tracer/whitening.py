@@ -81,14 +81,15 @@ def fit(
     """Maximum likelihood of θ, the AR and s, each in turn.
 
     The likelihood is that of the motion: where the noise u turned the vehicle and with it the columns, its density
-    holds the Jacobian Σ ln(1 + turned θ), without which drag and inertia would be underestimated.
+    holds the Jacobian Σ ln((1 + turned₀ θ)/(1 + turned₁ θ)), without which drag and inertia would be underestimated.
 
     Args:
         y: (n_b,) left-hand side of every block.
         columns: (n_b, p).
         start: an earlier fit whose AR and residual weights begin the search.
         rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights).
-        turned: (n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b; None if they do not.
+        turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
+            that was taken out of what they see; None if they do not.
         instruments: (n_b, p) columns; where one differs from its column, the noise dominates that column and the
             instrument stands for it in Zᵀ W (y − X θ) = 0.
     """
@@ -99,7 +100,7 @@ def fit(
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
-    own = None if turned is None or not turned.any() else turned[blocks.whole]
+    own = None if turned is None or not turned.any() else turned[:, blocks.whole]
     replaced = np.zeros(p, bool) if instruments is None else np.any(instruments != columns, axis=0)
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
@@ -114,9 +115,9 @@ def fit(
         if own is not None:
             # Newton's steps; the scale stays that of least squares: a larger one would pull further, without end
             for _ in range(2):
-                inside = own / _stretch(own, theta)[:, None]
-                pull = np.where(replaced, 0.0, scale**2 * np.sum(inside, axis=0))
-                curved = np.where(replaced[:, None], 0.0, scale**2 * inside.T @ inside)
+                grown, held = own / _stretch(own, theta)[:, :, None]
+                pull = np.where(replaced, 0.0, scale**2 * np.sum(grown - held, axis=0))
+                curved = np.where(replaced[:, None], 0.0, scale**2 * (grown.T @ grown - held.T @ held))
                 theta = np.linalg.solve(normal + curved, right + pull + curved @ theta)
             innovation = white_y - white_x @ theta
         residual = y - columns @ theta
@@ -125,12 +126,13 @@ def fit(
     scale = max(float(np.mean(weight * innovation**2)), 1e-24) ** 0.5
     likelihood = log_likelihood(innovation, scale)
     if own is not None:
-        likelihood += float(np.sum(np.log(_stretch(own, theta))))
+        grown, held = np.log(_stretch(own, theta))
+        likelihood += float(np.sum(grown - held))
     return Fit(theta, ar, scale, likelihood, residual, innovation, weight)
 
 
 def _stretch(own: Array, theta: Array) -> Array:
-    """|∂w/∂Δr| in units of I₀/T_b; held above a tenth, where a fit that far off the mark would have no density."""
+    """(2, m) the two factors; held above a tenth, where a fit that far off the mark would have no density."""
     stretch: Array = np.maximum(1.0 + own @ theta, 0.1)
     return stretch
 

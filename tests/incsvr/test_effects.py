@@ -32,6 +32,8 @@ def coefficients(effect: Effect) -> tuple[float, ...]:
         return (0.002,) if effect.variant == "coefficient" else (1.0,)
     if effect.name == "modulation:winch":
         return (0.1, -0.05) if "level" in effect.variant else (0.1,)
+    if effect.key == "memory/both":
+        return (-30.0, -30.0)
     return SIZES[effect.name]
 
 

@@ -29,7 +29,8 @@ def driven(seed: int, noise: float) -> tuple[Array, Array, Blocks, Array]:
     rate = np.concatenate([[0.0], lfilter([1.0 - kept], [1.0, -kept], moment / DRAG)])
     blocks = split(np.array([0, rate.size]), STEPS, PERIOD / STEPS)
     mean = blocks.mean(rate)[:, None]
-    return torque - INERTIA * blocks.slope(rate), mean, blocks, np.full_like(mean, 0.5 * PERIOD / INERTIA)
+    turned = np.stack([np.full_like(mean, 0.5 * PERIOD / INERTIA), np.zeros_like(mean)])
+    return torque - INERTIA * blocks.slope(rate), mean, blocks, turned
 
 
 def test_least_squares_underestimates_the_drag_where_the_noise_turns_the_vehicle() -> None:
@@ -52,7 +53,7 @@ def test_the_likelihood_prefers_the_true_drag_to_that_of_least_squares() -> None
         y, mean, blocks, turned = driven(seed, 30.0)
         plain = fit(y, mean, blocks, rounds=6)
         whole = fit(y, mean, blocks, rounds=6, turned=turned)
-        held = float(np.log1p(turned[0, 0] * plain.theta[0])) * blocks.whole.size
+        held = float(np.log1p(turned[0, 0, 0] * plain.theta[0])) * blocks.whole.size
         assert whole.log_likelihood > plain.log_likelihood + held
 
 
