@@ -16,7 +16,7 @@ from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, evidence, intervals, p_value
 from incsvr.tracer.alignment import aligned
 from incsvr.tracer.channels import usable
-from incsvr.tracer.excitation import answered, demand
+from incsvr.tracer.excitation import answered, closed_loop, demand
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.gates import THRESHOLD, against_physics, sound
@@ -95,7 +95,7 @@ HARM = 0.03
 VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
-LEVEL = 1e-6
+LEVEL = 1e-5
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 
@@ -115,7 +115,7 @@ def _searched(case: _Case, pieces: Court, vetoes: int) -> tuple[Hypothesis, dict
     problem, refused = case.problem, dict[str, str]()
     while True:
         effects = [effect for effect in case.effects if effect.name not in refused]
-        hunt = Search(problem, effects, pieces, pieces.closed_loop, refused=dict(refused))
+        hunt = Search(problem, effects, pieces, closed_loop(problem), refused=dict(refused))
         best = hunt.run()
         found = _surviving(problem, case.court, best, hunt.refused) if case.court.validation else best
         if found.terms or not best.terms or not vetoes:

@@ -69,13 +69,22 @@ def _check_sign(problem: Problem) -> None:
         )
 
 
+UNSURE = 0.3
+"""Share of the torque's noise above which a noisy torque that foretells itself hides whether it is feedback."""
+
+
+def maybe_closed_loop(problem: Problem) -> bool:
+    """Whether it cannot be ruled out that the torque is feedback of the yaw rate."""
+    return problem.signals.share > UNSURE or closed_loop(problem)
+
+
 def closed_loop(problem: Problem) -> bool:
     """Whether the torque is feedback of the yaw rate: today's disturbance foretells tomorrow's command.
 
     Only where the disturbances turn the vehicle (a noisy torque foretells itself). Of the recordings seen, open loops
     reach a correlation of 0.3 between an innovation and one of the next six of the torque, closed loops begin at 0.5.
     """
-    if problem.signals.share > 0.3:
+    if problem.signals.share > UNSURE:
         return False
     base = nothing(problem).fit
     torque = problem.blocks.mean(problem.signals.torque)

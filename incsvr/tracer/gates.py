@@ -12,7 +12,7 @@ from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import excepting, without
 
-THRESHOLD = 16.0
+THRESHOLD = 12.0
 """Least gain of the criterion by which an effect is added."""
 
 CONTRIBUTION = 0.05

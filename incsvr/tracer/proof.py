@@ -11,7 +11,7 @@ from scipy.special import erf
 
 from incsvr.effects import Term
 from incsvr.evidence import rms
-from incsvr.tracer.excitation import closed_loop
+from incsvr.tracer.excitation import maybe_closed_loop
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
 from incsvr.tracer.problem import Problem, pose_like
@@ -70,7 +70,7 @@ class Court:
         problem: the fitted recordings.
         validation: the validation recordings, posed alike; None for held-out pieces.
         pieces: blocks of each held-out piece.
-        closed_loop: whether the torque is feedback of the yaw rate.
+        answers: whether the torque may be an answer to the water's noise.
         quick: whether a search asks.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
@@ -78,7 +78,7 @@ class Court:
     problem: Problem
     validation: Problem | None
     pieces: tuple[slice, ...]
-    closed_loop: bool
+    answers: bool
     quick: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
 
@@ -93,7 +93,7 @@ class Court:
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
         others = pose_like(problem, validate) if validate else None
-        return Court(problem, others, tuple(pieces), closed_loop(problem), quick)
+        return Court(problem, others, tuple(pieces), maybe_closed_loop(problem), quick)
 
     @property
     def validated_on(self) -> str:
@@ -112,7 +112,7 @@ class Court:
         """
         before, after = self._errors_of(old), self._errors_of(new)
         plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
-        if _gained(plain) or self.closed_loop:
+        if _gained(plain) or self.answers:
             return _gained(plain)
         lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
         return not lost and _gained(_weighed(before, after, self.problem.blocks.period))

@@ -60,7 +60,6 @@ class Search:
         for width, tries in BEAM[: self.most]:
             grown = self._grown(beam, tries)
             beam = grown[:width]
-            # of two effects that hide each other neither is worth its price alone
             if not beam or (len(beam[0].terms) > 1 and worth(beam[0]) <= max(map(worth, seen))):
                 break
             seen += grown
@@ -129,7 +128,9 @@ class Search:
                 new = with_lead(self.problem, base, lead)
                 names = frozenset(new.names())
                 known = grown.get(names)
-                least = worth(base) - (0.0 if base.terms else THRESHOLD)
+                # of two effects that hide each other neither is worth its price alone; on one sine any two seem to
+                hidden = not base.terms and not self.problem.one_sine
+                least = worth(base) - (THRESHOLD if hidden else 0.0)
                 if worth(new) <= least or (known is not None and worth(known) >= worth(new)):
                     continue
                 if not against_physics(self.problem, new):
