@@ -22,7 +22,8 @@ from incsvr.tracer.forward import model_of
 from incsvr.tracer.gates import THRESHOLD, against_physics, sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.manoeuvre import separate
-from incsvr.tracer.problem import Problem, torque_scatter
+from incsvr.tracer.noise import torque_scatter
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
@@ -61,7 +62,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     verdict = "effects" if findings else "unexplained" if smooth else "none"
     answered(problem, verdict)
     before, after = case.court.try_(base), case.court.try_(whole)
-    error = _errors(problem, whole, before, after, torque_scatter(runs, problem))
+    error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
     error["validated_on"] = case.court.validated_on
     model = model_of(problem, whole)
     s = problem.signals

@@ -12,10 +12,9 @@ from incsvr.effects.signals import Array, Signals
 class DeadZone(Effect):
     """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`).
 
-    So sharp an edge at a command that is but foretold would be lost in the doubt: the column is what is lost in the mean
-    over the doubt (regression calibration: R. J. Carroll et al., Measurement Error in Nonlinear Models, 2006, ch. 4).
-    Inside the band the rate side knows nothing of the command, so the column looks at the command foretold from earlier
-    samples (the recorded torque itself where that is free of noise).
+    Inside the band the rate side knows nothing of the command, so the column looks at the expected one. The sharp edge
+    of the step would be lost in the doubt of that: the column is what is lost in the mean over the doubt (regression
+    calibration: R. J. Carroll et al., Measurement Error in Nonlinear Models, 2006, ch. 4).
     """
 
     name = "dead_zone"

@@ -52,8 +52,8 @@ class Effect(ABC):
         looks: about how many independent values of the inner parameters a search tries (paid for in evidence).
         curved: whether the columns change with θ, so that the fit is repeated.
         channels: extra streams that it reads.
-        whole: whether its coefficient is one by nature (inside a dead band all is lost): the inner parameter is searched
-            with that, or the two would stand for each other.
+        whole: whether its coefficient is one by nature (inside a dead band all is lost): the inner parameter is
+            searched with that, or the two would stand for each other.
         dry: whether it is a friction of constant size, which can hold the vehicle.
         slow: whether it answers a change of the rate only later.
         needs_clock: whether it refers to the recording's absolute time.

@@ -46,7 +46,8 @@ class Memory(Effect):
         return {"gain_nm_s": -sum(term.coefficients), "time_constant_s": term.inner[-1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        if min(term.coefficients) < 0.0 < max(term.coefficients):
+        parts = np.abs(term.coefficients)
+        if min(term.coefficients) < 0.0 < max(term.coefficients) and 4.0 * min(parts) > max(parts):
             return "the moving water would drag at small rates and push at large ones, or the other way round"
         gain = sum(term.coefficients) * float(np.std(s.rate))
         if abs(gain) > 3.0 * float(np.std(s.torque)) + 3.0 * float(np.std(s.damping)):

@@ -74,7 +74,7 @@ class LevelledThrustModulation(ThrustModulation):
         values = s.channels[self.channels[0]]
         low, high = (float(q) for q in np.quantile(values, [0.01, 0.99]))
         reference = self.parameters(term, 1.0)["reference"]
-        if abs(term.coefficients[1]) > 0.4:
+        if abs(term.coefficients[1]) > 0.5:
             return "at the channel's mean the thrust would already be far from its table: that is another inertia"
         if not low - 0.5 * (high - low) <= reference <= high + 0.5 * (high - low):
             return f"the thrust table would hold at {reference:.3g}, far from what the channel ever was"

@@ -35,7 +35,7 @@ class Signals:
         acceleration: (n,) ṙ [rad/s²], free of the torque's noise.
         applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
         command: (n,) moment seen from the torque side, before the stage in question [N m].
-        expected: (n,) the command as foretold from earlier samples, so far as the torque's noise requires it [N m].
+        expected: (n,) the command without its noise, as far as that can be told [N m].
         doubt: deviation of the error of `expected` [N m].
         residual: (n,) what the model so far leaves of the torque, held over each block [N m].
         share: part of the equation's noise that sits in the recorded torque, 0…1; the rest turned the vehicle.

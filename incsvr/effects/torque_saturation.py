@@ -10,7 +10,6 @@ from scipy.special import ndtr
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
-
 LEAST = 0.03
 """Of the highest commands that a limit must take: a limit just above them takes but the torque's noise."""
 

@@ -10,7 +10,8 @@ import numpy as np
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing
-from incsvr.tracer.problem import Problem, noise_share, pose, pose_like, white_noise
+from incsvr.tracer.noise import noise_share, white_noise
+from incsvr.tracer.problem import Problem, pose, pose_like
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.whitening import whiten
@@ -49,7 +50,7 @@ def _settled(problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypoth
     """
     best = _best(problem, channels)
     for _ in range(2):
-        share = noise_share(problem, best.fit.residual)
+        share = noise_share(problem.blocks, problem.signals.torque, best.fit.residual)
         if abs(share - problem.signals.share) < SAME_SHARE:
             break
         problem = replace(problem, signals=replace(problem.signals, share=share))

@@ -33,6 +33,10 @@ PROVEN = 0.9
 """Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
 
 
+STRONG = 40.0
+"""Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
+
+
 class FreeRun(Protocol):
     """The judge of every step."""
 
@@ -46,13 +50,12 @@ class FreeRun(Protocol):
 
 
 def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) -> bool:
-    """Whether the free run gets better: by more than chance, or at all where no thrust drove it.
+    """Whether the free run gets better: by more than chance, or at all where the equation leaves no doubt.
 
-    Without thrust all that a free run holds is the effect in question and the decay of the first rate.
+    Or where no thrust drove it: all that a free run then holds is the effect and the decay of the first rate.
     """
-    if float(np.ptp(problem.signals.torque)) == 0.0:
-        return free_run(new) < free_run(old)
-    return free_run.better(new, old)
+    no_doubt = new.criterion - old.criterion > STRONG or float(np.ptp(problem.signals.torque)) == 0.0
+    return free_run.better(new, old) or (no_doubt and free_run(new) < free_run(old))
 
 
 def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[str, int]:

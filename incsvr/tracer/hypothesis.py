@@ -18,6 +18,10 @@ ALIGNMENT = 30.0
 """What a delay within one sample period pays in 2 ℓ: any effect that explains as much is the better explanation."""
 
 
+SAMPLING = 0.7
+"""Of a sample period: half of one lies between a torque that is held from stamp to stamp and a linear one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
     """A set of effects as fitted to a problem.
@@ -64,8 +68,8 @@ def nothing(problem: Problem) -> Hypothesis:
 
 
 def below_sampling(term: Term, problem: Problem) -> bool:
-    """A delay or lag within one sample period is how the streams were sampled, not how the thrust acts."""
-    return term.effect in ("torque_delay", "torque_lag") and abs(term.coefficients[0]) < problem.resolution
+    """A delay or lag within most of a sample period is how the streams were sampled, not how the thrust acts."""
+    return term.effect in ("torque_delay", "torque_lag") and abs(term.coefficients[0]) < SAMPLING * problem.resolution
 
 
 def price(effect: Effect, columns: int, problem: Problem) -> float:

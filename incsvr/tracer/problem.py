@@ -6,18 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.damping import Damping
+from incsvr.tracer.noise import calmed, foretell, gyro_noise, noise_share, white_noise
 from incsvr.tracer.run import Array, Run, stream
 from incsvr.tracer.weak_form import (
     FEWEST_BLOCKS,
     SUBSTEPS,
     Blocks,
     derivative,
-    despiked,
     on_fine_grid,
     split,
     time_scale,
@@ -119,7 +118,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
     s = problem.signals
     width = _derivative_width(problem, sigma * np.sqrt(min(period / s.step, 1.0)), base.scale)
     acceleration = derivative(s.rate, s.start, width) / s.step
-    share = noise_share(problem, base.residual)
+    share = noise_share(problem.blocks, s.torque, base.residual)
     return replace(problem, signals=replace(s, acceleration=acceleration, share=share), width=width)
 
 
@@ -149,8 +148,8 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.rate)
     return replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
-        steep=_steep(problem.damping, signals.rate, blocks), calm=_calm(signals, blocks.size),
-        foretold=_foretell(blocks.mean(signals.torque), blocks),
+        steep=_steep(problem.damping, signals.rate, blocks), calm=calmed(signals, blocks.size),
+        foretold=foretell(blocks.mean(signals.torque), blocks),
     )  # fmt: skip
 
 
@@ -175,12 +174,6 @@ def _steep(damping: Damping, rate: Array, blocks: Blocks) -> Array:
     return blocks.mean(damping.columns(rate + nudge) - damping.columns(rate - nudge)) / (2.0 * nudge)
 
 
-def gyro_noise(runs: Sequence[Run]) -> float:
-    """Deviation of the yaw rate's white noise [rad/s], from its third differences (which no motion survives)."""
-    third = np.concatenate([np.diff(stream(run, run.yaw_rate)[1], 3) for run in runs])
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
-
-
 def _equations(
     runs: Sequence[Run], inertia: float, channels: Sequence[str], scale: float, block: float, period: float, held: bool
 ) -> Problem:
@@ -201,70 +194,18 @@ def _equations(
         signals, inertia=inertia, scale=scale, block=blocks.period,
         origin=(float(np.min(spans[0])), float(np.max(spans[1]))),
     )  # fmt: skip
-    foretold = _foretell(blocks.mean(signals.torque), blocks)
+    foretold = foretell(blocks.mean(signals.torque), blocks)
     grid = np.linspace(float(np.min(rate)), float(np.max(rate)), 201)
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
     steep = _steep(damping, rate, blocks)
     sampled = np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])
     white = white_noise(runs) * float(np.sqrt(min(float(np.median(sampled)) / blocks.period, 1.0)))
+    calm = calmed(signals, size)
     return Problem(
-        signals, blocks, y, damping, grid, table, coarse, steep, _calm(signals, size), foretold, _resolution(runs), held,
-        0.0, white,
+        signals, blocks, y, damping, grid, table, coarse, steep, calm, foretold, _resolution(runs), held, 0.0, white
     )
 
 
 def _has_heading(runs: Sequence[Run]) -> bool:
     return all("heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 10 for run in runs)
-
-
-def _calm(signals: Signals, size: int) -> Array:
-    """(n,) running median of the torque over a block."""
-    pieces = [median_filter(signals.torque[run], size | 1, mode="nearest") for run in signals.runs()]
-    return np.concatenate(pieces)
-
-
-def _foretell(torque: Array, blocks: Blocks, order: int = 6) -> Array:
-    """(n_b,) each block's mean torque from the six blocks before it by least squares; near a run's start the last."""
-    position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
-    usable = np.flatnonzero(position >= order)
-    past = np.stack([torque[usable - k] for k in range(1, order + 1)], axis=1)
-    ridge = 1e-6 * float(np.sum(past**2)) + 1e-300
-    weights = np.linalg.solve(past.T @ past + ridge * np.eye(order), past.T @ torque[usable])
-    foretold = np.where(position > 0, np.concatenate([[0.0], torque[:-1]]), torque)
-    foretold[usable] = past @ weights
-    return foretold
-
-
-def noise_share(problem: Problem, residual: Array) -> float:
-    """Which part of the equation's noise sits in the recorded torque, 0…1.
-
-    With e = n − w (torque noise n, disturbance in the water w) and both cut to their fastest part by third differences,
-    where no excitation is left but steps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Blocks with a step of the
-    command, which stand out of F τ, are left out.
-    """
-    torque = problem.blocks.mean(problem.signals.torque)
-    kernel = np.array([1.0, -3.0, 3.0, -1.0])
-    fast_e, fast_t = [], []
-    for a, b in zip(problem.blocks.start[:-1], problem.blocks.start[1:], strict=True):
-        if b - a > 4:
-            fast_e.append(np.convolve(residual[a:b], kernel, "valid"))
-            fast_t.append(np.convolve(torque[a:b], kernel, "valid"))
-    e, t = np.concatenate(fast_e), np.concatenate(fast_t)
-    calm = (np.abs(t) <= 4.0 * 1.4826 * float(np.median(np.abs(t))) + 1e-12) & (
-        np.abs(e) <= 4.0 * 1.4826 * float(np.median(np.abs(e))) + 1e-12
-    )
-    power = float(e[calm] @ e[calm])
-    return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0)) if power > 0.0 else 0.0
-
-
-def white_noise(runs: Sequence[Run]) -> float:
-    """Deviation of the torque's white noise [N m], from its third differences."""
-    third = np.concatenate([np.diff(despiked(stream(run, run.torque)[1]), 3) for run in runs])
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
-
-
-def torque_scatter(runs: Sequence[Run], problem: Problem) -> float:
-    """Deviation of the torque samples within a block that no motion follows [N m]."""
-    period = float(np.median(np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])))
-    return white_noise(runs) * float(np.sqrt(max(1.0 - period / problem.blocks.period, 0.0)))

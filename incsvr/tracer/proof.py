@@ -207,7 +207,7 @@ def _weighed(before: Errors, after: Errors, period: float) -> Array:
     ar = burg(new_means, means)
     gain = whiten(old_means, ar, means) ** 2 - whiten(new_means, ar, means) ** 2
     piece = np.searchsorted(means.start, means.whole, side="right") - 1
-    return np.bincount(piece, weights=gain, minlength=len(sizes))
+    return np.bincount(piece, weights=gain, minlength=len(sizes)).astype(np.float64)
 
 
 def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:

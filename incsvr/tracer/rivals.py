@@ -12,6 +12,9 @@ from incsvr.tracer.scan import best_leads, with_lead, without
 TIE = 10.0
 """Rivals within this much of the criterion explain the recordings as well."""
 
+SHAPE = 0.05
+"""Part of an effect's gain by which a rival may fall short: no effect's true shape is known more closely."""
+
 ON_ONE_SINE = 0.4
 """Part of an effect's gain by which a rival may fall short where the command is one sine."""
 
@@ -30,10 +33,11 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
         # what rests on how the noise is split between torque and water is no evidence
         split = noise_gain(problem, swapped.fit, lead.effect, swapped.terms[-1])
         split -= noise_gain(problem, found.fit, found.effects[k], found.terms[k])
-        margin = TIE + len(problem.blocks) * abs(split)
+        gain = found.criterion - less.criterion
+        margin = TIE + SHAPE * gain + len(problem.blocks) * abs(split)
         if problem.one_sine and lead.effect.of_phase and found.effects[k].of_phase:
             # all of these are a few harmonics of the command: which fits best is decided by the catalogue's shape error
-            margin += ON_ONE_SINE * (found.criterion - less.criterion)
+            margin += ON_ONE_SINE * gain
         if swapped.criterion < found.criterion - margin or lead.effect.implausible(swapped.terms[-1], s):
             continue
         known = tied.get(lead.effect.name)

@@ -13,7 +13,6 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.whitening import whiten
 
-
 TOLD = 1e-9
 """Of a column's square: less than that is left where it is but a sum of others."""
 
@@ -28,11 +27,18 @@ class Lead:
     gain: float = 0.0
 
 
-def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect], coloured: bool = True) -> list[Lead]:
+def scan(
+    problem: Problem,
+    base: Hypothesis,
+    effects: Iterable[Effect],
+    coloured: bool = True,
+    known: dict[tuple[str, tuple[float, ...]], Array] | None = None,
+) -> list[Lead]:
     """Score test of every effect and every start of its inner parameter, best first.
 
     What the columns gain in 2 ℓ over `base`, its AR and weights held; with `coloured` off, as if the residual were
-    white (an AR estimated on a residual that still holds an effect hides it).
+    white (an AR estimated on a residual that still holds an effect hides it). `known` holds the block means of columns
+    from one scan over the same base to the next.
     """
     ar = base.fit.ar if coloured else np.zeros(3)
     root = np.sqrt(base.fit.weight)[:, None]
@@ -50,12 +56,15 @@ def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect], coloured
     turned = pull_of(base.turned)
     upright = r + 1e-9 * np.diag(np.abs(np.diag(r)) + 1e-300)
     seen = views(problem, base)
+    known = {} if known is None else known
     leads = []
     for effect in effects:
         s = seen.of(effect)
         best: tuple[float, tuple[float, ...], Array] | None = None
         for inner in effect.starts(s):
-            columns = problem.blocks.mean(effect.columns(s, inner, ()))
+            if (effect.key, inner) not in known:
+                known[effect.key, inner] = problem.blocks.mean(effect.columns(s, inner, ()))
+            columns = known[effect.key, inner]
             if not np.all(np.isfinite(columns)):
                 continue
             c = root * whiten(columns, ar, problem.blocks)
@@ -118,8 +127,9 @@ def excepting(problem: Problem, base: Hypothesis, out: Sequence[int]) -> Hypothe
 
 def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], width: int) -> list[Lead]:
     """The `width` best of the coloured scan and a third as many of the white one, once each."""
-    first = _spread(scan(problem, base, effects), width)
-    second = _spread(scan(problem, base, effects, coloured=False), (width + 2) // 3)
+    known: dict[tuple[str, tuple[float, ...]], Array] = {}
+    first = _spread(scan(problem, base, effects, known=known), width)
+    second = _spread(scan(problem, base, effects, coloured=False, known=known), (width + 2) // 3)
     # an AR that has swallowed a tone hides its period: the same effect may come with another inner parameter
     keys = {(lead.effect.key, lead.inner) for lead in first}
     return first + [lead for lead in second if (lead.effect.key, lead.inner) not in keys]

@@ -12,7 +12,6 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.whitening import Fit
 
-
 FORETOLD = 0.85
 """Share of the torque's noise above which the command is foretold: taken off the torque, the model's residual leaves
 little but what the model itself believes."""

@@ -251,3 +251,33 @@ def test_every_effect_is_found_by_its_key() -> None:
     known = catalogue(["winch"])
     assert all(known[effect.key].sentence == effect.sentence for effect in EVERY)
     assert "thrust_efficiency" in known
+
+
+def test_a_limit_just_above_the_commands_takes_but_their_noise(signals: Signals) -> None:
+    limit = catalogue()["torque_saturation/limit"]
+    largest = float(np.max(np.abs(signals.expected)))
+    near, far = (Term(limit.name, limit.variant, (1.0,), (part * largest,)) for part in (0.995, 0.8))
+    assert "no more than their noise" in limit.implausible(near, signals)
+    assert limit.implausible(far, signals) == ""
+
+
+def test_water_that_drags_and_pushes_at_once_is_no_memory(signals: Signals) -> None:
+    both = catalogue()["memory/both"]
+    together, against = (Term(both.name, both.variant, (-30.0, part), (0.1, 6.0)) for part in (-30.0, 30.0))
+    assert both.implausible(together, signals) == ""
+    assert "moving water" in both.implausible(against, signals)
+    assert both.parameters(together, 350.0)["gain_nm_s"] == 60.0
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "mean"), [(-0.1, 0.1, 0.0), (-0.1, 0.3, 0.5), (0.3, -0.1, 0.5), (0.1, 0.2, 1.0)]
+)
+def test_friction_acts_through_all_rates_that_a_reversal_passes(
+    signals: Signals, before: float, after: float, mean: float
+) -> None:
+    """Four samples at one rate, then four at another: between them the moment changes its sign where the rate does."""
+    rate = np.repeat([before, after], 4)
+    seen = replace(signals, rate=rate, start=np.array([0, 8]), time=np.arange(8.0))
+    column = catalogue()["coulomb"].columns(seen, (1e-4,), ())[:, 0]
+    acted = float(np.sum(0.5 * (column[1:] + column[:-1])))
+    assert acted == pytest.approx(3.0 * np.sign(before) + 3.0 * np.sign(after) + mean, abs=1e-2)

@@ -87,3 +87,22 @@ def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None
     pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["bias_torque"], (), ())]
     two = settle(problem, pair, nothing(problem))
     assert search(problem)._simpler(two) is two
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_dead_band_outside_which_every_command_lies_has_its_true_width(seed: int) -> None:
+    """Its width and the part that is lost inside would stand for each other: inside, all is lost."""
+    levels = 80.0 * np.sign(command(seed, TIME)) * np.where(np.abs(command(seed, TIME)) > 45.0, 1.0, 0.55)
+    gain = 1.0 - 8.0 / np.abs(levels)
+    found = parameters(search(turning(seed, levels, gain=gain)).run())
+    assert set(found) == {"dead_zone/shifted"}
+    assert found["dead_zone/shifted"]["half_width_nm"] == pytest.approx(8.0, rel=0.15)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_thrust_that_falls_short_at_the_top_is_no_lighter_vehicle(seed: int) -> None:
+    """A steeper loss, a smaller inertia and less drag explain as much with less noise, if its scale were free."""
+    levels = 80.0 * np.sign(command(seed, TIME)) * np.where(np.abs(command(seed, TIME)) > 45.0, 1.0, 0.55)
+    gain = np.minimum(1.0, 55.0 / np.abs(levels))
+    found = parameters(search(turning(seed, levels, gain=gain)).run())
+    assert {key.split("/")[0] for key in found} == {"torque_saturation"}

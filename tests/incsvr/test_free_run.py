@@ -1,0 +1,81 @@
+"""The free run under dry friction, and how two free runs are compared where the water is noisy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from incsvr.effects import Signals, Term, catalogue
+from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.hypothesis import nothing, settle
+from incsvr.tracer.proof import Court
+from incsvr.tracer.run import Array
+from tests.incsvr.turning import command, instants, turning
+
+FRICTION = 6.0
+"""[N m]."""
+TABLE = np.linspace(-0.3, 0.3, 61)
+RUBBING = TracedModel(
+    350.0, TABLE, 100.0 * TABLE, (Term("coulomb", "", (FRICTION,), (0.002,)),), 1.0, 0.5, 6.0, (0.0, 100.0)
+)
+
+
+def under(torque: Array, rate: float = 0.0) -> Signals:
+    """A free run of that command from that rate, a sample every 0.05 s."""
+    none = np.zeros(torque.size)
+    time = instants(torque.size * 0.05)
+    return Signals(0.05, np.array([0, torque.size]), time, none + rate, torque, heading=none)
+
+
+def test_friction_holds_a_vehicle_until_the_torque_exceeds_it() -> None:
+    held = RUBBING.simulate(under(np.full(2000, 0.9 * FRICTION)))[1]
+    freed = RUBBING.simulate(under(np.full(2000, 2.0 * FRICTION)))[1]
+    assert np.max(np.abs(held)) < 2.0 * 0.002  # it creeps within the width of the tanh
+    assert freed[-1] == pytest.approx(FRICTION / 100.0, rel=0.01)
+
+
+def test_friction_ends_a_turn_and_never_reverses_it() -> None:
+    rate = RUBBING.simulate(under(np.zeros(2000), rate=0.2))[1]
+    assert np.all(np.diff(rate) <= 0.0)
+    assert rate[-1] == pytest.approx(0.0, abs=1e-4)
+    assert np.min(rate) >= 0.0
+
+
+def test_a_reversal_costs_the_same_whatever_the_step() -> None:
+    """Linearised, so steep a friction stalls every reversal for a step, and coarser steps fall behind."""
+    time = instants(120.0)
+    signals = under(60.0 * np.sign(np.sin(2.0 * np.pi * time / 9.7)))
+    index, coarse = RUBBING.simulate(signals, 0.25)
+    fine = RUBBING.simulate(signals, 0.05)[1]
+    assert np.sqrt(np.mean((coarse - fine[index]) ** 2)) < 0.01 * np.std(fine)
+
+
+@pytest.fixture(scope="module")
+def narrow() -> tuple[Court, Court, tuple[Term, ...]]:
+    """A dead band under a quickly jumping command in strongly coloured noise: court, court of feedback, its term."""
+    time = instants(600.0)
+    torque = command(3, time)
+    kicks = np.random.default_rng(3).normal(0.0, 1.0, time.size)
+    slow = np.zeros(time.size)
+    for k in range(1, time.size):
+        slow[k] = 0.998 * slow[k - 1] + 0.9 * kicks[k]
+    lost = np.clip(torque, -7.0, 7.0)
+    problem = turning(3, torque, outside=slow - lost)
+    court = Court.of(problem, None, quick=True)
+    return court, replace(court, answers=True, known={}), (Term("dead_zone", "shifted", (1.0,), (7.0,)),)
+
+
+def test_what_is_small_beside_the_slow_noise_shows_where_the_noise_is_small(
+    narrow: tuple[Court, Court, tuple[Term, ...]],
+) -> None:
+    court, feedback, (term,) = narrow
+    problem = court.problem
+    base = nothing(problem)
+    found = settle(problem, [(catalogue()[f"{term.effect}/{term.variant}"], term.inner, ())], base)
+    assert court.better(found, base)
+    assert not court.better(base, found)
+    # a torque that answers the noise carries it into the free run: there the plain error alone counts
+    assert feedback(found) == court(found)
+    assert not feedback.better(base, found)
