@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 policy trace-table recording pictures clean
+.PHONY: demo test lint bench table1 policy trace-table soak recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -31,6 +31,9 @@ bench: .venv/ready
 
 trace-table: .venv/ready
 	$(BIN)/python -m benchmarks.trace_table
+
+soak: .venv/ready  ## half an hour: a day at sea
+	$(BIN)/python -m benchmarks.soak
 
 recording: .venv/ready
 	$(BIN)/python -m benchmarks.recording

@@ -76,22 +76,23 @@ def learner(**settings: Any) -> Iterator[Learner]:
     with tempfile.TemporaryDirectory() as state, ExitStack() as stack:
         chosen = {"state": state, "bus.listen": endpoint, **settings}
         words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json.dumps(value)}")]
-        process = stack.enter_context(_process("service.cli", "serve", *words))
+        served = stack.enter_context(process("service.cli", "serve", *words))
         session = stack.enter_context(open_session(connecting(endpoint), _PATIENCE))
         wait_for_learner(session, KEYS, _PATIENCE, threading.Event())
-        yield Learner(psutil.Process(process.pid), endpoint, session)
+        yield Learner(psutil.Process(served.pid), endpoint, session)
 
 
 @contextmanager
-def _process(module: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen(
+def process(module: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A Python module as a process that ends with the context."""
+    started = subprocess.Popen(
         [sys.executable, "-m", module, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
-    with process:
+    with started:
         try:
-            yield process
+            yield started
         finally:
-            process.terminate()
+            started.terminate()
 
 
 def _until_it_says_so(process: subprocess.Popen[bytes]) -> None:
@@ -111,13 +112,13 @@ def latency() -> dict[str, Any]:
     echo_endpoint = free_endpoint()
     with (
         learner() as subject,
-        _process("benchmarks.bus", "echo", echo_endpoint) as echoing,
+        process("benchmarks.bus", "echo", echo_endpoint) as echoing,
         open_session(connecting(echo_endpoint), _PATIENCE) as echo,
     ):
         _until_it_says_so(echoing)
         _teach(subject)
         idle = _ask_in_turn(subject.session, echo)
-        with _process("benchmarks.bus", "feed", subject.endpoint) as feeder:
+        with process("benchmarks.bus", "feed", subject.endpoint) as feeder:
             _until_it_says_so(feeder)
             before, began = subject.health().iteration, time.perf_counter()
             training = _ask_in_turn(subject.session, echo)
@@ -244,7 +245,7 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
         quick = {"sample_period": 0.2, "smoothing": 0.12, "gap": 0.2, "lateness": 0.2}
         with (
             learner(signals=quick, also=[{"prefix": prefix} for prefix in prefixes[1:]]) as subject,
-            _process("benchmarks.bus", "many", subject.endpoint, *prefixes),
+            process("benchmarks.bus", "many", subject.endpoint, *prefixes),
         ):
             time.sleep(3.0)
             before = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
@@ -271,9 +272,9 @@ def _echo(endpoint: str) -> None:
                 query.reply("echo", b"0123456789")
 
 
-def _feed(endpoint: str, pace: float = 50.0) -> None:
-    """Sends Leng's run again and again, `pace` batches of samples a second, each in one message for each stream."""
-    streams = leng.recording("T1", seed=1).streams()
+def _feed(endpoint: str, often: str = "50") -> None:
+    """Sends Leng's run again and again, `often` batches of samples a second, each in one message for each stream."""
+    streams, pace = leng.recording("T1", seed=1).streams(), float(often)
     span, length = 50 * leng.SIGNALS.sample_period, 425.0
     with open_session(connecting(endpoint), _PATIENCE) as session:
         began = time.perf_counter()

@@ -277,7 +277,7 @@ def test_friction_acts_through_all_rates_that_a_reversal_passes(
 ) -> None:
     """Four samples at one rate, then four at another: between them the moment changes its sign where the rate does."""
     rate = np.repeat([before, after], 4)
-    seen = replace(signals, rate=rate, start=np.array([0, 8]), time=np.arange(8.0))
+    seen = replace(signals, rate=rate, start=np.array([0, 8]), time=np.arange(8, dtype=np.float64))
     column = catalogue()["coulomb"].columns(seen, (1e-4,), ())[:, 0]
     acted = float(np.sum(0.5 * (column[1:] + column[:-1])))
     assert acted == pytest.approx(3.0 * np.sign(before) + 3.0 * np.sign(after) + mean, abs=1e-2)
