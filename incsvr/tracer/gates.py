@@ -7,13 +7,17 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.effects import Effect
 from incsvr.evidence import evidence
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import excepting, without
 
 THRESHOLD = 12.0
-"""Least gain of the criterion by which an effect is added."""
+"""Least gain of the criterion by which an effect is added.
+
+Twice that on one sine for an effect of the motion: of the noise, too, only a few lines count there.
+"""
 
 CONTRIBUTION = 0.05
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
@@ -64,7 +68,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     if reason:
         return reason, k
     gains = [evidence(problem, base, j) for j in range(len(base.terms))]
-    paid = [price(e, e.core, problem) + THRESHOLD for e in base.effects]
+    paid = [price(e, e.core, problem) + _asked(problem, e) for e in base.effects]
     k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
     if gains[k] < paid[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
@@ -85,6 +89,10 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
                 f"{free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
             ), k
     return "", 0
+
+
+def _asked(problem: Problem, effect: Effect) -> float:
+    return 2.0 * THRESHOLD if problem.one_sine and effect.of_phase else THRESHOLD
 
 
 def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:

@@ -70,7 +70,7 @@ class Court:
         problem: the fitted recordings.
         validation: the validation recordings, posed alike; None for held-out pieces.
         pieces: blocks of each held-out piece.
-        answers: whether the torque may be an answer to the water's noise.
+        weighs: whether free runs may be compared by the noise at each frequency, too.
         quick: whether a search asks.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
@@ -78,7 +78,7 @@ class Court:
     problem: Problem
     validation: Problem | None
     pieces: tuple[slice, ...]
-    answers: bool
+    weighs: bool
     quick: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
 
@@ -93,7 +93,8 @@ class Court:
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
         others = pose_like(problem, validate) if validate else None
-        return Court(problem, others, tuple(pieces), maybe_closed_loop(problem), quick)
+        weighs = not (maybe_closed_loop(problem) or problem.one_sine)
+        return Court(problem, others, tuple(pieces), weighs, quick)
 
     @property
     def validated_on(self) -> str:
@@ -107,12 +108,12 @@ class Court:
         """Whether the free run of `new` beats that of `old` by more than chance would have it.
 
         Its error is the noise of the water, summed up by the vehicle; what an effect changes may be small beside that
-        and yet certain. So the two are compared as they are, and with every frequency weighed by the noise there; but
-        a torque that answers the water's noise carries it into the free run, and then that proves nothing.
+        and yet certain. So the two are compared as they are, and with every frequency weighed by the noise there. But a
+        torque that answers the noise carries it into the free run, and one sine has no neighbours to weigh it by.
         """
         before, after = self._errors_of(old), self._errors_of(new)
         plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
-        if _gained(plain) or self.answers:
+        if _gained(plain) or not self.weighs:
             return _gained(plain)
         lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
         return not lost and _gained(_weighed(before, after, self.problem.blocks.period))

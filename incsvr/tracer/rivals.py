@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from incsvr.effects import Effect, ThrustEfficiency
-from incsvr.tracer.hypothesis import Hypothesis, noise_gain, views
+from incsvr.effects.modulation import LevelledThrustModulation
+from incsvr.tracer.gates import against_physics
+from incsvr.tracer.hypothesis import Hypothesis, noise_gain, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, with_lead, without
 
@@ -43,4 +45,24 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
         known = tied.get(lead.effect.name)
         if known is None or swapped.criterion > known.criterion:
             tied[lead.effect.name] = swapped
+    other = _scaled_otherwise(problem, found, k, effects)
+    if other is not None and other.criterion >= found.criterion - TIE - SHAPE * (found.criterion - less.criterion):
+        tied.setdefault("inertia", other)
     return tuple(sorted(tied.values(), key=lambda h: -h.criterion))
+
+
+def _scaled_otherwise(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect]) -> Hypothesis | None:
+    """`found` with a thrust scaled about a level of its own replaced by one about the channel's mean and an inertia.
+
+    Both scale the whole thrust at the mean: which of them it is, the motion cannot say.
+    """
+    if not isinstance(found.effects[k], LevelledThrustModulation) or "inertia" in found.names():
+        return None
+    by_key = {effect.key: effect for effect in effects}
+    about_mean, inertia = by_key.get(f"{found.terms[k].effect}/thrust"), by_key.get("inertia")
+    if about_mean is None or inertia is None:
+        return None
+    terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
+    terms[k] = (about_mean, found.terms[k].inner, found.terms[k].coefficients[:1])
+    swapped = settle(problem, [*terms, (inertia, (), ())], found)
+    return None if against_physics(problem, swapped) else swapped

@@ -64,7 +64,7 @@ def narrow() -> tuple[Court, Court, tuple[Term, ...]]:
     lost = np.clip(torque, -7.0, 7.0)
     problem = turning(3, torque, outside=slow - lost)
     court = Court.of(problem, None, quick=True)
-    return court, replace(court, answers=True, known={}), (Term("dead_zone", "shifted", (1.0,), (7.0,)),)
+    return court, replace(court, weighs=False, known={}), (Term("dead_zone", "shifted", (1.0,), (7.0,)),)
 
 
 def test_what_is_small_beside_the_slow_noise_shows_where_the_noise_is_small(
