@@ -55,13 +55,13 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
     pieces = Court.of(problem, None, quick=True)
     found, refused = _searched(case, pieces, vetoes=VETOES if validate else 0)
-    found = _evident(case, found, refused)
+    found = _proven(case, _evident(case, found, refused), refused)
     whole, smooth = smooth_terms(problem, found, names, pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
     verdict = "effects" if findings else "unexplained" if smooth else "none"
     answered(problem, verdict)
-    before, after = case.court.try_(base), case.court.try_(whole)
+    before, after = case.court.errors(base), case.court.errors(whole)
     error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
     error["validated_on"] = case.court.validated_on
     model = model_of(problem, whole)
@@ -96,7 +96,7 @@ HARM = 0.03
 VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
-LEVEL = 1e-5
+LEVEL = 1e-6
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 
@@ -153,6 +153,20 @@ def _evident(case: _Case, found: Hypothesis, refused: dict[str, str]) -> Hypothe
             return found
         refused[found.terms[worst].effect] = (
             f"noise of this colour brings forth as much: its p-value, corrected for the search, is {p[worst]:.2g}"
+        )
+        found = without(case.problem, found, worst)
+    return found
+
+
+def _proven(case: _Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects with which the free run of the proof gets better: the search saw but a quick one."""
+    nothing_added = case.court(nothing(case.problem))
+    while found.terms and case.court(found) >= nothing_added:
+        p = [_p_value(case, found, k) for k in range(len(found.terms))]
+        worst = int(np.argmax(p))
+        refused[found.terms[worst].effect] = (
+            f"the free run on unseen data gets no better: {nothing_added:.3g} rad/s without any effect, "
+            f"{case.court(found):.3g} rad/s with it"
         )
         found = without(case.problem, found, worst)
     return found

@@ -102,7 +102,7 @@ class Court:
 
     def __call__(self, hypothesis: Hypothesis) -> float:
         """Free-run error of a hypothesis on unseen data [rad/s]."""
-        return self._errors_of(hypothesis).free_run_rmse()
+        return self.errors(hypothesis).free_run_rmse()
 
     def better(self, new: Hypothesis, old: Hypothesis) -> bool:
         """Whether the free run of `new` beats that of `old` by more than chance would have it.
@@ -111,14 +111,15 @@ class Court:
         and yet certain. So the two are compared as they are, and with every frequency weighed by the noise there. But a
         torque that answers the noise carries it into the free run, and one sine has no neighbours to weigh it by.
         """
-        before, after = self._errors_of(old), self._errors_of(new)
+        before, after = self.errors(old), self.errors(new)
         plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
         if _gained(plain) or not self.weighs:
             return _gained(plain)
         lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
         return not lost and _gained(_weighed(before, after, self.problem.blocks.period))
 
-    def _errors_of(self, hypothesis: Hypothesis) -> Errors:
+    def errors(self, hypothesis: Hypothesis) -> Errors:
+        """Errors of a hypothesis on unseen data; those it was asked for before are known."""
         if hypothesis.terms not in self.known:
             self.known[hypothesis.terms] = self.try_(hypothesis)
         return self.known[hypothesis.terms]
