@@ -29,7 +29,6 @@ class Plan:
     """What a free run may know beforehand: thrust, outside moments and drag factors, averaged over its steps."""
 
     def __init__(self, model: TracedModel, signals: Signals, hop: int) -> None:
-        self._model = model
         self.step = hop * signals.step
         self._runs = signals.runs()
         self._hop = hop
@@ -63,7 +62,6 @@ class Plan:
         self._drive, self._factor, self._thrust = (np.concatenate([each, each], axis=1) for each in cells)
         self._table = np.linspace(-1.0, 1.0, 2001) * FASTEST * float(np.max(np.abs(model.rate)))
         self._drag = model.damping_at(self._table)
-        self._seen = seen
 
     def _cells(self, values: Array) -> Array:
         """(length, runs): means between successive integration steps; a run that ended holds its last value."""

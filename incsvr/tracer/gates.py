@@ -36,7 +36,6 @@ are functions of one phase there, and two of them fit the shape error of any thi
 PROVEN = 0.9
 """Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
 
-
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
 

@@ -15,7 +15,7 @@ from incsvr.tracer.views import Views
 from incsvr.tracer.whitening import Fit, fit
 
 ALIGNMENT = 30.0
-"""What a delay within one sample period pays in 2 ℓ: any effect that explains as much is the better explanation."""
+"""What a delay within the sampling pays in 2 ℓ: any effect that explains as much is the better explanation."""
 
 
 SAMPLING = 0.7
