@@ -14,7 +14,7 @@ import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import Change, change_of_rms, evidence, intervals, p_value
-from incsvr.tracer.alignment import aligned
+from incsvr.tracer.alignment import aligned, share_beside, with_share
 from incsvr.tracer.channels import usable
 from incsvr.tracer.excitation import answered, closed_loop, demand
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
@@ -51,12 +51,13 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
     problem = aligned(runs, inertia, names)
-    case = _Case(problem, demand(problem, candidates(names)), Court.of(problem, validate), names)
-    # effects are chosen on the fitted recordings alone, on pieces held out of them; `validate` is for the proof
-    pieces = Court.of(problem, None, quick=True)
-    found, refused = _searched(case, pieces, vetoes=VETOES if validate else 0)
+    case, found, refused = _searched(problem, validate, names)
+    share = share_beside(runs, problem, found)
+    if abs(share - problem.signals.share) > MISREAD:
+        problem = with_share(problem, share)
+        case, found, refused = _searched(problem, validate, names)
     found = _proven(case, _evident(case, found, refused), refused)
-    whole, smooth = smooth_terms(problem, found, names, pieces)
+    whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
     verdict = "effects" if findings else "unexplained" if smooth else "none"
@@ -100,27 +101,38 @@ LEVEL = 1e-6
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 
+MISREAD = 0.1
+"""Change of the noise's share, as read beside all effects, that asks for another search: beside one it was misread."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Case:
     problem: Problem
     effects: tuple[Effect, ...]
     court: Court
+    pieces: Court
     channels: Sequence[str]
 
 
-def _searched(case: _Case, pieces: Court, vetoes: int) -> tuple[Hypothesis, dict[str, str]]:
-    """The best set of effects, and why others are not in it.
+def _searched(
+    problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str]
+) -> tuple[_Case, Hypothesis, dict[str, str]]:
+    """What is asked, the best set of effects, and why others are not in it.
 
-    Validation recordings never choose; where they threw everything out, the search goes on without what they refused.
+    Effects are chosen on pieces held out of the fitted recordings: validation recordings never choose. Where they threw
+    everything out, the search goes on without what they refused.
     """
-    problem, refused = case.problem, dict[str, str]()
+    court, pieces = Court.of(problem, validate), Court.of(problem, None, quick=True)
+    case = _Case(problem, demand(problem, candidates(channels)), court, pieces, channels)
+    refused = dict[str, str]()
+    vetoes = VETOES if validate else 0
     while True:
         effects = [effect for effect in case.effects if effect.name not in refused]
         hunt = Search(problem, effects, pieces, closed_loop(problem), refused=dict(refused))
         best = hunt.run()
-        found = _surviving(problem, case.court, best, hunt.refused) if case.court.validation else best
+        found = _surviving(problem, court, best, hunt.refused) if court.validation else best
         if found.terms or not best.terms or not vetoes:
-            return found, hunt.refused
+            return case, found, hunt.refused
         refused |= {name: hunt.refused[name] for name in best.names()}
         vetoes -= 1
 

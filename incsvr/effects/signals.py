@@ -31,11 +31,13 @@ class Signals:
         torque: (n,) commanded yaw moment, as recorded [N m].
         channels: further streams, (n,) each.
         heading: (n,) unwrapped [rad]; the integral of the yaw rate where no heading was recorded.
+        ends: (n,) the yaw rate as the weak form's differences need it [rad/s].
         damping: (n,) d(r) of the model as fitted so far [N m].
         acceleration: (n,) ṙ [rad/s²], free of the torque's noise.
         applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
         command: (n,) moment seen from the torque side, before the stage in question [N m].
         expected: (n,) the command without its noise, as far as that can be told [N m].
+        foretold: (n,) likewise, free of what the torque's noise brings anew in a block [N m].
         doubt: deviation of the error of `expected` [N m].
         residual: (n,) what the model so far leaves of the torque, held over each block [N m].
         share: part of the equation's noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
@@ -52,11 +54,13 @@ class Signals:
     torque: Array
     channels: Mapping[str, Array] = field(default_factory=dict)
     heading: Array = field(default_factory=_empty)
+    ends: Array = field(default_factory=_empty)
     damping: Array = field(default_factory=_empty)
     acceleration: Array = field(default_factory=_empty)
     applied: Array = field(default_factory=_empty)
     command: Array = field(default_factory=_empty)
     expected: Array = field(default_factory=_empty)
+    foretold: Array = field(default_factory=_empty)
     doubt: float = 0.0
     residual: Array = field(default_factory=_empty)
     share: float = 0.0

@@ -20,7 +20,8 @@ ROUND = 0.4
 class Saturation(Effect):
     """a = τ clipped at ±L, the same with its corner rounded over 0.4 L, or L tanh(τ/L).
 
-    Beyond the limit the rate side no longer knows the command, so the columns look at the expected one.
+    Beyond the limit the rate side no longer knows the command, so the columns look at the foretold one: of noise
+    on a command that stays near its highest, what exceeds a limit looks like a saturation.
     """
 
     name = "torque_saturation"
@@ -53,7 +54,7 @@ class Saturation(Effect):
         return over - under
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(self.lost(s.expected, inner[-1]))
+        return stack(self.lost(s.foretold, inner[-1]))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"limit_nm": term.inner[-1]}
@@ -61,7 +62,7 @@ class Saturation(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         if not 0.5 < term.coefficients[0] < 1.3:
             return f"beyond the limit {term.coefficients[0]:.0%} of the command would be lost, saturation loses all"
-        largest = np.abs(s.expected)
+        largest = np.abs(s.foretold)
         largest = largest[largest >= np.quantile(largest, 0.95)]
         part = float(np.mean(self.lost(largest, term.inner[-1])) / np.mean(largest))
         if part < LEAST:

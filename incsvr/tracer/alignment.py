@@ -9,8 +9,8 @@ import numpy as np
 
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing
-from incsvr.tracer.noise import noise_share, white_noise
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
+from incsvr.tracer.noise import gyro_noise, noise_share, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import best_leads, with_lead
@@ -31,31 +31,48 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
 
     Half a sample of false delay looks like a small inertia, memory or lag.
     """
-    linear, one = _settled(pose(runs, inertia, channels, held=False), channels)
+    linear = _settled(runs, pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 40.0:
         return linear
-    held = pose(runs, inertia, channels, held=True)
-    held, two = _settled(held, channels)
+    held = _settled(runs, pose(runs, inertia, channels, held=True), channels)
+    # likelihoods compare at one share alone, and what the wrong of the two leaves does not follow the torque
+    share = max(linear.signals.share, held.signals.share)
+    at_one, at_two = with_share(linear, share), with_share(held, share)
+    one, two = _best(at_one, channels), _best(at_two, channels)
     smoother = _smoother(runs, linear, held, one, two)
-    plain_one, plain_two = nothing(linear).criterion, nothing(held).criterion + smoother
+    plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + smoother
     explains_more = two.criterion + smoother > one.criterion + MARGIN
     needs_nothing = plain_two > plain_one + MARGIN and plain_two > one.criterion - MARGIN
     return held if explains_more or needs_nothing else linear
 
 
-def _settled(problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
-    """The equations with the noise's share as it is beside the best single effect, and that effect.
+def share_beside(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> float:
+    """Which part of the noise sits in the recorded torque, as it is read beside these effects, 0…1.
 
     The share is read from how the residual follows the torque, and what an effect leaves in it follows the torque, too.
     """
+    deviation = gyro_noise(runs)
+    draw = np.random.default_rng(0)
+    shaken = [replace(run, yaw_rate=run.yaw_rate + deviation * draw.normal(size=run.yaw_rate.size)) for run in runs]
+    gyro = left_over(pose_like(problem, shaken), found)[0] - left_over(problem, found)[0]
+    return noise_share(problem.blocks, problem.signals.torque, found.fit.residual, gyro)
+
+
+def with_share(problem: Problem, share: float) -> Problem:
+    """The equations with another share of the noise in the torque."""
+    return replace(problem, signals=replace(problem.signals, share=share))
+
+
+def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
+    """The equations with the noise's share as it is beside the best single effect."""
     best = _best(problem, channels)
     for _ in range(2):
-        share = noise_share(problem.blocks, problem.signals.torque, best.fit.residual)
-        if abs(share - problem.signals.share) < SAME_SHARE:
+        share = share_beside(runs, problem, best)
+        before, problem = problem.signals.share, with_share(problem, share)
+        if abs(share - before) < SAME_SHARE:
             break
-        problem = replace(problem, signals=replace(problem.signals, share=share))
         best = _best(problem, channels)
-    return problem, best
+    return problem
 
 
 def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:

@@ -58,7 +58,7 @@ def answered(problem: Problem, verdict: str) -> None:
 def _check_sign(problem: Problem) -> None:
     """τ ≈ a ṙ + b r with a and b both clearly negative means that torque and yaw rate count in opposite directions."""
     torque = problem.blocks.mean(problem.signals.torque)
-    design = np.column_stack([problem.blocks.slope(problem.signals.rate), problem.blocks.mean(problem.signals.rate)])
+    design = np.column_stack([problem.blocks.slope(problem.signals.ends), problem.blocks.mean(problem.signals.rate)])
     theta, *_ = np.linalg.lstsq(design, torque, rcond=None)
     residual = torque - design @ theta
     explained = 1.0 - float(residual @ residual) / max(float(torque @ torque), 1e-300)

@@ -109,6 +109,9 @@ def settle(
     zero = np.zeros(len(problem.signals))
     losses = [known.get(effect.key, zero) for effect in effects]
     fitted, before = start.fit, -np.inf
+    if any(effect.key not in known for effect in effects):
+        # What a new effect explains is in the residual, and its tones are in the AR: neither tells the noise.
+        fitted = replace(fitted, ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
     columns = instruments = problem.coarse
     turned = problem.turned
     position: list[int] = []
@@ -171,7 +174,7 @@ def settle(
 def _mean(problem: Problem, effect: Effect, fine: Array) -> Array:
     """Block means; the acceleration's is Δr/T_b, as in y."""
     if effect.acts == "inertia":
-        return problem.blocks.slope(problem.signals.rate)[:, None]
+        return problem.blocks.slope(problem.signals.ends)[:, None]
     return problem.blocks.mean(fine)
 
 
@@ -226,7 +229,7 @@ def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tupl
             bend = effect.offset(seen.of(effect), term.coefficients)
             losses[k] = columns @ np.array(term.coefficients) + (0.0 if bend is None else bend)
             if effect.acts == "inertia":
-                residual = residual - term.coefficients[0] * problem.blocks.slope(problem.signals.rate)
+                residual = residual - term.coefficients[0] * problem.blocks.slope(problem.signals.ends)
             else:
                 residual = residual - problem.blocks.mean(losses[k])
     return residual, {term.effect: loss for (_, term), loss in zip(known, losses, strict=True)}

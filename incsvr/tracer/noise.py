@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from incsvr.effects import Signals
 from incsvr.tracer.run import Array, Run, stream
-from incsvr.tracer.weak_form import Blocks, despiked
+from incsvr.tracer.weak_form import Blocks, despiked, scatter
+
+JUMP = 4.0
+"""Deviations from what was foretold beyond which the command has jumped."""
 
 
 def gyro_noise(runs: Sequence[Run]) -> float:
-    """Deviation of the yaw rate's white noise [rad/s], from its third differences (which no motion survives)."""
+    """Deviation of the yaw rate's white noise [rad/s], from its third differences."""
     third = np.concatenate([np.diff(stream(run, run.yaw_rate)[1], 3) for run in runs])
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+    return scatter(third)
 
 
 def white_noise(runs: Sequence[Run]) -> float:
     """Deviation of the torque's white noise [N m], from its third differences."""
     third = np.concatenate([np.diff(despiked(stream(run, run.torque)[1]), 3) for run in runs])
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+    return scatter(third)
 
 
 def torque_scatter(runs: Sequence[Run], block: float) -> float:
@@ -30,26 +35,29 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
     return white_noise(runs) * float(np.sqrt(max(1.0 - period / block, 0.0)))
 
 
-def noise_share(blocks: Blocks, torque: Array, residual: Array) -> float:
+def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None) -> float:
     """Which part of the equation's noise sits in the recorded torque, 0…1.
 
     With e = n − w (torque noise n, disturbance in the water w) and both cut to their fastest part by third differences,
     where no excitation is left but steps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Blocks with a step of the
-    command, which stand out of F τ, are left out.
+    command, which stand out of F τ, are left out. `gyro`, (n_b,), is a draw of what the gyro's noise does to e: it is
+    neither n nor w, and is taken out of the variance.
     """
-    torque = blocks.mean(torque)
-    kernel = np.array([1.0, -3.0, 3.0, -1.0])
-    fast_e, fast_t = [], []
-    for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
-        if b - a > 4:
-            fast_e.append(np.convolve(residual[a:b], kernel, "valid"))
-            fast_t.append(np.convolve(torque[a:b], kernel, "valid"))
-    e, t = np.concatenate(fast_e), np.concatenate(fast_t)
+    e, t = _fastest(blocks, residual), _fastest(blocks, blocks.mean(torque))
     calm = (np.abs(t) <= 4.0 * 1.4826 * float(np.median(np.abs(t))) + 1e-12) & (
         np.abs(e) <= 4.0 * 1.4826 * float(np.median(np.abs(e))) + 1e-12
     )
     power = float(e[calm] @ e[calm])
+    if gyro is not None:
+        power -= min(float(np.sum(_fastest(blocks, gyro)[calm] ** 2)), 0.5 * power)
     return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0)) if power > 0.0 else 0.0
+
+
+def _fastest(blocks: Blocks, values: Array) -> Array:
+    """Third differences of block values, run by run."""
+    kernel = np.array([1.0, -3.0, 3.0, -1.0])
+    runs = [slice(int(a), int(b)) for a, b in pairwise(blocks.start) if b - a > 4]
+    return np.concatenate([np.convolve(values[run], kernel, "valid") for run in runs])
 
 
 def calmed(signals: Signals, size: int) -> Array:
@@ -58,13 +66,56 @@ def calmed(signals: Signals, size: int) -> Array:
     return np.concatenate(pieces)
 
 
-def foretell(torque: Array, blocks: Blocks, order: int = 6) -> Array:
-    """(n_b,) each block's mean torque from the six blocks before it by least squares; near a run's start the last."""
+def foretell(torque: Array, blocks: Blocks) -> Array:
+    """(n_b,) each block's mean torque as foretold from earlier blocks; its own where the command has just jumped.
+
+    A command that moves is foretold by least squares from six blocks, one that stays between its jumps by the mean
+    since the last: whichever misses less. The block just before is never looked at: it shares an edge, and its noise,
+    with the next.
+    """
     position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
-    usable = np.flatnonzero(position >= order)
-    past = np.stack([torque[usable - k] for k in range(1, order + 1)], axis=1)
-    ridge = 1e-6 * float(np.sum(past**2)) + 1e-300
-    weights = np.linalg.solve(past.T @ past + ridge * np.eye(order), past.T @ torque[usable])
-    foretold = np.where(position > 0, np.concatenate([[0.0], torque[:-1]]), torque)
-    foretold[usable] = past @ weights
-    return foretold
+    moving = _moving(torque, position)
+    limit = JUMP * 1.4826 * float(np.median(np.abs(torque - moving)))
+    both = [_between_jumps(torque, position, limit, guess) for guess in (None, moving)]
+    # where it had to be told a block's own, it has missed
+    return min(both, key=lambda f: float(np.mean(np.where(f == torque, limit, np.abs(torque - f)))))
+
+
+ORDER = 6
+"""Blocks from which a moving command is foretold."""
+
+
+def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
+    """(n_b,) by least squares from earlier blocks; with jumps in the fit a part of one would be expected always."""
+    guess = torque.copy()
+    usable = np.flatnonzero(position > ORDER)
+    if not usable.size:
+        return guess
+    past = np.stack([torque[usable - k] for k in range(2, ORDER + 2)], axis=1)
+    ridge = (1e-6 * float(np.sum(past**2)) + 1e-300) * np.eye(ORDER)
+    steady = np.ones(usable.size, dtype=bool)
+    for _ in range(4):
+        weights = np.linalg.solve(past[steady].T @ past[steady] + ridge, past[steady].T @ torque[usable[steady]])
+        missed = np.abs(torque[usable] - past @ weights)
+        steady = missed <= JUMP * 1.4826 * float(np.median(missed))
+    guess[usable] = past @ weights
+    return guess
+
+
+def _between_jumps(torque: Array, position: NDArray[np.intp], limit: float, moving: Array | None) -> Array:
+    """(n_b,) the mean since the last jump, or `moving` once it has that behind it; after a jump the block's own."""
+    total = np.concatenate([[0.0], np.cumsum(torque)])
+    found = torque.copy()
+    jumped = 0
+    for k in range(torque.size):
+        if position[k] == 0:
+            jumped = k
+        age = k - jumped
+        if age < 3:
+            continue
+        guess = (total[k - 1] - total[jumped + 1]) / (age - 2) if moving is None or age <= ORDER + 1 else moving[k]
+        if abs(torque[k] - guess) > limit:
+            jumped = k
+        else:
+            found[k] = guess
+    return found

@@ -26,6 +26,12 @@ from incsvr.tracer.whitening import Fit, fit
 MOST_BLOCKS = 2000
 """Of long recordings: more blocks than that tell no more, so they may be as long as T_c/6."""
 
+WIDER = 1.25
+"""Step in which the width of the derivative grows."""
+
+SMEARED = 1.02
+"""By how much a wider derivative may differ from a narrower one, in what the gyro's noise alone makes of it."""
+
 FEWEST_SCALES = 12.0
 """Shortest recordings from which anything is concluded, in T_c."""
 
@@ -45,7 +51,7 @@ class Problem:
         width: of the Gaussian derivative that gives ṙ [fine steps].
         white: deviation of the torque's white noise in a block [N m].
         calm: (n,) the torque without what is noise within a block, its steps kept [N m].
-        foretold: (n_b,) the torque of each block as foretold from earlier blocks.
+        foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
     """
 
     signals: Signals
@@ -125,13 +131,22 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
 def _derivative_width(problem: Problem, sigma: float, innovation: float) -> float:
     """Of a Gaussian derivative just wide enough that the gyro's noise in I r̈ T_b is 0.3 of the innovations' deviation.
 
-    Wider than that it would smear the instants at which the command jumps; narrower, the noise would hide a lag.
+    Narrower, the noise would hide a lag; wider, it would smear the instants at which the command jumps. Where a wider
+    one changes the acceleration by no more than the gyro's noise, there is nothing to be smeared, and it is taken.
     """
     s = problem.signals
     # deviation of the derivative of `derivative`, width w samples: σ √(2.135/(√π w⁵)) per step²
     noise = s.inertia * sigma * problem.blocks.period / s.step**2 * np.sqrt(2.135 / np.sqrt(np.pi))
     width = (noise / max(0.3 * innovation, 1e-300)) ** 0.4
-    return float(np.clip(width, 0.9, max(0.6 * problem.blocks.size, 0.9)))  # a narrower one no longer sees a ramp
+    width = float(np.clip(width, 0.9, max(0.6 * problem.blocks.size, 0.9)))  # a narrower one no longer sees a ramp
+    unit = np.random.default_rng(0).normal(size=len(s))
+    rate, gyro = derivative(s.rate, s.start, width), derivative(unit, s.start, width)
+    while (wider := WIDER * width) < 0.1 * s.scale / s.step:
+        next_rate, next_gyro = derivative(s.rate, s.start, wider), derivative(unit, s.start, wider)
+        if np.std(next_rate - rate) > SMEARED * sigma * np.std(next_gyro - gyro):
+            break
+        width, rate, gyro = wider, next_rate, next_gyro
+    return width
 
 
 def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
@@ -145,7 +160,7 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
         signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share,
         acceleration=acceleration,
     )  # fmt: skip
-    y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.rate)
+    y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)
     return replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
         steep=_steep(problem.damping, signals.rate, blocks), calm=calmed(signals, blocks.size),
@@ -187,7 +202,7 @@ def _equations(
             f"few to trace anything; record at least {FEWEST_BLOCKS * blocks.period:.0f} s of varied turning"
         )
     rate = signals.rate
-    y = blocks.mean(signals.torque) - inertia * blocks.slope(rate)
+    y = blocks.mean(signals.torque) - inertia * blocks.slope(signals.ends)
     damping = Damping.over(rate)
     spans = signals.time[signals.start[:-1]], signals.time[signals.start[1:] - 1]
     signals = replace(

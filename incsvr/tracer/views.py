@@ -12,9 +12,8 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.whitening import Fit
 
-FORETOLD = 0.85
-"""Share of the torque's noise above which the command is foretold: taken off the torque, the model's residual leaves
-little but what the model itself believes."""
+TOLD = 0.8
+"""Most of the residual that is taken off the torque to tell the command."""
 
 
 class Views:
@@ -41,20 +40,22 @@ class Views:
         given = s.torque - lost
         # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
         self._noise, self._driven = share * residual, (1.0 - share) * residual
-        # without its part of u the torque shares nothing with u; where all of u is torque noise, what is left is the
-        # model's own opinion, and the command is foretold from earlier blocks
-        self._expected = problem.calm - self._noise
-        doubt = float(np.sqrt(share * (1.0 - share))) * fitted.scale
-        if share > FORETOLD:
-            self._expected = problem.blocks.spread(problem.foretold, len(s))
-            missed = problem.foretold - problem.blocks.mean(s.torque) + share * fitted.residual
-            doubt = 1.4826 * float(np.median(np.abs(missed)))
+        # Without its part of u the torque shares nothing with u. But an effect that is not yet known is in u as well:
+        # were all of u taken off, what is left would be the model's own opinion.
+        told = min(share, TOLD)
+        self._expected = problem.calm - told * residual
+        doubt = float(np.sqrt(told * (1.0 - told))) * fitted.scale
+        self._foretold = self._expected
+        if share > TOLD:
+            # the command's course within the block stays
+            moved = problem.foretold - problem.blocks.mean(problem.calm)
+            self._foretold = problem.calm + problem.blocks.spread(moved, len(s))
         self._plain = replace(
             s, damping=damping, residual=residual, doubt=doubt,
             applied=share * self._needed + (1.0 - share) * given,
         )  # fmt: skip
         # blended so that what w does to the one and the torque's noise to the other cancel: free of u
-        self._foretold = share * s.acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
+        self._instrument = share * s.acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
         self._cache: dict[int, Signals] = {}
         self._curve = curve
 
@@ -92,7 +93,8 @@ class Views:
             s,
             applied=s.applied + s.turning * nudge,
             command=s.command - s.share * nudge,
-            expected=s.expected - (0.0 if s.share > FORETOLD else s.share * nudge),
+            expected=s.expected - min(s.share, TOLD) * nudge,
+            foretold=s.foretold - (0.0 if s.share > TOLD else s.share * nudge),
         )
         passed: Array = (self._problem.blocks.mean(effect.columns(there, inner, coefficients)) - mean) / nudge
         return np.stack([passed, passed])
@@ -101,7 +103,7 @@ class Views:
         """(n_b, c) what stands for the effect's columns in the normal equations."""
         if effect.acts != "inertia" or self._plain.turning == 0.0:
             return columns
-        return self._problem.blocks.mean(self._foretold)[:, None]
+        return self._problem.blocks.mean(self._instrument)[:, None]
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""
@@ -116,5 +118,6 @@ class Views:
                 applied=self._needed + after + self._driven,
                 command=s.torque - before - self._noise,
                 expected=self._expected - before,
+                foretold=self._foretold - before,
             )
         return self._cache[effect.stage]

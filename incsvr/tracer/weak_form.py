@@ -70,9 +70,11 @@ class Blocks:
         return slope
 
     def spread(self, values: Array, length: int) -> Array:
-        """(length,) a block value held over the block's fine samples."""
+        """(length,) a block value held over its fine samples; what two blocks share holds the mean of theirs."""
         index = np.clip(np.searchsorted(self.first, np.arange(length), side="right") - 1, 0, len(self) - 1)
         held: Array = values[index]
+        shared = np.flatnonzero(np.diff(self.first) == self.size) + 1
+        held[self.first[shared]] = 0.5 * (values[shared - 1] + values[shared])
         return held
 
 
@@ -93,6 +95,11 @@ def split(start: NDArray[np.intp], size: int, step: float) -> Blocks:
     )
 
 
+def scatter(third: Array) -> float:
+    """Deviation of white noise from its third differences, which no motion survives."""
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+
+
 def despiked(values: Array, threshold: float = 6.0) -> Array:
     """`values` with isolated spikes replaced by the median of their neighbourhood of five.
 
@@ -102,7 +109,8 @@ def despiked(values: Array, threshold: float = 6.0) -> Array:
         return values
     calm = median_filter(values, 5, mode="nearest")
     away = np.abs(values - calm)
-    scale = 1.4826 * float(np.median(away))
+    # where the values run faster than they scatter most are their own median: the third differences know the scatter
+    scale = max(1.4826 * float(np.median(away)), scatter(np.diff(values, 3)))
     if scale <= 0.0:  # a held command: its usual deviation is zero, take that of the deviating samples
         scale = float(np.quantile(away, 0.995)) / threshold
     spike = away > max(threshold * scale, 0.02 * float(np.std(values)))  # the top of a smooth sine is no spike
@@ -147,6 +155,17 @@ def _cells(at: Array, values: Array, centres: Array, width: float, held: bool) -
     return mean
 
 
+def _ends(at: Array, values: Array, centres: Array, step: float) -> Array:
+    """Mean of a stream at both edges of each cell.
+
+    The trapezoid rule over cell means is the mean over windows of two cells. Between the edges of those windows lies
+    the acceleration that belongs to such a mean of the torque: not between cell means, where a block has few samples.
+    """
+    edges = [_cells(at, values, centres + side * step, 0.5 * step, False) for side in (-0.5, 0.5)]
+    ends: Array = 0.5 * (edges[0] + edges[1])
+    return ends
+
+
 def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: bool) -> Signals:
     """All runs on one uniform grid of `step` seconds: each stream averaged over cells of one step.
 
@@ -166,6 +185,7 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
             part = {
                 "time": centres,
                 "rate": _cells(at, despiked(rate, 12.0), centres, step, False),
+                "ends": _ends(at, despiked(rate, 12.0), centres, step),
                 "torque": _cells(when, despiked(torque), centres, step, held),
             }
             for name in names:
@@ -182,6 +202,7 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
         start=start,
         time=joined.pop("time"),
         rate=joined.pop("rate"),
+        ends=joined.pop("ends"),
         torque=joined.pop("torque"),
         channels=joined,
     )

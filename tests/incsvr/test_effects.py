@@ -61,6 +61,7 @@ def signals() -> Signals:
         applied=torque,
         command=torque,
         expected=torque,
+        foretold=torque,
         residual=np.sin(2 * np.pi * time / 6.1),
         inertia=350.0,
     )
