@@ -1,27 +1,26 @@
-"""Whether effects pay on data that nobody has looked at, and what follows from it.
+"""Whether effects pay on data that nobody has looked at.
 
 Two learners go over the data before: one with the effects, one without. Then both models run freely over the fresh
-data, from its first measured yaw rate, with the torque and the channels alone. An effect that is on trial must make the
-free run better beyond chance; one in force goes when it makes it worse beyond chance, or twice running no better.
+data, from its first measured yaw rate, with the torque and the channels alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
 from incsvr import learner
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.evidence import Change, change_of_rms, rms
+from incsvr.evidence import change_of_rms, rms
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.tracer.forward import TracedModel
 from incsvr.tracer.run import Run, stream
 from incsvr.tracer.weak_form import SUBSTEPS, on_fine_grid
+from incsvr.verdict import Comparison
 
 STILL = 0.2
 """A vehicle that turns less than this part of what it did before tells nothing of its effects."""
@@ -29,51 +28,6 @@ SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the errors' correlation time."""
 
 Streams = Mapping[str, tuple[Array, Array]]
-Verdict = Literal["promoted", "refused", "kept", "doubted", "withdrawn", "waits"]
-
-
-@dataclass(frozen=True, slots=True)
-class Comparison:
-    """Two models on the same fresh data.
-
-    Attributes:
-        without: root mean square of the free run's error without the effects [rad/s].
-        change: of it by the effects, with its 95 % interval [rad/s].
-        turned: whether the vehicle moved enough to tell.
-    """
-
-    without: float
-    change: Change
-    turned: bool
-
-    @property
-    def sentence(self) -> str:
-        """For people."""
-        if not self.turned:
-            return "the vehicle hardly turned on the fresh data, which tells nothing"
-        change = self.change
-        return (
-            f"free run on fresh data: {self.without:.3g} rad/s without, {self.without + change.estimate:.3g} rad/s "
-            f"with it ({change.low:+.3g} to {change.high:+.3g})"
-        )
-
-
-def on_trial(found: Comparison) -> Verdict:
-    """What becomes of effects in shadow."""
-    if not found.turned:
-        return "waits"
-    return "promoted" if found.change.high < 0.0 else "refused"
-
-
-def in_force(found: Comparison, doubted: bool) -> Verdict:
-    """What becomes of effects in force; `doubted` says that they brought nothing the last time, too."""
-    if not found.turned:
-        return "waits"
-    if found.change.low > 0.0:
-        return "withdrawn"
-    if found.change.estimate < 0.0:
-        return "kept"
-    return "withdrawn" if doubted else "doubted"
 
 
 def compare(
@@ -105,7 +59,8 @@ def compare(
         raise BadInput("a channel that the effects read did not come with the fresh data")
     length = max(round(SCALES * effects.model.scale / step), SUBSTEPS)
     turned = float(np.std(stream(run, run.yaw_rate)[1])) >= STILL * float(np.std(before[YAW_RATE][1]))
-    return Comparison(rms(plain), change_of_rms(plain, better, length), turned)
+    change = change_of_rms(plain, better, length)
+    return Comparison(rms(plain), change.estimate, change.low, change.high, turned)
 
 
 def as_run(streams: Streams) -> Run:

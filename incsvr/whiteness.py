@@ -12,7 +12,7 @@ coloured, too: a tracer has to look.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from incsvr.samples import Array
 
@@ -50,7 +50,7 @@ def p_value(time: Array, yaw_rate: Array, residual: Array, period: float) -> flo
     sides = sides - curve @ np.linalg.lstsq(curve, sides, rcond=None)[0]
     left, asked = sides[:, 0], sides[:, 1:]
     fitted = asked @ np.linalg.lstsq(asked, left, rcond=None)[0]
-    return float(chi2.sf(time.size * float(fitted @ fitted) / float(left @ left), asked.shape[1]))
+    return float(chdtrc(asked.shape[1], time.size * float(fitted @ fitted) / float(left @ left)))
 
 
 def _curve(rate: Array) -> Array:

@@ -42,6 +42,11 @@ class TracedEffects:
         values = json.dumps(self.compensation.model.to_dict()["terms"])
         return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
 
+    @property
+    def integrated(self) -> bool:
+        """Whether an effect's heading counts from zero at the start, because none is measured."""
+        return any(step["step"] == "integrated" for step in self.history)
+
 
 def configured(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""

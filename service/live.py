@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.compensation import HEADING
 from incsvr.errors import BadInput
-from incsvr.evidence import Change
 from incsvr.samples import Array
-from incsvr.shadow import Comparison, in_force, on_trial
+from incsvr.verdict import Comparison, in_force, on_trial
 from incsvr.whiteness import p_value
 from service.child import Child
 from service.config import Config
@@ -160,11 +158,8 @@ class LiveTracing:
         }
 
     def _traced(self, newest: float, found: Mapping[str, Any]) -> None:
-        channels = self._config.signals.channels
         effects = self._effects(found)
-        compensation = effects.compensation
-        lost = compensation.of_heading and HEADING not in channels
-        if not effects.findings or lost:
+        if not effects.findings or effects.integrated:
             self.standing = self.standing.after_trace(newest, None)
         else:
             self.standing = self.standing.after_trace(newest, {name: found[name] for name in ("effects", "model")})
@@ -172,17 +167,17 @@ class LiveTracing:
             self._note(newest, "nothing found", "no effect of the catalogue explains it")
         for finding in found["effects"]:
             name = finding["effect"]
-            if name not in compensation.names:
+            if name not in effects.compensation.names:
                 why = next(step["why"] for step in effects.history if step["effect"] == name)
                 self._note(newest, "left out", why, name)
-            elif lost:
+            elif effects.integrated:
                 why = "nothing tells where the heading counts from: measure it, and add it to signals.channels"
                 self._note(newest, "left out", why, name)
             else:
                 self._note(newest, "shadow", finding["sentence"], name)
 
     def _proven(self, newest: float, found: Mapping[str, Any]) -> None:
-        comparison = Comparison(found["without"], Change(**found["change"]), found["turned"])
+        comparison = Comparison(**found)
         before = self.standing
         tried = before.tried
         if tried is None:

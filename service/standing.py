@@ -2,8 +2,9 @@
 
     residual no longer white → trace → shadow → proof on fresh data → promoted → tried again and again → withdrawn
 
-All times are the vehicle's. Which batch an answer falls behind depends on how long its process took; what follows from
-the answer does not.
+All times are the vehicle's. How far the data of a trace or a proof reach, and behind which batch their answer falls,
+depends on the clock on the wall: on how quickly data came and how long the process took. What follows from an answer
+does not.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-from incsvr.shadow import Verdict
+from incsvr.verdict import Verdict
 
 LEVEL = 1e-3
 """Below this p-value the residual is not white. One look in a thousand is a false alarm, which costs a trace: a window

@@ -7,11 +7,11 @@ import pytest
 
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.evidence import Change
 from incsvr.learner import Settings
-from incsvr.shadow import Comparison, Verdict, compare, in_force, on_trial
+from incsvr.shadow import compare
 from incsvr.signals import SignalSettings
 from incsvr.tracer.forward import TracedModel
+from incsvr.verdict import Comparison, Verdict, in_force, on_trial
 from simulator import leng
 from simulator.recordings import Streams
 from tests.hidden import BIAS, LAG, TRUTH, recording, term
@@ -38,7 +38,7 @@ def compared(streams: Streams, without: Compensation | None, found: Compensation
 def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
     found = compared(streams, None, TRUE)
     assert found.turned
-    assert found.without + found.change.estimate < 0.5 * found.without
+    assert found.without + found.estimate < 0.5 * found.without
     assert on_trial(found) == "promoted"
     assert in_force(found, doubted=True) == "kept"
 
@@ -87,5 +87,5 @@ def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
 def test_what_follows_from_the_interval(
     low: float, estimate: float, high: float, doubted: bool, shadow: Verdict, force: Verdict
 ) -> None:
-    found = Comparison(1.0, Change(estimate, low, high), True)
+    found = Comparison(1.0, estimate, low, high, True)
     assert (on_trial(found), in_force(found, doubted)) == (shadow, force)

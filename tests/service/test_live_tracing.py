@@ -7,6 +7,7 @@ import queue
 import signal
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,15 @@ import pytest
 from service import wire
 from service.effects import configured as effects_of
 from service.node import LearnerNode
+from service.session import free_endpoint
+from simulator import player
+from simulator.player import messages
 from simulator.recordings import Recording
 from simulator.trial import Trial, play
 from tests.hidden import recording, write_trace
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.service.test_effects import ledger, part
+from tests.service.test_processes import KEYS, client, serving
 
 LAGGING = Trial(1, ("torque_lag",), duration=700.0)
 INERTIA = play(replace(LAGGING, duration=1.0)).inertia
@@ -159,6 +164,26 @@ def test_taught_again_it_is_the_learner_that_had_the_effects_from_the_beginning(
     assert after.snapshot.support == outcomes[-1].snapshot.support
     assert after.report.batch == outcomes[-1].report.batch
     assert taught.batches.to_dict() == whole.batches.to_dict()
+
+
+def test_a_learner_that_is_killed_takes_its_process_with_it(tmp_path: Path, lagging: Recording) -> None:
+    endpoint = free_endpoint()
+    words = [f"{name.replace('__', '.')}={value}" for name, value in LIVE.items()]
+    flags = [word for each in words for word in ("--set", each)]
+    with serving(endpoint, tmp_path, *flags) as learner, client(endpoint) as (session, alive):
+        assert "PUT" in alive.get(timeout=PATIENCE)
+        ledgers: Ledgers = queue.Queue()
+        session.declare_subscriber(
+            KEYS.effects, lambda sample: ledgers.put(wire.decode(wire.EffectsLedger, sample.payload.to_bytes()))
+        )
+        streamed = messages(part(lagging, 0.0, 280.0).streams())
+        player.play(session, KEYS, streamed, speed=200.0, stop=threading.Event())
+        until(ledgers, "not white")
+        children = psutil.Process(learner.pid).children()
+        assert len(children) == 1
+        learner.send_signal(signal.SIGKILL)
+        _, left = psutil.wait_procs(children, timeout=PATIENCE)
+        assert not left
 
 
 def test_where_it_is_off_nothing_of_it_is_loaded_or_kept() -> None:

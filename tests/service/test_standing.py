@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from incsvr.shadow import Verdict
+from incsvr.verdict import Verdict
 from service.standing import LEVEL, STEPS, Standing
 
 WINDOW, PROOF = 900.0, 300.0
