@@ -76,14 +76,15 @@ class LiveTracing:
         work = before.due(newest, p, settings.window, settings.proof)
         if work is None:
             return False
+        recent = {name: (t[t <= newest], value[t <= newest]) for name, (t, value) in node.batches.recent().items()}
+        self._work = (work, newest)
         try:
-            self._child = Child.start(self._job(work, newest), node.batches.recent())
+            self._child = Child.start(self._job(work, newest), recent)
         except OSError as error:
-            self._note(newest, "failed", f"no process could be started beside the learner: {error}")
+            self._failed(before, f"no process could be started beside the learner: {error}")
             return True
         if self._child is None:
             return False
-        self._work = (work, newest)
         if work == "trace":
             self._note(newest, "not white", f"p = {p:.1g}: tracing begins")
         return self.standing is not before
@@ -101,11 +102,11 @@ class LiveTracing:
                 self._traced(newest, found)
             else:
                 self._proven(newest, found)
-        except (BadInput, OSError, ValueError, KeyError, TypeError) as error:
-            # The same data would fail again: what comes next must be fresh.
-            after = before.after_trace(newest, None) if work == "trace" else before.after_proof(newest, "waits")
-            self.standing = after
-            self._note(newest, "failed", f"{'the trace' if work == 'trace' else 'the proof'} failed: {error}")
+        except BadInput as error:
+            self._failed(before, str(error))
+        except Exception as error:  # whatever it answered, learning goes on
+            log.exception("%s: a fault of this program", self._config.prefix)
+            self._failed(before, f"{type(error).__name__}: {error}")
         finally:
             child.close()
 
@@ -124,6 +125,13 @@ class LiveTracing:
         if self._child is not None:
             self._child.close()
             self._child = None
+
+    def _failed(self, before: Standing, why: str) -> None:
+        """As before, but for what the same data would only fail at again: the next try is on fresh data."""
+        work, newest = self._work
+        trace = work == "trace"
+        self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
+        self._note(newest, "failed", f"the {'trace' if trace else 'proof'} failed: {why}")
 
     def _keep(self, batch: Batch) -> None:
         time = np.array(batch.time)
@@ -185,11 +193,12 @@ class LiveTracing:
         shadow = before.shadow is not None
         verdict = on_trial(comparison) if shadow else in_force(comparison, before.doubted)
         names = self._effects(tried).compensation.names
+        instead = "in place of those in force, " if shadow and before.force is not None else ""
         self._take_up(before.after_proof(newest, verdict))
         if verdict in ("kept", "waits"):
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), verdict, comparison.sentence)
         else:
-            self._note(newest, verdict, comparison.sentence, *names)
+            self._note(newest, verdict, instead + comparison.sentence, *names)
 
     def _take_up(self, standing: Standing) -> None:
         self.effects = None if standing.force is None else self._effects(standing.force)
