@@ -53,7 +53,7 @@ class Host:
         self._store = None if config.state is None else Store(config.state, config, known_by, changing=live)
         self._live: LiveTracing | None = None
         if live:
-            # Loaded where it is needed alone: it brings the catalogue of effects with it.
+            # Loaded where it is needed alone: most learners do without.
             from service.live import LiveTracing
 
             memory = None if self._store is None else self._store.memory
@@ -150,7 +150,7 @@ class Host:
                 live.conclude()
                 if live.standing.force is not before.force:
                     self._change_over(live, before)
-                said |= live.standing is not before
+                said |= live.standing.history != before.history
             if said:
                 self._tell(live)
         except Exception:  # what is traced must not end the learning

@@ -64,6 +64,11 @@ def named(effects: tuple[dict[str, Any], ...]) -> list[str]:
     return [str(effect["effect"]) for effect in effects]
 
 
+def tracing() -> list[psutil.Process]:
+    """The processes beside the learners of this one."""
+    return [each for each in psutil.Process().children() if "service.tracing_job" in each.cmdline()]
+
+
 def latest(bench: Bench) -> wire.ModelSnapshot:
     payload, _ = bench.get(bench.keys.model)
     assert payload is not None
@@ -123,7 +128,7 @@ def test_a_process_that_dies_is_a_line_in_the_ledger_and_learning_goes_on(
     ledgers = bench.follow(bench.keys.effects, wire.EffectsLedger)
     bench.play(part(lagging, 0.0, 280.0))
     until(ledgers, "not white")
-    (child,) = [each for each in psutil.Process().children() if "service.tracing_job" in each.cmdline()]
+    (child,) = tracing()
     os.kill(child.pid, signal.SIGKILL)
     failed = until(ledgers, "failed")
     assert failed.history[-1]["why"] == "the trace failed: its process was killed by signal 9"
@@ -139,8 +144,9 @@ def test_a_learner_that_ends_takes_its_process_with_it(start: StartBench, laggin
     ledgers = bench.follow(bench.keys.effects, wire.EffectsLedger)
     bench.play(part(lagging, 0.0, 280.0))
     until(ledgers, "not white")
+    assert tracing()
     bench.stop()
-    assert not psutil.Process().children()
+    assert not tracing()
 
 
 def test_taught_again_it_is_the_learner_that_had_the_effects_from_the_beginning(tmp_path: Path) -> None:
@@ -195,6 +201,20 @@ def test_where_it_is_off_nothing_of_it_is_loaded_or_kept() -> None:
     node.push("yaw_rate", np.arange(50, dtype=np.float64), np.zeros(50))
     assert node.batches.recent() == {}
     assert node.batches.covers() is None
+
+
+def test_until_something_is_promoted_it_publishes_the_same_bytes_as_without() -> None:
+    nodes = [LearnerNode(configured(tracing__live=live), boot="") for live in (False, True)]
+    for name, (t, value) in recording(3, 100.0).streams().items():
+        for node in nodes:
+            node.push(name, t, value)
+    for _ in range(3):
+        off, live = (node.learn() for node in nodes)
+        assert off is not None
+        assert live is not None
+        assert wire.encode(off.snapshot) == wire.encode(live.snapshot)
+        assert off.report.batch == live.report.batch
+        assert off.memory == live.memory
 
 
 def test_without_enough_recent_data_nothing_changes() -> None:
