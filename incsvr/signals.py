@@ -255,12 +255,17 @@ def synchronise(
     The same samples as when the streams are played live.
     """
     synchroniser = Synchroniser(settings, compensation)
+    return play(synchroniser, streams), synchroniser.rejected
+
+
+def play(synchroniser: Synchroniser, streams: Mapping[str, tuple[Array, Array]]) -> Samples:
+    """All samples of whole streams, name → (stamps [s], values), that are complete; the synchroniser goes on after."""
     parts = []
     for chunks in _interleaved(streams):
         for name, time, value in chunks:
             synchroniser.push(name, time, value)
         parts.append(synchroniser.ready())
-    return Samples.concatenate(parts), synchroniser.rejected
+    return Samples.concatenate(parts)
 
 
 def _interleaved(streams: Mapping[str, tuple[Array, Array]]) -> Iterator[list[tuple[str, Array, Array]]]:

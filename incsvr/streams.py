@@ -51,6 +51,9 @@ class Stream:
         """The oldest stamp still held [s]; infinite where none is."""
         return self._time[0] if self._time else inf
 
+    def __len__(self) -> int:
+        return len(self._time)
+
     def arrays(self) -> tuple[Array, Array]:
         """(n,) stamps [s] and (n,) values, as copies."""
         return np.array(self._time), np.array(self._value)

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from incsvr.samples import Array, Samples
-from incsvr.signals import REQUIRED, SignalSettings, Synchroniser
+from incsvr.signals import REQUIRED, SignalSettings, Synchroniser, play
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
+    from service.window import Window
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
 WAITING_BATCHES = 200
@@ -53,6 +54,7 @@ class Batches:
         size: samples of a batch.
         memory: what an earlier `to_dict` gave, to go on from there.
         compensation: the traced effects that samples are freed of.
+        window: keeps the newest raw data, so that the samples can begin anew with other effects.
     """
 
     def __init__(
@@ -61,8 +63,10 @@ class Batches:
         size: int,
         memory: Mapping[str, Any] | None = None,
         compensation: Compensation | None = None,
+        window: Window | None = None,
     ) -> None:
         self._settings, self._size, self._compensation = settings, size, compensation
+        self._window = window
         self._lock = threading.Lock()
         self._synchroniser = Synchroniser(settings, compensation)
         self._waiting: deque[Samples] = deque()
@@ -84,6 +88,8 @@ class Batches:
         with self._lock:
             if stream in self._behind:
                 t, value = self._hold_back(stream, t, value)
+            if self._window is not None:
+                self._window.push(stream, t, value)
             if t.size == 1:  # three times as quick, and the most frequent case by far
                 self._synchroniser.push_one(stream, float(t[0]), float(value[0]))
             else:
@@ -108,6 +114,39 @@ class Batches:
                 self._waiting.appendleft(joined.take(slice(size, None)))
             self._waiting_count -= size
         return joined.take(slice(0, size))
+
+    def recent(self) -> dict[str, tuple[Array, Array]]:
+        """The raw data of the window, name → (stamps [s], values); nothing without one."""
+        with self._lock:
+            return {} if self._window is None else self._window.streams()
+
+    def covers(self) -> float | None:
+        """The newest stamp of the window [s], where it is full."""
+        with self._lock:
+            return self._window.newest if self._window is not None and self._window.full else None
+
+    def begin_anew(self, compensation: Compensation | None, until: float) -> Samples | None:
+        """From now on samples are freed of these effects in place of those before.
+
+        Returns:
+            the window's samples up to and with the time `until` [s], freed of them; what is younger waits for the next
+            batch. None where they fill no batch: then nothing has changed.
+        """
+        with self._lock:
+            if self._window is None:
+                return None
+            synchroniser = Synchroniser(self._settings, compensation)
+            samples = play(synchroniser, self._window.streams())
+            known = samples.time <= until
+            if np.count_nonzero(known) < self._size:
+                return None
+            self._count_refused()
+            self._synchroniser, self._compensation = synchroniser, compensation
+            self._waiting.clear()
+            seen, self._waiting_count = self.samples_seen, 0
+            self._take(samples.take(~known))
+            self.samples_seen = seen
+            return samples.take(known)
 
     @property
     def rejected(self) -> dict[str, int]:
@@ -153,13 +192,22 @@ class Batches:
 
     def _restart_clock(self) -> None:
         """Begins anew where both streams show that the vehicle's clock did (it was switched off and on)."""
-        for reason, count in self._synchroniser.rejected.items():
-            self._refused[reason] = self._refused.get(reason, 0) + count
+        self._count_refused()
         self._refused["clock_restarted"] = self._refused.get("clock_restarted", 0) + 1
         self._synchroniser = Synchroniser(self._settings, self._compensation)
+        if self._window is not None:
+            self._window.clear()
         for stream, held in self._behind.items():
-            self._synchroniser.push(stream, *held.take())
+            t, value = held.take()
+            self._synchroniser.push(stream, t, value)
+            if self._window is not None:
+                self._window.push(stream, t, value)
         self.clock_restarts += 1
+
+    def _count_refused(self) -> None:
+        """Keeps the counts of a synchroniser that goes."""
+        for reason, count in self._synchroniser.rejected.items():
+            self._refused[reason] = self._refused.get(reason, 0) + count
 
     def _take(self, samples: Samples) -> None:
         if not len(samples):

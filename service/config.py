@@ -118,6 +118,20 @@ class HealthLimits(Section):
     )
 
 
+class Tracing(Section):
+    """Whether the learner traces what its model lacks by itself, in a process beside it."""
+
+    live: bool = Field(default=False, description="traces where the residual is no longer white")
+    window: Seconds = Field(default=900.0, description="the recent data that are kept for it [s], vehicle's time")
+    proof: Seconds = Field(default=300.0, description="fresh data that effects must prove themselves on [s]")
+
+    @model_validator(mode="after")
+    def _learned_before(self) -> Self:
+        if self.proof > 0.5 * self.window:
+            raise ValueError("proof is more than half the window: too little is left to learn from before it")
+        return self
+
+
 class Simulation(Section):
     """What `incsvr simulate` plays: Leng's experiment and the faults of its sensors."""
 
@@ -149,7 +163,20 @@ class Config(Section):
     signals: Signals = Signals()
     learner: Learner = Learner()
     health: HealthLimits = HealthLimits()
+    tracing: Tracing = Tracing()
     simulation: Simulation = Simulation()
+
+    @model_validator(mode="after")
+    def _traceable(self) -> Self:
+        needed = 2.0 * self.learner.batch * self.signals.sample_period + self.tracing.proof
+        if self.tracing.live and self.effects is not None:
+            raise ValueError("tracing.live finds the effects itself; leave out either it or effects")
+        if self.tracing.live and self.tracing.window < needed:
+            raise ValueError(
+                f"tracing.window must hold two batches and the proof, which take {needed:g} s; it is "
+                f"{self.tracing.window:g} s"
+            )
+        return self
 
     def signal_settings(self) -> SignalSettings:
         """What the synchroniser is told."""

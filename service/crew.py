@@ -73,8 +73,12 @@ class Crew:
             self._each(lambda host: host.answers.answer())
 
     def _watch(self) -> None:
+        def tick(host: Host) -> None:
+            if host.tick():
+                self._batch.set()
+
         while not self._stop.wait(TICK):
-            self._each(Host.tick)
+            self._each(tick)
 
     def _each(self, work: Callable[[Host], None]) -> None:
         """Does it for every learner; what fails for one is said and does not end the work for the others."""

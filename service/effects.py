@@ -42,6 +42,11 @@ class TracedEffects:
         values = json.dumps(self.compensation.model.to_dict()["terms"])
         return f"{', '.join(self.compensation.names) or 'nothing'} ({zlib.crc32(values.encode()):08x})"
 
+    @property
+    def integrated(self) -> bool:
+        """Whether an effect's heading counts from zero at the start, because none is measured."""
+        return any(step["step"] == "integrated" for step in self.history)
+
 
 def configured(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""
@@ -61,29 +66,33 @@ def read_effects(path: Path, inertia: float, channels: tuple[str, ...]) -> Trace
     Raises:
         BadInput: naming the file and the cure.
     """
+    return taken_up(_trace(path), inertia, channels, str(path))
+
+
+def taken_up(found: Mapping[str, Any], inertia: float, channels: tuple[str, ...], source: str) -> TracedEffects:
+    """The effects of a trace that was read from `source`; otherwise as `read_effects`."""
     # Loaded where it is needed alone: most learners have no traced effects.
     from incsvr.compensation import HEADING, Compensation
     from incsvr.tracer.forward import TracedModel
 
-    found = _trace(path)
     try:
         model = TracedModel.from_dict(found["model"])
         compensation = Compensation.of(model)
         findings = tuple(dict(finding) for finding in found["effects"] if finding["effect"] in compensation.names)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise BadInput(
-            f"{path}: this is no trace of this version ({type(error).__name__}: {error}); {_AGAIN}"
+            f"{source}: this is no trace of this version ({type(error).__name__}: {error}); {_AGAIN}"
         ) from None
     if model.inertia != inertia:
         raise BadInput(
-            f"{path}: traced with a declared inertia of {model.inertia:g} kg m², and the configured one is "
+            f"{source}: traced with a declared inertia of {model.inertia:g} kg m², and the configured one is "
             f"{inertia:g} kg m²; trace again with --inertia {inertia:g}, or set vehicle.inertia to {model.inertia:g}"
         )
     for name in compensation.channels:
         if name not in channels:
             raise BadInput(
-                f"{path}: an effect reads the channel {name}, which samples do not wait for; record or publish it, and "
-                f"add {name} to signals.channels"
+                f"{source}: an effect reads the channel {name}, which samples do not wait for; record or publish it, "
+                f"and add {name} to signals.channels"
             )
     named = {finding["effect"] for finding in findings}
     integrated = HEADING not in channels and compensation.of_heading

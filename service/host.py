@@ -13,20 +13,26 @@ import logging
 import sqlite3
 import time
 import uuid
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
 
+from incsvr.errors import BadInput
+from incsvr.samples import Samples
 from service import wire
 from service.answers import JSON, Answers
 from service.config import Config
-from service.effects import configured
+from service.effects import TracedEffects, configured
 from service.health import HealthWatch
 from service.ingest import Ingest
 from service.node import LearnerNode, Outcome
 from service.store import Store
 from service.validation import read_validation
+
+if TYPE_CHECKING:
+    from service.live import LiveTracing
+    from service.standing import Standing
 
 log = logging.getLogger(__name__)
 
@@ -39,11 +45,21 @@ class Host:
 
     def __init__(self, session: zenoh.Session, config: Config) -> None:
         self.keys = wire.Keys(config.prefix)
+        self._session, self._config = session, config
         effects = configured(config)
         settings = config.signal_settings()
-        validation = {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
         known_by = None if effects is None else effects.identity
-        self._store = None if config.state is None else Store(config.state, config, known_by)
+        live = config.tracing.live
+        self._store = None if config.state is None else Store(config.state, config, known_by, changing=live)
+        self._live: LiveTracing | None = None
+        if live:
+            # Loaded where it is needed alone: most learners do without.
+            from service.live import LiveTracing
+
+            memory = None if self._store is None else self._store.memory
+            self._live = LiveTracing(config, (memory or {}).get("live"))
+            effects = self._live.effects
+        validation = {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
         self.node = LearnerNode(
             config,
             boot=uuid.uuid4().hex[:12],
@@ -52,9 +68,9 @@ class Host:
             effects=effects,
         )
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
-        refusal = None if self._store is None else self._store.refusal
-        self.watch.notices = (*([refusal] if refusal else []), *(effects.warnings if effects else ()))
-        self.watch.effect_channels = effects.compensation.reads(settings.channels) if effects else ()
+        self._watch_over(effects)
+        if self._live is not None:
+            self.node.tell(self._live.standing.history)
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
         self._health_publisher = session.declare_publisher(self.keys.health, encoding=JSON)
         self._said: tuple[Any, ...] = ()
@@ -67,12 +83,15 @@ class Host:
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
         self.ingest = Ingest(session, self.keys, self.node, self.watch)
         self.tick()
-        # It changes when the learner begins, and then no more.
         session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
-    def tick(self) -> None:
-        """Publishes health when it is due or has changed, and says in the log what was rejected."""
+    def tick(self) -> bool:
+        """Publishes health when it is due or has changed, and says in the log what was rejected.
+
+        Returns:
+            whether `learn` is to be called though no batch may wait.
+        """
         now = time.monotonic()
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
@@ -85,6 +104,7 @@ class Host:
             reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
             log.warning("%s: %d values rejected so far: %s", self.keys.prefix, rejected, reasons)
             self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
+        return self._live is not None and self._live.waits
 
     def learn(self) -> bool:
         """One iteration, where a batch waits, kept and published; False where none does. From one thread alone."""
@@ -96,6 +116,8 @@ class Host:
             return True
         if outcome is not None:
             self._announce(outcome)
+        if self._live is not None:
+            self._trace(self._live, outcome)
         return outcome is not None
 
     def goodbye(self) -> None:
@@ -107,22 +129,85 @@ class Host:
         self.ingest.drain()
         self.ingest.close()
         self.answers.close()
+        if self._live is not None:
+            self._live.close()
         publishers: list[Any] = [*self._publishers.values(), self._health_publisher]
         for publisher in publishers:
             publisher.undeclare()
         if self._store is not None:
             try:
-                self._store.save_memory(self.node.memory(whole=True))
+                self._store.save_memory(self._memory(self.node.memory(whole=True)))
             except sqlite3.Error as error:
                 log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
             self._store.close()
+
+    def _trace(self, live: LiveTracing, outcome: Outcome | None) -> None:
+        """What live tracing has to do after a batch, or when its process has ended."""
+        try:
+            said = live.after(self.node, outcome.report.batch) if outcome is not None else False
+            if live.waits:
+                before = live.standing
+                live.conclude()
+                if live.standing.force is not before.force:
+                    self._change_over(live, before)
+                said |= live.standing.history != before.history
+            if said:
+                self._tell(live)
+        except Exception:  # what is traced must not end the learning
+            log.exception("%s: a fault of this program", self.keys.prefix)
+
+    def _change_over(self, live: LiveTracing, before: Standing) -> None:
+        """From the effects before to those that are in force now, in one revision."""
+        outcome = self.node.relearn(live.effects, self._validation(live.effects))
+        if outcome is None:
+            live.put_back(before, "the recent data fill no batch to learn from")
+            return
+        live.changed_over()
+        self._watch_over(live.effects)
+        self.node.tell(live.standing.history)
+        self._announce(outcome)
+
+    def _tell(self, live: LiveTracing) -> None:
+        """The ledger, disk first."""
+        self.node.tell(live.standing.history)
+        if self._store is not None:
+            try:
+                self._store.save_memory(self._memory(self.node.memory()))
+            except sqlite3.Error as error:
+                self.watch.saved(str(error))
+        self._session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
+
+    def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
+        """The learner's memory, and where live tracing stands."""
+        if self._live is None:
+            return memory
+        effects = self._live.effects
+        return memory | {"live": self._live.to_dict(), "effects": None if effects is None else effects.identity}
+
+    def _validation(self, effects: TracedEffects | None) -> dict[str, Samples]:
+        """The validation data freed of these effects; a recording that cannot be is left out aloud."""
+        found = {}
+        for name, path in self._config.validation.items():
+            try:
+                found[name] = read_validation(path, self._config.signal_settings(), effects)
+            except BadInput as error:
+                log.warning("%s: %s", self.keys.prefix, error)
+        return found
+
+    def _watch_over(self, effects: TracedEffects | None) -> None:
+        refusal = None if self._store is None else self._store.refusal
+        self.watch.notices = (*([refusal] if refusal else []), *(effects.warnings if effects else ()))
+        channels = self._config.signals.channels
+        self.watch.effect_channels = effects.compensation.reads(channels) if effects else ()
 
     def _announce(self, outcome: Outcome) -> None:
         """Disk first, then bus: what was published is never unknown after a crash."""
         snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
         if self._store is not None:
             try:
-                self._store.save(outcome.memory, outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
+                self._store.save(
+                    self._memory(outcome.memory), outcome.snapshot.revision, outcome.snapshot.t, snapshot, report
+                )
                 self.watch.saved(None)
             except sqlite3.Error as error:
                 self.watch.saved(str(error))

@@ -2,7 +2,8 @@
 
 A vehicle's axis is one `LearnerNode`. Measurements are pushed from any thread; one thread calls `learn` and gets the
 next iteration whenever a batch is complete; anybody may ask `served` at any time. All that it publishes follows from
-the measurements and their stamps alone, but the training time.
+the measurements and their stamps alone, but the training time; with live tracing, also from the batch after which
+`relearn` was called, and that depends on how long a trace took.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from service.batches import Batches
 from service.config import Config
 from service.effects import TracedEffects
 from service.published import Served, report, snapshot
+from service.window import Window
 
 
 class NothingLearned(BadInput):
@@ -63,8 +65,10 @@ class LearnerNode:
     ) -> None:
         self.config, self.boot = config, boot
         self.ledger = wire.EffectsLedger()
+        findings: tuple[dict[str, Any], ...] = ()
         if effects is not None:
-            self.ledger = wire.EffectsLedger(effects=effects.findings, history=effects.history)
+            findings = effects.findings
+            self.ledger = wire.EffectsLedger(effects=findings, history=effects.history)
         self._settings = config.learner_settings()
         self._validation = dict(validation or {})
         self._clock = clock
@@ -77,9 +81,11 @@ class LearnerNode:
             revision, newest = memory["revision"], memory["t"]
             on_the_way = memory.get("on_the_way")
         compensation = None if effects is None else effects.compensation
-        self.batches = Batches(config.signal_settings(), self._settings.batch, on_the_way, compensation)
+        signals = config.signal_settings()
+        window = Window(signals, config.tracing.window) if config.tracing.live else None
+        self.batches = Batches(signals, self._settings.batch, on_the_way, compensation, window)
         self._clock_restarts = 0
-        self.served = Served(self._state.model, revision, self._state.iterations, newest)
+        self.served = Served(self._state.model, revision, self._state.iterations, newest, findings)
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
@@ -88,17 +94,44 @@ class LearnerNode:
     def learn(self) -> Outcome | None:
         """The next iteration, where a whole batch waits; call it from one thread alone."""
         batch = self.batches.next_batch()
-        if batch is None:
+        return None if batch is None else self._iterate(batch, self.served.effects)
+
+    def relearn(self, effects: TracedEffects | None, validation: Mapping[str, Samples]) -> Outcome | None:
+        """Learns the recent data again, from nothing, with these effects in place of those in force.
+
+        Until it returns, what was learned before is served; then one revision leads from the one to the other. Its
+        batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
+
+        Returns:
+            None where the recent data fill no batch: then nothing has changed.
+        """
+        compensation = None if effects is None else effects.compensation
+        samples = self.batches.begin_anew(compensation, -math.inf if self.served.t is None else self.served.t)
+        if samples is None:
             return None
-        before = self.served
-        predicted = before.model.predict(batch.yaw_rate).damping if before.model.is_trained else None
+        size, done = self._settings.batch, self._state.iterations
+        state = learner.start(self._settings)
+        for first in range(len(samples) % size, len(samples) - size, size):
+            state, _ = learner.step(self._settings, state, samples.take(slice(first, first + size)))
+        self._state, self._validation = replace(state, iterations=done), dict(validation)
+        self.ledger = self.ledger.model_copy(update={"batch": None})
+        return self._iterate(samples.take(slice(len(samples) - size, None)), effects.findings if effects else ())
+
+    def tell(self, history: tuple[dict[str, Any], ...]) -> None:
+        """What the ledger says from now on: the effects in force, and these steps."""
+        self.ledger = self.ledger.model_copy(update={"effects": self.served.effects, "history": history})
+
+    def _iterate(self, batch: Samples, effects: tuple[dict[str, Any], ...]) -> Outcome:
+        """One iteration with this batch, of a model that holds these effects."""
+        before, model = self.served, self._state.model
+        predicted = model.predict(batch.yaw_rate).damping if model.is_trained else None
         began = self._clock()
         self._state, iteration = learner.step(self._settings, self._state, batch)
         if iteration.model.is_trained:
             iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
         took = self._clock() - began
         self._cover(batch)
-        self.served = Served(iteration.model, before.revision + 1, iteration.number, float(batch.time[-1]))
+        self.served = Served(iteration.model, before.revision + 1, iteration.number, float(batch.time[-1]), effects)
         told = report(
             iteration,
             batch,
@@ -167,4 +200,4 @@ class LearnerNode:
         self._covered[bins[inside].astype(int)] = batch.time[inside]
 
     def _snapshot(self) -> wire.ModelSnapshot:
-        return snapshot(self.served, self.boot, self.config.vehicle.inertia, self.ledger.effects)
+        return snapshot(self.served, self.boot, self.config.vehicle.inertia)

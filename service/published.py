@@ -24,9 +24,10 @@ class Served:
     revision: int
     iteration: int
     t: float | None  # the vehicle's time of the newest sample in it [s]
+    effects: tuple[dict[str, Any], ...] = ()  # in force
 
 
-def snapshot(served: Served, boot: str, inertia: float, effects: tuple[dict[str, Any], ...]) -> wire.ModelSnapshot:
+def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
     """The model that is served, learned with this inertia [kg m²], and its traced effects."""
     model = served.model
     return wire.ModelSnapshot(
@@ -44,7 +45,7 @@ def snapshot(served: Served, boot: str, inertia: float, effects: tuple[dict[str,
             count=tuple(model.count.tolist()),
         ),
         inertia=inertia,
-        effects=effects,
+        effects=served.effects,
         sigma=_finite(model.sigma),
         trained_range=model.trained_range,
         certified_error=_finite(model.certified_error),

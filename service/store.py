@@ -50,6 +50,12 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
 class Store:
     """The durable state of one learner.
 
+    Args:
+        directory: where its file is.
+        config: whose it is.
+        effects: names the traced effects that samples are freed of.
+        changing: the effects may change while it learns: then the memory says under `effects` which they are.
+
     Attributes:
         refusal: why an earlier state was set aside, as one sentence; None where it was not.
         memory: the learner's memory as it was last saved; None where it begins anew.
@@ -58,8 +64,9 @@ class Store:
         BadInput: the directory cannot be written.
     """
 
-    def __init__(self, directory: Path, config: Config, effects: str | None = None) -> None:
+    def __init__(self, directory: Path, config: Config, effects: str | None = None, changing: bool = False) -> None:
         self.path = directory / (config.prefix + ".sqlite")
+        self._changing = changing
         self.refusal: str | None = None
         self.memory: dict[str, Any] | None = None
         self._keep = config.history
@@ -74,14 +81,14 @@ class Store:
     def save(self, memory: Mapping[str, Any], revision: int, t: float, snapshot: bytes, report: bytes) -> None:
         """Saves one iteration as a whole; when this returns it is on the disk."""
         with self._write:
-            self._write.execute("INSERT OR REPLACE INTO memory VALUES (1, ?)", (json.dumps(memory),))
+            self._remember(memory)
             self._write.execute("INSERT OR REPLACE INTO history VALUES (?, ?, ?, ?)", (revision, t, snapshot, report))
             self._write.execute("DELETE FROM history WHERE revision <= ?", (revision - self._keep,))
 
     def save_memory(self, memory: Mapping[str, Any]) -> None:
-        """Saves the memory alone: what is on its way to the next batch, at the end of the process."""
+        """Saves the memory alone: what is on its way to the next batch at the end, or a step of tracing."""
         with self._write:
-            self._write.execute("INSERT OR REPLACE INTO memory VALUES (1, ?)", (json.dumps(memory),))
+            self._remember(memory)
 
     def at(self, t: float) -> bytes | None:
         """The snapshot that was served at the vehicle's time t [s]: the newest that is not younger."""
@@ -107,6 +114,12 @@ class Store:
         with self._lock:
             self._read.close()
         self._write.close()
+
+    def _remember(self, memory: Mapping[str, Any]) -> None:
+        self._write.execute("INSERT OR REPLACE INTO memory VALUES (1, ?)", (json.dumps(memory),))
+        if self._changing:
+            effects = json.dumps(memory.get("effects"))
+            self._write.execute("INSERT OR REPLACE INTO identity VALUES ('effects', ?)", (effects,))
 
     def _one(self, query: str, value: float) -> bytes | None:
         with self._lock:
@@ -139,18 +152,21 @@ class Store:
         try:
             connection.executescript(_TABLES)
             kept = {name: json.loads(value) for name, value in connection.execute("SELECT name, value FROM identity")}
+            row = connection.execute("SELECT value FROM memory").fetchone()
+            memory = None if row is None else json.loads(row[0])
+            if self._changing and memory is not None:
+                own = {**own, "effects": memory.get("effects")}
             different = [name for name in own if kept.get(name) != own[name]]
             if kept and different:
                 name = different[0]
                 raise BadInput(f"it was learned with {name} {kept.get(name)}, and now {name} is {own[name]}")
-            row = connection.execute("SELECT value FROM memory").fetchone()
             if not kept and row is not None:
                 raise BadInput("it does not say whose it is")
             connection.executemany(
                 "INSERT OR REPLACE INTO identity VALUES (?, ?)", [(n, json.dumps(own[n])) for n in own]
             )
             connection.commit()
-            return connection, None if row is None else json.loads(row[0])
+            return connection, memory
         except BaseException:
             connection.close()
             raise

@@ -81,8 +81,8 @@ def ledger_text(ledger: EffectsLedger) -> str:
     if not ledger.effects:
         lines.append(
             "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json FILE` "
-            "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, and the plots "
-            "show how every torque splits into its parts."
+            "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, with "
+            "`tracing.live: true` it finds it by itself, and the plots show how every torque splits into its parts."
         )
     for effect in ledger.effects:
         lines.append(f"## {str(effect.get('effect', '?')).replace('_', ' ')}")

@@ -48,6 +48,9 @@ def test_every_value_says_what_it_is() -> None:
         ("- 1\n- 2\n", "the configuration is a list"),
         ("also:\n  - prefix: b\n    vehicle: {inertia: -3}\n", "line 3: vehicle.inertia"),
         ("also:\n  - vehicle: {inertia: 3}\n", "two learners share the prefix leng/yaw"),
+        ("tracing:\n  proof: 500\n", "line 1: tracing: proof is more than half the window"),
+        ("tracing: {live: true}\neffects: trace.json\n", "tracing.live finds the effects itself"),
+        ("tracing: {live: true, window: 300, proof: 150}\nlearner: {batch: 200}\n", "which take 390 s; it is 300 s"),
         ("learner:\n  C: .nan\n", "line 2: learner.C"),
     ],
 )

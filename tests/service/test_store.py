@@ -137,3 +137,33 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     config: Config = configured()
     with pytest.raises(BadInput, match="name another directory"):
         Store(tmp_path / "file" / "state", config)
+
+
+def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_learned(
+    tmp_path: Path, outcomes: list[Outcome]
+) -> None:
+    plain = Store(tmp_path, configured())
+    save(plain, outcomes[0])
+    plain.close()
+    changing = Store(tmp_path, configured(), changing=True)
+    assert changing.refusal is None
+    changing.save_memory({**outcomes[0].memory, "effects": "torque_lag (1234)"})
+    changing.close()
+    again = Store(tmp_path, configured(), changing=True)
+    assert again.refusal is None
+    assert again.memory == {**outcomes[0].memory, "effects": "torque_lag (1234)"}
+    again.close()
+    off = Store(tmp_path, configured())
+    assert "it was learned with effects torque_lag (1234), and now effects is None" in (off.refusal or "")
+    off.close()
+
+
+def test_a_state_learned_with_the_effects_of_a_file_is_none_for_effects_that_change(
+    tmp_path: Path, outcomes: list[Outcome]
+) -> None:
+    filed = Store(tmp_path, configured(), "torque_lag (1234)")
+    save(filed, outcomes[0])
+    filed.close()
+    changing = Store(tmp_path, configured(), changing=True)
+    assert "it was learned with effects torque_lag (1234)" in (changing.refusal or "")
+    changing.close()

@@ -1,0 +1,102 @@
+"""Whether effects pay on data that nobody has looked at.
+
+Two learners go over the data before: one with the effects, one without. Then both models run freely over the fresh
+data, from its first measured yaw rate, with the torque and the channels alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from incsvr import learner
+from incsvr.compensation import Compensation
+from incsvr.errors import BadInput
+from incsvr.evidence import change_of_rms, rms
+from incsvr.samples import Array
+from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
+from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.run import Run, stream
+from incsvr.tracer.weak_form import SUBSTEPS, on_fine_grid
+from incsvr.verdict import Comparison
+
+STILL = 0.2
+"""A vehicle that turns less than this part of what it did before tells nothing of its effects."""
+SCALES = 4.0
+"""Time scales of the motion in a block of the bootstrap: well above the errors' correlation time."""
+
+Streams = Mapping[str, tuple[Array, Array]]
+
+
+def compare(
+    streams: Streams,
+    fresh: float,
+    signals: SignalSettings,
+    settings: learner.Settings,
+    without: Compensation | None,
+    effects: Compensation,
+) -> Comparison:
+    """Free runs over what came from the time `fresh` [s] on, of models learned from what came before.
+
+    Args:
+        streams: name → (stamps [s], values); yaw rate, torque and the channels that the effects read.
+        fresh: where the fresh data begins [s].
+        signals, settings: how the learner learns.
+        without: the effects that the model has anyway; None for none.
+        effects: those to compare with.
+
+    Raises:
+        BadInput: either side of `fresh` holds too little.
+    """
+    before = {name: (t[t < fresh], values[t < fresh]) for name, (t, values) in streams.items()}
+    run = as_run({name: (t[t >= fresh], values[t >= fresh]) for name, (t, values) in streams.items()})
+    bare = replace(effects.model, terms=() if without is None else without.model.terms)
+    plain, step = _free_run(run, _taught(bare, before, signals, settings, without))
+    better, _ = _free_run(run, _taught(effects.model, before, signals, settings, effects))
+    if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
+        raise BadInput("a channel that the effects read did not come with the fresh data")
+    length = max(round(SCALES * effects.model.scale / step), SUBSTEPS)
+    turned = float(np.std(stream(run, run.yaw_rate)[1])) >= STILL * float(np.std(before[YAW_RATE][1]))
+    change = change_of_rms(plain, better, length)
+    return Comparison(rms(plain), change.estimate, change.low, change.high, turned)
+
+
+def as_run(streams: Streams) -> Run:
+    """Streams as the tracer takes them: one column each on the instants of all, NaN where a stream has no value."""
+    time = np.unique(np.concatenate([t for t, _ in streams.values()]))
+    columns = {}
+    for name, (t, values) in streams.items():
+        columns[name] = np.full(time.size, np.nan)
+        columns[name][np.searchsorted(time, t)] = values
+    return Run("the recent data", time, columns.pop(YAW_RATE), columns.pop(TORQUE), columns)
+
+
+def _taught(
+    model: TracedModel,
+    streams: Streams,
+    signals: SignalSettings,
+    settings: learner.Settings,
+    effects: Compensation | None,
+) -> TracedModel:
+    """The model with the damping that a learner has after these streams, over the rates that it was trained at."""
+    samples, _ = synchronise(signals, streams, effects)
+    state = learner.start(settings)
+    for first in range(0, len(samples) - settings.batch + 1, settings.batch):
+        state, _ = learner.step(settings, state, samples.take(slice(first, first + settings.batch)))
+    if state.model.trained_range is None:
+        raise BadInput(f"{len(samples)} samples came before the fresh data, too few to learn the damping from")
+    low, high = state.model.trained_range
+    rate = np.unique(np.concatenate([np.linspace(min(low, -1e-6), 0.0, 101), np.linspace(0.0, max(high, 1e-6), 101)]))
+    return replace(model, rate=rate, damping=state.model.predict(rate).damping)
+
+
+def _free_run(run: Run, model: TracedModel) -> tuple[list[Array], float]:
+    """The errors of each stretch without a pause [rad/s], and the time between two of them [s]."""
+    sampled = float(np.median(np.diff(stream(run, run.yaw_rate)[0])))
+    signals = on_fine_grid([run], max(model.block / SUBSTEPS, sampled), list(run.channels), held=False)
+    signals = replace(signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin)
+    index, simulated = model.simulate(signals)
+    error, stretch = simulated - signals.rate[index], np.searchsorted(signals.start, index, side="right")
+    return [error[stretch == k] for k in np.unique(stretch)], float(np.median(np.diff(signals.time[index])))

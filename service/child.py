@@ -1,0 +1,105 @@
+"""The process beside the learner, as the learner sees it: started, looked at now and then, never waited for.
+
+One at a time, however many learners a process holds: tracing takes a core for seconds, and learning goes first.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+
+DEADLINE = 600.0
+"""A process that takes longer [s], wall time, hangs: the slowest trace known took 24."""
+_LONGEST = 300  # characters of a reason
+_one = threading.Lock()
+
+
+class Child:
+    """One piece of work (see `service.tracing_job`) in a process of its own, until `close`."""
+
+    def __init__(self, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float) -> None:
+        self._folder = TemporaryDirectory(prefix="incsvr-", ignore_cleanup_errors=True)
+        self._until, self._deadline = time.monotonic() + deadline, deadline
+        folder = Path(self._folder.name)
+        try:
+            _save(folder, job, streams)
+            with (folder / "said").open("wb") as said:
+                self.process = subprocess.Popen(
+                    [sys.executable, "-m", "service.tracing_job", str(folder)],
+                    stdin=subprocess.PIPE,
+                    stdout=said,
+                    stderr=said,
+                    start_new_session=True,  # Ctrl-C is for the learner, which ends it
+                    # Threads of BLAS that wait for one another would take the learner's core as well.
+                    env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+                )
+        except BaseException:
+            self._folder.cleanup()
+            raise
+
+    @staticmethod
+    def start(
+        job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float = DEADLINE
+    ) -> Child | None:
+        """Begins the work; None where a process works already.
+
+        Raises:
+            OSError: the machine gives no process, or no room for its data.
+        """
+        if not _one.acquire(blocking=False):
+            return None
+        try:
+            return Child(job, streams, deadline)
+        except BaseException:
+            _one.release()
+            raise
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is an answer, or there will be none."""
+        return self.process.poll() is not None or time.monotonic() > self._until
+
+    def answer(self) -> Any:
+        """What it found, once it has ended.
+
+        Raises:
+            BadInput: it failed, in one sentence.
+        """
+        folder, status = Path(self._folder.name), self.process.poll()
+        if status is None:
+            raise BadInput(f"it was stopped after {self._deadline:g} s")
+        if status < 0:
+            raise BadInput(f"its process was killed by signal {-status}")
+        if status > 0:
+            said = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
+            raise BadInput((said.splitlines() or [f"its process ended with status {status}"])[-1][:_LONGEST])
+        return json.loads((folder / "answer.json").read_text(encoding="utf-8"))
+
+    def close(self) -> None:
+        """Ends the process where it has not ended, and removes its data."""
+        self.process.kill()
+        self.process.wait()
+        if self.process.stdin is not None:
+            self.process.stdin.close()
+        self._folder.cleanup()
+        _one.release()
+
+
+def _save(folder: Path, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]]) -> None:
+    (folder / "job.json").write_text(json.dumps(job), encoding="utf-8")
+    stamps = {f"{name}/t": t for name, (t, _) in streams.items()}
+    values = {f"{name}/v": value for name, (_, value) in streams.items()}
+    np.savez(folder / "streams.npz", allow_pickle=False, **stamps, **values)

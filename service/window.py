@@ -1,0 +1,57 @@
+"""The newest stretch of the raw streams: what tracing looks at, and what the learner is taught again from.
+
+A value is taken or refused as the synchroniser does it, so that both know the same. The window is bounded in time, and
+by `incsvr.streams.CAPACITY` in number; a stream of 50 Hz takes 0.7 MB in 900 s.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+from incsvr.samples import Array
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
+from incsvr.streams import CAPACITY, Stream
+
+_SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
+
+
+class Window:
+    """What came within the last `length` seconds of the vehicle's time: yaw rate, torque and configured channels."""
+
+    def __init__(self, settings: SignalSettings, length: float) -> None:
+        self._settings, self._length = settings, length
+        self._streams: dict[str, Stream] = {}
+        self.clear()
+
+    def clear(self) -> None:
+        """Begins anew, because the vehicle's clock did."""
+        limits = {YAW_RATE: self._settings.rate_limit, TORQUE: self._settings.torque_limit}
+        names = (*REQUIRED, *self._settings.channels)
+        self._streams = {name: Stream(limits.get(name, inf), self._settings.lateness) for name in names}
+
+    def push(self, name: str, time: Array, value: Array) -> None:
+        """Takes (n,) stamps [s] and values of a stream; one that is not configured is left out."""
+        stream = self._streams.get(name)
+        if stream is None:
+            return
+        stream.push_many(time, value)
+        if stream.newest - stream.first > _SLACK * self._length:
+            stream.forget(stream.newest - self._length)
+
+    @property
+    def newest(self) -> float:
+        """The stamp until which yaw rate and torque have come [s]; −∞ before they have."""
+        return min(self._streams[name].newest for name in REQUIRED)
+
+    @property
+    def full(self) -> bool:
+        """Whether yaw rate and torque reach back over the whole length, or hold as many values as are kept."""
+        reach = [self.newest - self._streams[name].first for name in REQUIRED]
+        held = max(len(self._streams[name]) for name in REQUIRED)
+        return min(reach) >= self._length / _SLACK or held >= CAPACITY * 3 // 4
+
+    def streams(self) -> dict[str, tuple[Array, Array]]:
+        """Name → (stamps [s], values) of every stream that came, as copies, none older than the window."""
+        oldest = self.newest - self._length
+        held = {name: stream.arrays() for name, stream in self._streams.items()}
+        return {name: (t[t >= oldest], value[t >= oldest]) for name, (t, value) in held.items() if t.size}

@@ -1,0 +1,91 @@
+"""Effects on trial: what free runs on fresh data say, and what follows from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.compensation import Compensation
+from incsvr.errors import BadInput
+from incsvr.learner import Settings
+from incsvr.shadow import compare
+from incsvr.signals import SignalSettings
+from incsvr.tracer.forward import TracedModel
+from incsvr.verdict import Comparison, Verdict, in_force, on_trial
+from simulator import leng
+from simulator.recordings import Streams
+from tests.hidden import BIAS, LAG, TRUTH, recording, term
+
+
+def effects(*terms: tuple[str, float]) -> Compensation:
+    rate = np.linspace(-0.3, 0.3, 61)
+    named = tuple(term(name, value) for name, value in terms)
+    return Compensation.of(TracedModel(leng.INERTIA, rate, TRUTH(rate), named, 1.0, 0.3, 2.5, (0.0, 300.0)))
+
+
+TRUE = effects(("torque_lag", LAG), ("bias_torque", BIAS))
+
+
+@pytest.fixture(scope="module")
+def streams() -> Streams:
+    return recording(5, 300.0).streams()
+
+
+def compared(streams: Streams, without: Compensation | None, found: Compensation) -> Comparison:
+    return compare(streams, 200.0, SignalSettings(), Settings(), without, found)
+
+
+def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
+    found = compared(streams, None, TRUE)
+    assert found.turned
+    assert found.without + found.estimate < 0.5 * found.without
+    assert on_trial(found) == "promoted"
+    assert in_force(found, doubted=True) == "kept"
+
+
+def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> None:
+    straight = leng.recording("T1", seed=3).streams()
+    late = effects(("torque_lag", 1.5))
+    found = compare(straight, 250.0, SignalSettings(), Settings(), None, late)
+    assert on_trial(found) == "refused"
+    assert in_force(found, doubted=False) == "withdrawn"
+
+
+def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
+    assert on_trial(compared(streams, TRUE, TRUE)) == "refused"
+    assert on_trial(compared(streams, effects(("bias_torque", BIAS)), TRUE)) == "promoted"
+
+
+def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
+    (t, rate), (when, torque) = streams["yaw_rate"], streams["torque"]
+    still = {
+        "yaw_rate": (t, np.where(t < 200.0, rate, 0.01 * rate)),
+        "torque": (when, np.where(when < 200.0, torque, 0.0)),
+    }
+    found = compared(still, None, TRUE)
+    assert not found.turned
+    assert on_trial(found) == in_force(found, doubted=True) == "waits"
+
+
+def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
+    with pytest.raises(BadInput, match="too few to learn the damping from"):
+        compare(streams, 20.0, SignalSettings(), Settings(), None, TRUE)
+
+
+@pytest.mark.parametrize(
+    ("low", "estimate", "high", "doubted", "shadow", "force"),
+    [
+        (-0.3, -0.2, -0.1, False, "promoted", "kept"),
+        (-0.3, -0.1, 0.1, False, "refused", "kept"),
+        (-0.3, -0.1, 0.1, True, "refused", "kept"),
+        (-0.1, 0.1, 0.3, False, "refused", "doubted"),
+        (-0.1, 0.1, 0.3, True, "refused", "withdrawn"),
+        (0.1, 0.2, 0.3, False, "refused", "withdrawn"),
+        (0.0, 0.0, 0.0, False, "refused", "doubted"),
+    ],
+)
+def test_what_follows_from_the_interval(
+    low: float, estimate: float, high: float, doubted: bool, shadow: Verdict, force: Verdict
+) -> None:
+    found = Comparison(1.0, estimate, low, high, True)
+    assert (on_trial(found), in_force(found, doubted)) == (shadow, force)

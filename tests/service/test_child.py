@@ -1,0 +1,85 @@
+"""The process beside the learner: what it answers, and how it fails, hangs, dies and ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from incsvr.errors import BadInput
+from service.child import Child
+from simulator import leng
+from simulator.recordings import Streams
+from tests.hidden import recording
+from tests.service.conftest import PATIENCE
+
+TRACE = {"work": "trace", "inertia": leng.INERTIA}
+StartChild = Callable[..., Child]
+
+
+@pytest.fixture
+def child() -> Iterator[StartChild]:
+    started: list[Child] = []
+
+    def begin(streams: Streams, job: dict[str, Any] = TRACE, **settings: float) -> Child:
+        found = Child.start(job, streams, **settings)
+        assert found is not None
+        started.append(found)
+        return found
+
+    yield begin
+    for each in started:
+        each.close()
+        assert not psutil.pid_exists(each.process.pid)
+
+
+def ended(child: Child) -> Child:
+    until = time.monotonic() + PATIENCE
+    while not child.ended:
+        assert time.monotonic() < until
+        with suppress(Exception):
+            child.process.wait(0.2)
+    return child
+
+
+def test_data_that_cannot_answer_are_one_sentence(child: StartChild) -> None:
+    short = recording(1, 5.0).streams()
+    with pytest.raises(BadInput, match="too few to trace anything"):
+        ended(child(short)).answer()
+
+
+def test_a_fault_of_the_program_is_one_sentence_too(child: StartChild) -> None:
+    with pytest.raises(BadInput, match=r"^KeyError: 'inertia'$"):
+        ended(child(recording(1, 5.0).streams(), {"work": "trace"})).answer()
+
+
+def test_one_that_hangs_is_stopped_and_only_one_works_at_a_time(child: StartChild) -> None:
+    hanging = child(recording(1, 60.0).streams(), deadline=0.5)
+    os.kill(hanging.process.pid, signal.SIGSTOP)
+    assert Child.start(TRACE, {}) is None
+    with pytest.raises(BadInput, match=r"it was stopped after 0.5 s"):
+        ended(hanging).answer()
+
+
+def test_one_that_is_killed_says_by_which_signal(child: StartChild) -> None:
+    killed = child(recording(1, 60.0).streams())
+    killed.process.kill()
+    with pytest.raises(BadInput, match="killed by signal 9"):
+        ended(killed).answer()
+
+
+def test_it_ends_with_the_learner_however_that_ends(child: StartChild) -> None:
+    orphan = child(recording(1, 200.0).streams())
+    folder = Path(str(orphan.process.args[-1]))  # type: ignore[index]
+    assert folder.is_dir()
+    assert orphan.process.stdin is not None
+    orphan.process.stdin.close()  # so does the system for a process that is killed
+    assert orphan.process.wait(PATIENCE) == 1
+    assert not folder.exists()

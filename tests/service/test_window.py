@@ -1,0 +1,89 @@
+"""The recent raw data: bounded, as the synchroniser takes them, and enough to make the samples again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.samples import Array
+from incsvr.signals import SignalSettings, synchronise
+from incsvr.streams import CAPACITY
+from service.batches import RESTART_VALUES, Batches
+from service.window import Window
+from simulator import leng
+
+SETTINGS = SignalSettings(channels=("depth",))
+
+
+def turning(last: float, step: float = 0.02) -> tuple[Array, Array]:
+    time = np.arange(0.0, last, step, dtype=np.float64)
+    return time, 0.2 * np.sin(time)
+
+
+def test_it_holds_its_length_and_no_more_whatever_comes() -> None:
+    window = Window(SETTINGS, 60.0)
+    time, value = turning(600.0)
+    assert Window(SETTINGS, 60.0).full is False
+    for start in range(0, time.size, 250):
+        part = slice(start, start + 250)
+        for name in ("yaw_rate", "torque", "depth", "nobody configured it"):
+            window.push(name, time[part], value[part])
+        assert all(t.size <= 3001 for t, _ in window.streams().values())
+    assert set(window.streams()) == {"yaw_rate", "torque", "depth"}
+    assert window.full
+    assert window.newest == time[-1]
+
+
+def test_streams_that_are_too_quick_for_its_length_are_bounded_in_number() -> None:
+    window = Window(SETTINGS, 900.0)
+    for name in ("yaw_rate", "torque"):
+        window.push(name, *turning(300.0, 0.001))
+    assert window.full
+    assert all(t.size <= CAPACITY for t, _ in window.streams().values())
+
+
+def test_what_the_synchroniser_refuses_is_not_in_it() -> None:
+    window = Window(SETTINGS, 60.0)
+    time, value = turning(60.0)
+    wrong = value.copy()
+    wrong[[100, 200, 300]] = (np.nan, 7.0, np.inf)
+    window.push("yaw_rate", np.concatenate([time, time[500:600]]), np.concatenate([wrong, value[500:600]]))
+    window.push("torque", time, 100.0 * wrong)
+    held, rates = window.streams()["yaw_rate"]
+    assert held.size == time.size - 3
+    assert np.isfinite(rates).all()
+    assert (np.diff(held) > 0.0).all()
+
+
+@pytest.mark.parametrize("until", [60.0, 99.0])
+def test_batches_begun_anew_are_those_of_the_whole_streams(until: float) -> None:
+    streams = leng.recording("T1", seed=2).streams()
+    whole, _ = synchronise(SignalSettings(), {n: (t[t < 100.0], v[t < 100.0]) for n, (t, v) in streams.items()})
+    batches = Batches(SignalSettings(), 50, window=Window(SignalSettings(), 200.0))
+    for name, (t, value) in streams.items():
+        batches.push(name, t[t < 100.0], value[t < 100.0])
+    seen = batches.samples_seen
+    samples = batches.begin_anew(None, until)
+    assert samples is not None
+    known = whole.time <= until
+    np.testing.assert_array_equal(samples.damping, whole.damping[known])
+    assert batches.samples_seen == seen == len(whole)
+    np.testing.assert_array_equal(batches.to_dict()["waiting"]["damping"], whole.damping[~known])
+    for name, (t, value) in streams.items():
+        late = (t >= 100.0) & (t < 150.0)
+        batches.push(name, t[late], value[late])
+    after, _ = synchronise(SignalSettings(), {n: (t[t < 150.0], v[t < 150.0]) for n, (t, v) in streams.items()})
+    np.testing.assert_array_equal(batches.to_dict()["waiting"]["damping"], after.damping[after.time > until])
+
+
+def test_a_clock_that_begins_anew_empties_it() -> None:
+    batches = Batches(SignalSettings(), 50, window=Window(SignalSettings(), 100.0))
+    time, value = turning(120.0)
+    for name in ("yaw_rate", "torque"):
+        batches.push(name, time + 1000.0, value)
+    assert batches.covers() == 1000.0 + time[-1]
+    for name in ("yaw_rate", "torque"):
+        batches.push(name, time[: 2 * RESTART_VALUES], value[: 2 * RESTART_VALUES])
+    assert batches.clock_restarts == 1
+    assert batches.covers() is None
+    assert max(t[-1] for t, _ in batches.recent().values()) < 1.0
