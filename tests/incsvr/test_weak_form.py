@@ -47,6 +47,35 @@ def test_spikes_go_and_steps_stay() -> None:
     np.testing.assert_array_equal(despiked(steps), steps)
 
 
+def test_a_command_that_runs_faster_than_it_scatters_is_no_spike() -> None:
+    """Half of it hardly moves and half of it runs: there most samples are the median of their neighbourhood."""
+    time = np.asarray(np.arange(0.0, 400.0, 0.05), dtype=np.float64)
+    command = 5.0 * np.sin(2.0 * np.pi * time * np.where(time < 200.0, 0.01, 0.4))
+    noisy = command + np.random.default_rng(2).normal(0.0, 0.2, time.size)
+    assert np.mean(despiked(noisy) != noisy) < 0.001
+
+
+def test_a_held_torque_and_the_motion_it_makes_agree_in_blocks_of_few_samples() -> None:
+    """I ṙ = τ, sampled as fast as the torque is held: whatever the torque, nothing is left of a block's equation."""
+    period, inertia = 0.05, 2.0
+    torque = np.random.default_rng(3).normal(size=400)
+    rate = np.concatenate([[0.0], np.cumsum(torque[:-1] * period / inertia)])
+    signals = on_fine_grid([Run("x", period * np.arange(400), rate, torque)], period, [], held=True)
+    blocks = split(signals.start, 3, period)
+    inside = slice(1, -1)
+    left = blocks.mean(signals.torque) - inertia * blocks.slope(signals.ends)
+    np.testing.assert_allclose(left[inside], 0.0, atol=1e-12)
+    between_means = blocks.mean(signals.torque) - inertia * blocks.slope(signals.rate)
+    assert np.std(between_means[inside]) > 0.05  # what the difference of cell means would leave
+
+
+def test_what_two_blocks_share_holds_the_mean_of_theirs() -> None:
+    blocks = split(np.array([0, 9, 18]), 4, 0.1)
+    held = blocks.spread(np.array([1.0, 3.0, 10.0, 20.0]), 18)
+    np.testing.assert_array_equal(held[:9], [1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0])
+    assert held[9] == 10.0  # the next run's first sample is shared with nobody
+
+
 def test_the_time_scale_is_that_of_the_motion() -> None:
     time = np.asarray(np.arange(0.0, 600.0, 0.05), dtype=np.float64)
     scale = time_scale([Run("x", time, np.sin(2 * np.pi * time / 60.0), np.zeros(time.size))])
