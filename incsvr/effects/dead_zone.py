@@ -43,12 +43,17 @@ class DeadZone(Effect):
         return np.where(np.abs(command) < width, command, 0.0)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        width, c = inner[-1], s.expected
-        if self.variant == "shifted" or s.doubt <= 0.0:
-            return stack(self.lost(c, width))
-        low, high = (-width - c) / s.doubt, (width - c) / s.doubt
-        density = np.exp(-0.5 * low**2) - np.exp(-0.5 * high**2)
-        return stack(c * (ndtr(high) - ndtr(low)) + s.doubt / np.sqrt(2.0 * np.pi) * density)
+        width = inner[-1]
+
+        def lost(c: Array) -> Array:
+            if self.variant == "shifted" or s.doubt <= 0.0:
+                return self.lost(c, width)
+            low, high = (-width - c) / s.doubt, (width - c) / s.doubt
+            density = np.exp(-0.5 * low**2) - np.exp(-0.5 * high**2)
+            inside: Array = c * (ndtr(high) - ndtr(low)) + s.doubt / np.sqrt(2.0 * np.pi) * density
+            return inside
+
+        return stack(s.over_jumps(s.expected, lost))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"half_width_nm": term.inner[-1]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 
 MOSTLY_TORQUE = 0.65
 """Share of the torque's noise above which the rate side is the cleaner one: what turned the vehicle is in both."""
+
+JUMP = 6.0
+"""Usual changes of a command beyond which it has jumped."""
 
 
 def _empty() -> Array:
@@ -103,6 +106,21 @@ class Signals:
         first, last = self.start[:-1], self.start[1:] - 1
         before[first], after[last] = values[first], values[last]
         return before, after
+
+    def over_jumps(self, values: Array, act: Callable[[Array], Array]) -> Array:
+        """(n,) act(values); a sample that holds a jump is the mean over its two sides, not what `act` makes of theirs.
+
+        The samples are means over cells, and a command that jumps within one has neither of its values there.
+        """
+        found = act(values)
+        before, after = values[:-2], values[2:]
+        usual = 1.4826 * float(np.median(np.abs(after - before)))
+        jump = np.flatnonzero(np.abs(after - before) > JUMP * usual + 1e-12 * float(np.max(np.abs(values))))
+        part = (values[jump + 1] - before[jump]) / (after[jump] - before[jump])
+        inside = (part > 0.0) & (part < 1.0)
+        jump, part = jump[inside], part[inside]
+        found[jump + 1] = (1.0 - part) * found[jump] + part * found[jump + 2]
+        return found
 
     def integral(self, values: Array) -> Array:
         """Cumulative trapezoid of `values` over time, from zero at the start of each run."""

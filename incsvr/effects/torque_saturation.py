@@ -54,7 +54,7 @@ class Saturation(Effect):
         return over - under
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(self.lost(s.foretold, inner[-1]))
+        return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner[-1])))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"limit_nm": term.inner[-1]}

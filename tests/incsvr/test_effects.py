@@ -262,6 +262,18 @@ def test_a_limit_just_above_the_commands_takes_but_their_noise(signals: Signals)
     assert limit.implausible(far, signals) == ""
 
 
+@pytest.mark.parametrize("key", ["torque_saturation/limit", "dead_zone/shifted"])
+def test_a_command_that_jumps_within_a_cell_loses_what_its_two_values_lose(key: str, signals: Signals) -> None:
+    """The mean of the losses, which is not the loss of the mean."""
+    effect = next(effect for effect in EVERY if effect.key == key)
+    fine = np.repeat([30.0, 60.0, -60.0, 60.0, 5.0, -60.0], 120) + np.random.default_rng(8).normal(0.0, 0.1, 720)
+    cells = fine[7:-1].reshape(-1, 8).mean(axis=1)  # the jumps fall within cells
+    seen = replace(signals, expected=cells, foretold=cells, doubt=0.0)
+    of_cells = effect.columns(seen, (40.0,), ())[:, 0]
+    of_values = effect.columns(replace(signals, expected=fine[7:-1], foretold=fine[7:-1], doubt=0.0), (40.0,), ())
+    np.testing.assert_allclose(of_cells, of_values.reshape(-1, 8).mean(axis=1), atol=0.3)
+
+
 def test_water_that_drags_and_pushes_at_once_is_no_memory(signals: Signals) -> None:
     both = catalogue()["memory/both"]
     together, against = (Term(both.name, both.variant, (-30.0, part), (0.1, 6.0)) for part in (-30.0, 30.0))
