@@ -76,8 +76,8 @@ def foretell(torque: Array, blocks: Blocks) -> Array:
     position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
     moving = _moving(torque, position)
     limit = JUMP * 1.4826 * float(np.median(np.abs(torque - moving)))
-    both = [_between_jumps(torque, position, limit, guess) for guess in (None, moving)]
-    # where it had to be told a block's own, it has missed
+    both = (_since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving))
+    # where a block's own had to be taken, it has missed
     return min(both, key=lambda f: float(np.mean(np.where(f == torque, limit, np.abs(torque - f)))))
 
 
@@ -102,8 +102,8 @@ def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
     return guess
 
 
-def _between_jumps(torque: Array, position: NDArray[np.intp], limit: float, moving: Array | None) -> Array:
-    """(n_b,) the mean since the last jump, or `moving` once it has that behind it; after a jump the block's own."""
+def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Array:
+    """(n_b,) the mean since the last jump; after a jump the block's own."""
     total = np.concatenate([[0.0], np.cumsum(torque)])
     found = torque.copy()
     jumped = 0
@@ -113,7 +113,7 @@ def _between_jumps(torque: Array, position: NDArray[np.intp], limit: float, movi
         age = k - jumped
         if age < 3:
             continue
-        guess = (total[k - 1] - total[jumped + 1]) / (age - 2) if moving is None or age <= ORDER + 1 else moving[k]
+        guess = (total[k - 1] - total[jumped + 1]) / (age - 2)
         if abs(torque[k] - guess) > limit:
             jumped = k
         else:
