@@ -14,6 +14,7 @@ from benchmarks.trace_judge import GOOD, VERDICTS, interval
 from simulator.trial_command import EXCITATIONS
 
 Record = dict[str, Any]
+NOISE = {"shared": "noise in water and sensors", "torque": "all noise in the torque's sensor and the gyro"}
 INVISIBLE = 20.0
 """Expected evidence below which the hidden effect is not in the data, for a reader who knows its shape and parameters.
 
@@ -30,7 +31,7 @@ def report(document: dict[str, Any]) -> str:
         f"{len(records)} of {document['planned']} planned recordings of {records[0]['duration'] / 60:.0f} minutes "
         f"at about 20 Hz, traced in {document['minutes']} minutes.",
         "The vehicles come from `simulator/trial.py`, which shares nothing with the tracer: drag that is no "
-        "polynomial, noise in water and sensors, streams on their own clocks, coarse torque, 1 % outliers, idle "
+        f"polynomial, {NOISE[records[0]['noise']]}, streams on their own clocks, coarse torque, 1 % outliers, idle "
         "channels. Noise: 3.5 % of the full torque (3.5 N m at the paper's scale), residual autocorrelation over "
         "0.05 s as given, in trials with effects 0, 0.5 or 0.9.",
         _summary(records),

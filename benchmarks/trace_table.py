@@ -130,6 +130,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--half", type=int, default=120, help="the same at half the size (default: %(default)s)")
     parser.add_argument("--two", type=int, default=60, help="trials with two effects (default: %(default)s)")
     parser.add_argument("--quiet", type=int, default=200, help="trials with nothing hidden (default: %(default)s)")
+    parser.add_argument(
+        "--noise",
+        choices=("shared", "torque"),
+        default="shared",
+        help="all of it in the torque, or shared with the water",
+    )
     parser.add_argument("--minutes", type=float, default=12.0, help="length of a recording (default: %(default)s)")
     parser.add_argument(
         "--deep-every", type=int, default=3, metavar="N", help="peers and floors for every Nth trial; 0: none"
@@ -143,10 +149,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Writes trace_table.json and trace_table.md."""
+    """Writes trace_table.json and trace_table.md, or trace_table_torque.… with all noise in the torque."""
     if args.only:
         group, _, seed = args.only.partition(":")
-        record = examine(group, case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes), True)
+        trial = case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes)
+        record = examine(group, replace(trial, noise=args.noise), True)
         print(json.dumps(record, indent=2, ensure_ascii=False))
         return 0
     every, counts = args.deep_every, {group: getattr(args, group) for group in GROUPS}
@@ -154,7 +161,11 @@ def run(args: argparse.Namespace) -> int:
     # In random order, so that a study that stops early is a smaller study of the same kind.
     random.Random(args.first_seed).shuffle(indices)
     work = [
-        (group, case(group, index, args.first_seed, 60 * args.minutes), every > 0 and index % every == 0)
+        (
+            group,
+            replace(case(group, index, args.first_seed, 60 * args.minutes), noise=args.noise),
+            every > 0 and index % every == 0,
+        )
         for group, index in indices
     ]
     began = time.perf_counter()
@@ -171,8 +182,9 @@ def run(args: argparse.Namespace) -> int:
     text = report(document)
     lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
     head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
-    (args.out / "trace_table.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
-    (args.out / "trace_table.md").write_text(text, encoding="utf-8")
+    name = "trace_table" if args.noise == "shared" else "trace_table_torque"
+    (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
+    (args.out / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)
     return 0
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -37,6 +38,7 @@ class Trial:
         excitation: one of simulator.trial_command.EXCITATIONS.
         autocorrelation: of the residual's noise over 0.05 s.
         duration: [s].
+        noise: where it is: "shared" between the water and the torque's sensor, or all of it in the "torque".
     """
 
     seed: int
@@ -46,6 +48,7 @@ class Trial:
     excitation: str = "telegraph"
     autocorrelation: float = 0.0
     duration: float = 720.0
+    noise: Literal["shared", "torque"] = "shared"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +83,10 @@ def play(trial: Trial) -> Outcome:
     steps = round(trial.duration / STEP)
     ticks = np.arange(2 * steps + 1) * STEP / 2
 
-    noise = Noise.drawn(NOISE * scale.torque, trial.autocorrelation, for_water)
+    total = NOISE * scale.torque
+    noise = Noise.drawn(total, trial.autocorrelation, for_water)
+    if trial.noise == "torque":
+        noise = Noise.in_the_torque(total, trial.autocorrelation)
     hold = round(PERIOD / STEP)
     water = np.repeat(noise.water(-(-steps // hold), for_water), hold)[:steps]
     channels = _channels(trial, ticks, scale, for_channels)
@@ -165,9 +171,12 @@ def _evidence(lacking: Array, rate: Array, noise: Noise, recorder: Recorder, sca
     hats = np.column_stack([np.interp(rates, knots, row) - np.interp(0.0, knots, row) for row in np.eye(knots.size)])
     left = moment - hats @ np.linalg.lstsq(hats, moment, rcond=None)[0]
     angle = np.pi * np.fft.rfftfreq(count) * 2
-    memory = noise.water_memory
-    colour = (1 - memory**2) / np.abs(1 - memory * np.exp(-1j * angle)) ** 2
+
+    def colour(memory: float) -> Array:
+        return np.asarray((1 - memory**2) / np.abs(1 - memory * np.exp(-1j * angle)) ** 2)
+
     gyro = (scale.inertia * recorder.gyro_noise / PERIOD) ** 2 * np.abs(1 - np.exp(-1j * angle)) ** 2
-    spectrum = noise.total**2 * (noise.water_share * colour + 1 - noise.water_share) + gyro
+    water = noise.water_share * colour(noise.water_memory)
+    spectrum = noise.total**2 * (water + (1 - noise.water_share) * colour(noise.sensor_memory)) + gyro
     power = np.abs(np.fft.rfft(left)) ** 2 / spectrum
     return float((2 * power.sum() - power[0]) / count)

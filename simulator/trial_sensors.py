@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +19,13 @@ class Noise:
         total: deviation of τ − I ṙ − d(r) [N m].
         water_share: share of its variance that lies in the water.
         water_memory: autocorrelation of the water's part over PERIOD.
+        sensor_memory: the same of the torque's sensor.
     """
 
     total: float
     water_share: float
     water_memory: float
+    sensor_memory: float = 0.0
 
     @staticmethod
     def drawn(total: float, autocorrelation: float, random: np.random.Generator) -> Noise:
@@ -45,6 +48,11 @@ class Noise:
             values.append(value)
         return np.array(values) * float(self.total * np.sqrt(self.water_share))
 
+    @staticmethod
+    def in_the_torque(total: float, autocorrelation: float) -> Noise:
+        """All of it in the torque's sensor, as in a textbook: nothing but the thrust moves the vehicle."""
+        return Noise(total, 0.0, 0.0, autocorrelation)
+
     @property
     def sensor(self) -> float:
         """Deviation of the torque's sensor [N m]."""
@@ -64,6 +72,7 @@ class Recorder:
         apart: whether every stream has its own rate, offset and jitter, or all share one clock.
         gyro_noise, gyro_step: deviation and resolution of the yaw rate [rad/s].
         torque_noise, torque_step: the same of the torque [N m].
+        torque_memory: autocorrelation of the torque's noise over PERIOD.
         spikes: whether the gyro spikes too (one sample in 300); the torque does in one of 100.
         wraps: whether the heading jumps from π to −π.
     """
@@ -73,6 +82,7 @@ class Recorder:
     gyro_noise: float
     gyro_step: float
     torque_noise: float
+    torque_memory: float
     torque_step: float
     spikes: bool
     wraps: bool
@@ -86,6 +96,7 @@ class Recorder:
             gyro_noise=scale.rate * random.uniform(4e-4, 16e-4),
             gyro_step=scale.rate * 6e-4 if random.random() < 0.5 else 0.0,
             torque_noise=noise.sensor,
+            torque_memory=noise.sensor_memory,
             torque_step=scale.torque * random.uniform(0.01, 0.025) if random.random() < 0.4 else 0.0,
             spikes=bool(random.random() < 0.4),
             wraps=bool(random.random() < 0.5),
@@ -102,7 +113,7 @@ class Recorder:
 
     def torque(self, time: Array, command: Array, total: float, random: np.random.Generator) -> Array:
         """The command as recorded: sensor noise, steps, one outlier in a hundred."""
-        values = command + self.torque_noise * random.standard_normal(time.size)
+        values = command + self.torque_noise * _remembering(random.standard_normal(time.size), time, self.torque_memory)
         hit = random.random(time.size) < 0.01
         spike = total * random.uniform(5, 14, time.size) * random.choice([-1.0, 1.0], time.size)
         dropped = bool(random.random() < 0.3)
@@ -121,6 +132,18 @@ class Recorder:
         """The compass."""
         values = heading + 0.01 * random.standard_normal(heading.size)
         return np.asarray((values + np.pi) % (2 * np.pi) - np.pi) if self.wraps else values
+
+
+def _remembering(kicks: Array, time: Array, memory: float) -> Array:
+    """Noise of deviation one that remembers: an Ornstein-Uhlenbeck process at the stamps, out of white kicks."""
+    if memory == 0.0:
+        return kicks
+    kept = memory ** (np.diff(time, prepend=time[0]) / PERIOD)
+    value, values = float(kicks[0]), list[float]()
+    for keep, kick in zip(kept.tolist(), kicks.tolist(), strict=True):
+        value = keep * value + math.sqrt(1.0 - keep**2) * kick
+        values.append(value)
+    return np.array(values)
 
 
 def _stepped(values: Array, step: float) -> Array:

@@ -58,9 +58,10 @@ def test_a_command_that_runs_faster_than_it_scatters_is_no_spike() -> None:
 def test_a_held_torque_and_the_motion_it_makes_agree_in_blocks_of_few_samples() -> None:
     """I ṙ = τ, sampled as fast as the torque is held: whatever the torque, nothing is left of a block's equation."""
     period, inertia = 0.05, 2.0
+    time = np.asarray(period * np.arange(400), dtype=np.float64)
     torque = np.random.default_rng(3).normal(size=400)
     rate = np.concatenate([[0.0], np.cumsum(torque[:-1] * period / inertia)])
-    signals = on_fine_grid([Run("x", period * np.arange(400), rate, torque)], period, [], held=True)
+    signals = on_fine_grid([Run("x", time, rate, torque)], period, [], held=True)
     blocks = split(signals.start, 3, period)
     inside = slice(1, -1)
     left = blocks.mean(signals.torque) - inertia * blocks.slope(signals.ends)

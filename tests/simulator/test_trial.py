@@ -154,6 +154,21 @@ def test_the_residual_of_the_true_model_is_the_noise_that_was_asked_for() -> Non
     assert 0.6 * moment < np.std(left) < 1.05 * moment
 
 
+def test_noise_in_the_torque_alone_colours_the_recording_and_leaves_the_vehicle_in_peace() -> None:
+    coloured, white = (
+        play(Trial(seed=7, autocorrelation=rho, noise="torque", excitation="steps")) for rho in (0.9, 0.0)
+    )
+    np.testing.assert_array_equal(coloured.motion.yaw_rate, white.motion.yaw_rate)
+    time, torque = coloured.recording.time, coloured.recording.columns["torque"]
+    here = np.isfinite(torque)
+    noise = torque[here] - np.interp(time[here], coloured.motion.time, coloured.motion.command)
+    usual = np.abs(noise) < 12.0  # no outlier
+    pairs = usual[1:] & usual[:-1]
+    again = float(np.corrcoef(noise[1:][pairs], noise[:-1][pairs])[0, 1])
+    assert again == pytest.approx(0.9 ** (float(np.median(np.diff(time[here]))) / PERIOD), abs=0.05)
+    assert noise[usual].std() == pytest.approx(NOISE * LENG.torque, rel=0.2)
+
+
 def test_streams_on_their_own_clocks_leave_empty_cells_and_one_clock_leaves_none() -> None:
     trials = [play(Trial(seed=seed, duration=30.0)) for seed in range(8)]
     apart = [trial for trial in trials if np.isnan(trial.recording.columns["yaw_rate"]).any()]
