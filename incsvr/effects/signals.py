@@ -116,6 +116,7 @@ class Signals:
         before, after = values[:-2], values[2:]
         usual = 1.4826 * float(np.median(np.abs(after - before)))
         jump = np.flatnonzero(np.abs(after - before) > JUMP * usual + 1e-12 * float(np.max(np.abs(values))))
+        jump = jump[~np.isin(jump + 1, [self.start[1:-1] - 1, self.start[1:-1]])]  # not from one run to the next
         part = (values[jump + 1] - before[jump]) / (after[jump] - before[jump])
         inside = (part > 0.0) & (part < 1.0)
         jump, part = jump[inside], part[inside]

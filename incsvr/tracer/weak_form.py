@@ -178,15 +178,16 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
         for piece in _pieces(run):
             at, rate = stream(piece, piece.yaw_rate)
             when, torque = stream(piece, piece.torque)
+            rate, torque = despiked(rate, 12.0), despiked(torque)
             begin, end = max(at[0], when[0]), min(at[-1], when[-1])
             centres = np.arange(begin, end + 0.25 * step, step)
             if centres.size < 5:
                 continue
             part = {
                 "time": centres,
-                "rate": _cells(at, despiked(rate, 12.0), centres, step, False),
-                "ends": _ends(at, despiked(rate, 12.0), centres, step),
-                "torque": _cells(when, despiked(torque), centres, step, held),
+                "rate": _cells(at, rate, centres, step, False),
+                "ends": _ends(at, rate, centres, step),
+                "torque": _cells(when, torque, centres, step, held),
             }
             for name in names:
                 part[name] = _channel(piece, name, centres, step)
