@@ -29,8 +29,9 @@ bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
 	cat benchmarks/results/bench.txt
 
-trace-table: .venv/ready
+trace-table: .venv/ready  ## noise shared between water and torque, then all of it in the torque
 	$(BIN)/python -m benchmarks.trace_table
+	$(BIN)/python -m benchmarks.trace_table --noise torque
 
 soak: .venv/ready  ## half an hour: a day at sea
 	$(BIN)/python -m benchmarks.soak
