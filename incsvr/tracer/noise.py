@@ -14,7 +14,7 @@ from incsvr.tracer.run import Array, Run, stream
 from incsvr.tracer.weak_form import Blocks, despiked, scatter
 
 JUMP = 4.0
-"""Deviations from what was foretold beyond which the command has jumped."""
+"""Deviations from what is usual beyond which the command has jumped."""
 
 
 def gyro_noise(runs: Sequence[Run]) -> float:
@@ -44,9 +44,9 @@ def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | No
     neither n nor w, and is taken out of the variance.
     """
     e, t = _fastest(blocks, residual), _fastest(blocks, blocks.mean(torque))
-    calm = (np.abs(t) <= 4.0 * 1.4826 * float(np.median(np.abs(t))) + 1e-12) & (
-        np.abs(e) <= 4.0 * 1.4826 * float(np.median(np.abs(e))) + 1e-12
-    )
+    calm = np.ones(e.size, dtype=bool)
+    for _ in range(6):  # where steps come every few blocks the first medians hold them
+        calm = np.all([np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12 for x in (e, t)], axis=0)
     power = float(e[calm] @ e[calm])
     if gyro is not None:
         power -= min(float(np.sum(_fastest(blocks, gyro)[calm] ** 2)), 0.5 * power)
@@ -84,6 +84,9 @@ def foretell(torque: Array, blocks: Blocks) -> Array:
 ORDER = 6
 """Blocks from which a moving command is foretold."""
 
+LATER = 8
+"""Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
+
 
 def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
     """(n_b,) by least squares from earlier blocks; with jumps in the fit a part of one would be expected always."""
@@ -103,7 +106,7 @@ def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
 
 
 def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Array:
-    """(n_b,) the mean since the last jump; after a jump the block's own."""
+    """(n_b,) the mean since the last jump; of a jump the block's own."""
     total = np.concatenate([[0.0], np.cumsum(torque)])
     found = torque.copy()
     jumped = 0
@@ -111,6 +114,9 @@ def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Arra
         if position[k] == 0:
             jumped = k
         age = k - jumped
+        if age == LATER:
+            # the first two blocks after a jump have none before them: they are told from those a little later
+            found[jumped + 1 : jumped + 3] = (total[k + 1] - total[jumped + 4]) / (LATER - 3)
         if age < 3:
             continue
         guess = (total[k - 1] - total[jumped + 1]) / (age - 2)
