@@ -44,9 +44,7 @@ def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | No
     neither n nor w, and is taken out of the variance.
     """
     e, t = _fastest(blocks, residual), _fastest(blocks, blocks.mean(torque))
-    calm = np.ones(e.size, dtype=bool)
-    for _ in range(6):  # where steps come every few blocks the first medians hold them
-        calm = np.all([np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12 for x in (e, t)], axis=0)
+    calm = np.all([np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x))) + 1e-12 for x in (e, t)], axis=0)
     power = float(e[calm] @ e[calm])
     if gyro is not None:
         power -= min(float(np.sum(_fastest(blocks, gyro)[calm] ** 2)), 0.5 * power)
