@@ -11,138 +11,15 @@ import argparse
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
 from incsvr.learner import Settings as LearnerSettings
-from incsvr.signals import MAX_CHANNELS, SignalSettings
-
-Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|ws|unixsock-stream)/\S+$")]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$", max_length=64)]
-Prefix = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*$", max_length=128)]
-Seconds = Annotated[float, Field(gt=0.0, le=1e6)]
-
-
-class Section(BaseModel):
-    """A part of the configuration: unknown names are refused, because they are misspelt ones."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Bus(Section):
-    """Where the learner is met."""
-
-    listen: Endpoint = Field(
-        default="tcp/127.0.0.1:7447", description="endpoint at which the learner listens; loopback"
-    )
-    connect: Endpoint | None = Field(
-        default=None, description="endpoint of an existing router; the learner is its client then"
-    )
-    zenoh_file: Path | None = Field(default=None, description="a Zenoh JSON5 file (TLS, access control), used as it is")
-
-    @field_validator("listen")
-    @classmethod
-    def _not_everywhere(cls, endpoint: str) -> str:
-        if any(everywhere in endpoint for everywhere in ("/0.0.0.0:", "/[::]:", "/:")):
-            raise ValueError("this listens on all interfaces; name one address, or give a zenoh_file with TLS")
-        return endpoint
-
-
-class Vehicle(Section):
-    """Whose damping it is."""
-
-    name: Name = Field(default="leng", description="the vehicle; a state of another one is refused")
-    inertia: float = Field(default=350.0, gt=0.0, le=1e7, description="dry and added mass about yaw [kg m²]")
-    rate_range: tuple[float, float] = Field(
-        default=(-0.25, 0.25), description="lowest and highest yaw rate it reaches [rad/s]"
-    )
-    rate_limit: float = Field(default=1.0, gt=0.0, le=50.0, description="a yaw rate beyond is no measurement [rad/s]")
-    torque_limit: float = Field(default=500.0, gt=0.0, le=1e7, description="a torque beyond is no measurement [N m]")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        low, high = self.rate_range
-        if not -self.rate_limit <= low < high <= self.rate_limit:
-            raise ValueError("rate_range needs its lower end first, and both within ± rate_limit")
-        return self
-
-
-class Signals(Section):
-    """How two streams become samples."""
-
-    sample_period: float = Field(default=0.6, gt=0.0, le=60.0, description="between two samples [s]")
-    smoothing: float = Field(
-        default=0.12, gt=0.0, le=10.0, description="standard deviation of the Gaussian low-pass [s]"
-    )
-    lateness: float = Field(default=0.2, ge=0.0, le=10.0, description="how far out of order a message may come [s]")
-    gap: float = Field(
-        default=0.2, gt=0.0, lt=5.0, description="longest pause that is bridged [s], at most 2 smoothing"
-    )
-    channels: tuple[Name, ...] = Field(
-        default=(), max_length=MAX_CHANNELS, description="channels that samples wait for"
-    )
-
-    @model_validator(mode="after")
-    def _bridged(self) -> Self:
-        if self.gap > 2.0 * self.smoothing:
-            raise ValueError("gap is longer than twice the smoothing: the filter would bridge what it has not seen")
-        return self
-
-
-class Learner(Section):
-    """How it learns; γ, C, ε as tuned in Section IV-B of the paper, the rest from III-C."""
-
-    policy: Literal["paper", "weighted"] = Field(default=LearnerSettings().policy, description="which samples are kept")
-    solver: Literal["exact", "passes"] = Field(default="exact", description="exact, or Eq. 8's passes")
-    gamma: float = Field(default=10.0, gt=0.0, le=1e6, description="kernel width [(rad/s)⁻²]")
-    C: float = Field(default=1000.0, gt=0.0, le=1e9, description="bound of a vector's weight [N m]")
-    epsilon: float = Field(default=0.1, ge=0.0, le=1e6, description="half height of the tube [N m]")
-    capacity: int = Field(default=60, ge=2, le=60, description="support vectors served at most")
-    batch: int = Field(default=50, ge=2, le=1000, description="samples of one iteration")
-    near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
-    near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")
-    bins: int = Field(default=20, ge=1, le=1000, description="bins of the forgetting criterion")
-
-
-class HealthLimits(Section):
-    """When health warns."""
-
-    stale_after: Seconds = Field(default=2.0, description="a stream silent for longer makes it STALE [s], wall time")
-    stuck_after: Seconds = Field(default=2.0, description="a yaw rate that stands still for longer is a fault [s]")
-    warn_for: Seconds = Field(default=10.0, description="how long a rejected sample is remembered [s], wall time")
-    fresh_for: Seconds = Field(
-        default=900.0, description="how long a sample counts as fresh in `learned` [s], vehicle's time"
-    )
-
-
-class Tracing(Section):
-    """Whether the learner traces what its model lacks by itself, in a process beside it."""
-
-    live: bool = Field(default=False, description="traces where the residual is no longer white")
-    window: Seconds = Field(default=900.0, description="the recent data that are kept for it [s], vehicle's time")
-    proof: Seconds = Field(default=300.0, description="fresh data that effects must prove themselves on [s]")
-
-    @model_validator(mode="after")
-    def _learned_before(self) -> Self:
-        if self.proof > 0.5 * self.window:
-            raise ValueError("proof is more than half the window: too little is left to learn from before it")
-        return self
-
-
-class Simulation(Section):
-    """What `incsvr simulate` plays: Leng's experiment and the faults of its sensors."""
-
-    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="the same seed plays the same")
-    runs: tuple[Literal["V1", "T1", "V2", "T2"], ...] = Field(
-        default=("T1", "T2"), min_length=1, description="in this order"
-    )
-    drop_outs: float = Field(default=0.0, ge=0.0, le=60.0, description="drop-outs of a stream per minute")
-    drop_out_length: Seconds = Field(default=1.0, description="mean length of a drop-out [s]")
-    jitter: float = Field(default=0.0, ge=0.0, le=1.0, description="messages come out of order by up to this [s]")
-    duplicates: float = Field(default=0.0, ge=0.0, le=0.5, description="part of the messages that come twice")
+from incsvr.signals import SignalSettings
+from service.sections import Bus, HealthLimits, Learner, Name, Prefix, Section, Signals, Simulation, Tracing, Vehicle
 
 
 class Config(Section):

@@ -17,8 +17,8 @@ from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.streams import JUMP
 from service import wire
-from service.config import HealthLimits
 from service.node import LearnerNode
+from service.sections import HealthLimits
 
 #: What people call the streams that the learner cannot do without.
 NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}

@@ -77,7 +77,8 @@ def test_one_that_is_killed_says_by_which_signal(child: StartChild) -> None:
 
 def test_it_ends_with_the_learner_however_that_ends(child: StartChild) -> None:
     orphan = child(recording(1, 200.0).streams())
-    folder = Path(str(orphan.process.args[-1]))  # type: ignore[index]
+    assert isinstance(orphan.process.args, list)
+    folder = Path(orphan.process.args[-1])
     assert folder.is_dir()
     assert orphan.process.stdin is not None
     orphan.process.stdin.close()  # so does the system for a process that is killed

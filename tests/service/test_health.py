@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from incsvr.samples import Array
-from service.config import HealthLimits
 from service.health import HealthWatch
 from service.node import LearnerNode
+from service.sections import HealthLimits
 from simulator import leng
 from tests.service.conftest import configured
 
