@@ -23,7 +23,7 @@ from incsvr.tracer.gates import THRESHOLD, against_physics, sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.noise import torque_scatter
-from incsvr.tracer.problem import Problem
+from incsvr.tracer.problem import Problem, pose_finer
 from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
@@ -56,6 +56,9 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     if abs(share - problem.signals.share) > MISREAD:
         problem = with_share(problem, share)
         case, found, refused = _searched(problem, validate, names)
+    found = _proven(case, _evident(case, found, refused), refused)
+    case, found = _looked_closer(case, found, refused, runs, validate)
+    problem = case.problem
     found = _proven(case, _evident(case, found, refused), refused)
     whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
@@ -135,6 +138,29 @@ def _searched(
             return case, found, hunt.refused
         refused |= {name: hunt.refused[name] for name in best.names()}
         vetoes -= 1
+
+
+def _looked_closer(
+    case: _Case, found: Hypothesis, refused: dict[str, str], runs: Sequence[Run], validate: Sequence[Run] | None
+) -> tuple[_Case, Hypothesis]:
+    """What lasts but an instant, found beside `found` in shorter blocks; with it these are the equations."""
+    finer = pose_finer(runs, case.problem, case.channels)
+    if finer is case.problem:
+        return case, found
+    court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
+    brief = [effect for effect in case.effects if effect.brief and effect.name not in found.names()]
+    hunt = Search(finer, brief, pieces, closed_loop(finer), refused=dict[str, str]())
+    terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
+    grown = hunt.climbed(settle(finer, terms, nothing(finer)) if terms else nothing(finer))
+    import os
+    if os.environ.get("DBG"): print("   CLOSER Tb",finer.blocks.period,"n",len(finer.blocks),grown.names(),hunt.refused)
+    if court.validation:
+        grown = _surviving(finer, court, grown, hunt.refused)
+    if not set(grown.names()) > set(found.names()):
+        return case, found
+    for name in grown.names():
+        refused.pop(name, None)
+    return _Case(finer, case.effects, court, pieces, case.channels), grown
 
 
 def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:

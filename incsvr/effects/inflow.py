@@ -17,6 +17,7 @@ class Inflow(Effect):
     )
     source = "B. Wehbe et al., IROS 2017, Eq. 2; T. I. Fossen, 1994, ch. 4 (bilinear thruster model)"
     acts = "motion"
+    brief = True
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.rate * np.sqrt(np.abs(s.applied)))

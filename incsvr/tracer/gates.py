@@ -12,6 +12,8 @@ from incsvr.evidence import evidence
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import excepting, without
+from incsvr.tracer.shaken import fed_by_noise
+from incsvr.tracer.whitening import whiten
 
 THRESHOLD = 12.0
 """Least gain of the criterion by which an effect is added.
@@ -38,6 +40,10 @@ PROVEN = 0.9
 
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
+
+
+SENSED = 0.2
+"""Share of the noise in the torque above which an effect may feed on it."""
 
 
 class FreeRun(Protocol):
@@ -87,6 +93,10 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
                 "it improves the torque equation, but the free run on unseen data gets no better: "
                 f"{free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
             ), k
+    if problem.signals.share > SENSED:
+        for k, effect in enumerate(base.effects):
+            if effect.acts in ("thrust", "motion") and fed_by_noise(problem, base, k):
+                return "it feeds on the torque's noise: with more noise in the torque it explains as much", k
     return "", 0
 
 
@@ -120,20 +130,26 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
         return "what it alone explains is lost in the noise", order[0]
     terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
     phased = [e.of_phase and not below_sampling(t, problem) for e, t in terms]
-    largest = max((alone[k] for k in order if phased[k]), default=0.0)
+    told = [unique_share(problem, hypothesis, k, white=True) for k in range(len(hypothesis.terms))]
+    largest = max((told[k] for k in order if phased[k]), default=0.0)
     for k in order:
-        if phased[k] and alone[k] < SHAPE * largest:
+        if phased[k] and told[k] < SHAPE * largest:
             return "what it alone explains is within the shape error of a larger effect", k
     return "", 0
 
 
-def unique_share(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
-    """Deviation of what the k-th effect alone explains, in (robust) deviations of the block residual."""
+def unique_share(problem: Problem, hypothesis: Hypothesis, k: int, *, white: bool = False) -> float:
+    """Deviation of what the k-th effect alone explains, in (robust) deviations of the block residual.
+
+    With `white`, of both after the AR filter that makes the noise white: as the likelihood sees them.
+    """
     core = _core(hypothesis, k)
     rest = np.delete(hypothesis.columns, core, axis=1)
     part = hypothesis.columns[:, core] @ hypothesis.fit.theta[core] + hypothesis.offsets[k]
-    alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
     residual = hypothesis.fit.residual
+    if white:
+        rest, part, residual = (whiten(x, hypothesis.fit.ar, problem.blocks) for x in (rest, part, residual))
+    alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
     deviation = min(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), float(np.std(residual)))
     return float(np.std(alone)) / max(deviation, 1e-300)
 

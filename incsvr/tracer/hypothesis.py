@@ -126,17 +126,18 @@ def settle(
         offsets = [np.zeros(len(problem.blocks)) if bend is None else problem.blocks.mean(bend) for bend in bends]
         y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
         base = problem.coarse
+        answers = [seen.turned(e, i, c, x) for e, i, c, x in zip(effects, inner, coefficients, coarse, strict=True)]
         if turn in (1, 2):
             for k, effect in enumerate(effects):
                 if effect.searched and effect.key in refine:
                     inner[k] = _refined(
-                        problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse], k + 1, fitted,
-                        6 if turn == 1 and passes > 2 else 10,
+                        problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
+                        [problem.turned, *answers], k + 1, fitted, 6 if turn == 1 and passes > 2 else 10,
                     )  # fmt: skip
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                     coarse[k] = _mean(problem, effect, fine[k])
+                    answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
         columns = np.column_stack([base, *coarse])
-        answers = [seen.turned(e, i, c, x) for e, i, c, x in zip(effects, inner, coefficients, coarse, strict=True)]
         turned = np.concatenate([problem.turned, *answers], axis=2)
         instruments = np.column_stack([base, *(seen.instrument(e, x) for e, x in zip(effects, coarse, strict=True))])
         fitted = fit(y, columns, problem.blocks, fitted, rounds=2, turned=turned, instruments=instruments)
@@ -186,18 +187,20 @@ def _refined(
     inner: tuple[float, ...],
     coefficients: tuple[float, ...],
     coarse: list[Array],
+    answers: list[Array],
     k: int,
     start: Fit,
     most: int,
 ) -> tuple[float, ...]:
-    others = [*coarse[:k], *coarse[k + 1 :]]
-    base = np.column_stack(others)
+    base = np.column_stack([*coarse[:k], *coarse[k + 1 :]])
+    turned = np.concatenate([*answers[:k], *answers[k + 1 :]], axis=2)
+    beside = np.concatenate([turned, answers[k]], axis=2)
 
     def lost(value: float) -> float:
         column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
         if effect.whole:
-            return -fit(y - column[:, 0], base, problem.blocks, start, rounds=1).log_likelihood
-        return -fit(y, np.column_stack([base, column]), problem.blocks, start, rounds=1).log_likelihood
+            return -fit(y - column[:, 0], base, problem.blocks, start, rounds=1, turned=turned).log_likelihood
+        return -fit(y, np.column_stack([base, column]), problem.blocks, start, rounds=1, turned=beside).log_likelihood
 
     low, high = effect.bracket(seen, inner)
     if not low < high:

@@ -16,6 +16,18 @@ from incsvr.tracer.weak_form import Blocks, despiked, scatter
 JUMP = 4.0
 """Deviations from what is usual beyond which the command has jumped."""
 
+LEAP = 6.0
+"""The same between samples, where a command that moves and its noise are all that is usual."""
+
+QUIET = 1.5
+"""Power of the torque's differences, in that of the residual's, up to which they hold noise and no command."""
+
+MOST_GYRO = 0.8
+"""Part of the residual's power that may be the gyro's noise."""
+
+FEWEST_STEADY = 60
+"""Differences from which the noise's share is read."""
+
 
 def gyro_noise(runs: Sequence[Run]) -> float:
     """Deviation of the yaw rate's white noise [rad/s], from its third differences."""
@@ -38,24 +50,43 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
 def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None) -> float:
     """Which part of the equation's noise sits in the recorded torque, 0…1.
 
-    With e = n − w (torque noise n, disturbance in the water w) and both cut to their fastest part by third differences,
-    where no excitation is left but steps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Blocks with a step of the
-    command, which stand out of F τ, are left out. `gyro`, (n_b,), is a draw of what the gyro's noise does to e: it is
-    neither n nor w, and is taken out of the variance.
+    With e = n − w (torque noise n, disturbance in the water w) and both cut to their fast part by differences F, where no
+    excitation is left but jumps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Where the command jumps is left out, and
+    what still stands out of F τ. First differences are enough where the command stays between its jumps; a moving one
+    needs third ones, in which there is more of the gyro and less of a noise that lasts. `gyro`, (n_b,), is a draw of
+    what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
     """
-    e, t = _fastest(blocks, residual), _fastest(blocks, blocks.mean(torque))
-    calm = np.all([np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x))) + 1e-12 for x in (e, t)], axis=0)
-    power = float(e[calm] @ e[calm])
+    for order in (1, 2, 3):
+        e, t = (_differences(blocks, values, order) for values in (residual, blocks.mean(torque)))
+        steady = _steady(blocks, torque, order)
+        usual = [JUMP * 1.4826 * float(np.median(np.abs(x[steady]))) + 1e-12 for x in (e, t)]
+        calm = steady & (np.abs(e) <= usual[0]) & (np.abs(t) <= usual[1])
+        power = float(e[calm] @ e[calm])
+        if float(t[calm] @ t[calm]) <= QUIET * power:
+            break
     if gyro is not None:
-        power -= min(float(np.sum(_fastest(blocks, gyro)[calm] ** 2)), 0.5 * power)
+        power -= min(float(np.sum(_differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)
     return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0)) if power > 0.0 else 0.0
 
 
-def _fastest(blocks: Blocks, values: Array) -> Array:
-    """Third differences of block values, run by run."""
-    kernel = np.array([1.0, -3.0, 3.0, -1.0])
-    runs = [slice(int(a), int(b)) for a, b in pairwise(blocks.start) if b - a > 4]
-    return np.concatenate([np.convolve(values[run], kernel, "valid") for run in runs])
+def _differences(blocks: Blocks, values: Array, order: int) -> Array:
+    """Of block values, run by run."""
+    return np.concatenate([np.diff(values[run], order) for run in _runs(blocks)])
+
+
+def _steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
+    """Which differences see no jump of the command; all, where nearly all see one."""
+    # a cell in which the command jumps holds a part of the jump, and so does its neighbour's difference
+    step = np.abs(torque[2:] - torque[:-2])
+    usual = 1.4826 * float(np.median(step))
+    total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + 1e-6 * float(np.std(torque)))])
+    jumped = total[np.minimum(blocks.first + blocks.size, total.size - 1)] > total[blocks.first]
+    calm = np.concatenate([np.convolve(jumped[run], np.ones(order + 1), "valid") < 0.5 for run in _runs(blocks)])
+    return calm if np.count_nonzero(calm) >= FEWEST_STEADY else np.ones(calm.size, dtype=bool)
+
+
+def _runs(blocks: Blocks) -> list[slice]:
+    return [slice(int(a), int(b)) for a, b in pairwise(blocks.start) if b - a > 4]
 
 
 def calmed(signals: Signals, size: int) -> Array:

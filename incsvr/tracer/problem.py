@@ -32,6 +32,12 @@ WIDER = 1.25
 SMEARED = 1.02
 """By how much a wider derivative may differ from a narrower one, in what the gyro's noise alone makes of it."""
 
+FINER = 0.25
+"""Part of a block's length in the equations that look for what lasts but an instant."""
+
+COARSE = 0.8
+"""Part of it above which blocks are no shorter to speak of."""
+
 FEWEST_SCALES = 12.0
 """Shortest recordings from which anything is concluded, in T_c."""
 
@@ -121,11 +127,32 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
         if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
             break
         block = longer
+    problem = _differentiated(problem, sigma * np.sqrt(min(period / problem.signals.step, 1.0)), base.scale)
+    share = noise_share(problem.blocks, problem.signals.torque, base.residual)
+    return replace(problem, signals=replace(problem.signals, share=share))
+
+
+def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
+    """The same equations in blocks so short that the gyro's noise begins to fill them; `problem` where they are that.
+
+    What lasts but an instant, friction where the turn reverses or thrust lost while the command jumps, is averaged away
+    in longer ones. A column that holds the acceleration would be lost in the gyro's noise here.
+    """
     s = problem.signals
-    width = _derivative_width(problem, sigma * np.sqrt(min(period / s.step, 1.0)), base.scale)
-    acceleration = derivative(s.rate, s.start, width) / s.step
-    share = noise_share(problem.blocks, s.torque, base.residual)
-    return replace(problem, signals=replace(s, acceleration=acceleration, share=share), width=width)
+    block = max(FINER * problem.blocks.period, 1.5 * problem.resolution)
+    if block > COARSE * problem.blocks.period:
+        return problem
+    period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
+    finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
+    finer = replace(finer, signals=replace(finer.signals, share=s.share))
+    base = fit(finer.y, finer.coarse, finer.blocks)
+    return _differentiated(finer, gyro_noise(runs) * float(np.sqrt(min(period / finer.signals.step, 1.0))), base.scale)
+
+
+def _differentiated(problem: Problem, sigma: float, innovation: float) -> Problem:
+    width = _derivative_width(problem, sigma, innovation)
+    s = problem.signals
+    return replace(problem, signals=replace(s, acceleration=derivative(s.rate, s.start, width) / s.step), width=width)
 
 
 def _derivative_width(problem: Problem, sigma: float, innovation: float) -> float:

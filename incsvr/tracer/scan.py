@@ -53,6 +53,15 @@ def scan(
         grown, held = (turned / stretch)[:, problem.blocks.whole].sum(axis=1)
         return np.asarray(grown - held)
 
+    def gained(effect: Effect, columns: Array, own: Array) -> float:
+        c = root * whiten(columns, ar, problem.blocks)
+        size = np.einsum("ij,ij->j", c, c)
+        along = q.T @ c
+        c = c - q @ along
+        # what the Jacobian adds to the score, less what the base's own columns would take of it
+        pull = pull_of(own) - np.linalg.solve(upright, along).T @ turned
+        return _gained(effect, c.T @ c, c.T @ z + pulled * pull, size)
+
     turned = pull_of(base.turned)
     upright = r + 1e-9 * np.diag(np.abs(np.diag(r)) + 1e-300)
     seen = views(problem, base)
@@ -79,13 +88,12 @@ def scan(
         if best is None:
             continue
         _, inner, columns = best
-        c = root * whiten(columns, ar, problem.blocks)
-        size = np.einsum("ij,ij->j", c, c)
-        along = q.T @ c
-        c = c - q @ along
-        # what the Jacobian adds to the score, less what the base's own columns would take of it
-        pull = pull_of(seen.turned(effect, inner, (), columns)) - np.linalg.solve(upright, along).T @ turned
-        gain = _gained(effect, c.T @ c, c.T @ z + pulled * pull, size)
+        own = seen.turned(effect, inner, (), columns)
+        stands = seen.instrument(effect, columns)
+        gain = gained(effect, columns, own)
+        if stands is not columns:
+            # an acceleration full of noise may tell less than what stands for it in the fit, which answers no noise
+            gain = max(gain, gained(effect, stands, np.zeros_like(own)))
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
         leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain))
     return sorted(leads, key=lambda lead: -lead.score)

@@ -68,12 +68,12 @@ class Search:
             cleaned = self._clean(finalist)
             if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._simpler(self._climbed(best))
+        best = self._simpler(self.climbed(best))
         for name in best.names():
             self.refused.pop(name, None)
         return best
 
-    def _climbed(self, base: Hypothesis) -> Hypothesis:
+    def climbed(self, base: Hypothesis) -> Hypothesis:
         """`base` with what the gates let in one by one: where they threw an effect out, another may take its place."""
         while len(base.terms) < self.most:
             steps = (self._clean(grown) for grown in self._grown([base], 5)[:CLIMBERS])
