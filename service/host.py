@@ -157,10 +157,15 @@ class Host:
             log.exception("%s: a fault of this program", self.keys.prefix)
 
     def _change_over(self, live: LiveTracing, before: Standing) -> None:
-        """From the effects before to those that are in force now, in one revision."""
-        outcome = self.node.relearn(live.effects, self._validation(live.effects))
-        if outcome is None:
-            live.put_back(before, "the recent data fill no batch to learn from")
+        """From the effects before to those that are in force now, in one revision; where that fails, all stays."""
+        try:
+            outcome = self.node.relearn(live.effects, self._validation(live.effects))
+        except BadInput as error:
+            live.put_back(before, str(error))
+            return
+        except Exception as error:  # whatever effects do to the samples, learning goes on
+            log.exception("%s: a fault of this program", self.keys.prefix)
+            live.put_back(before, f"{type(error).__name__}: {error}")
             return
         live.changed_over()
         self._watch_over(live.effects)
