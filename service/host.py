@@ -25,7 +25,7 @@ from service.answers import JSON, Answers
 from service.config import Config
 from service.effects import TracedEffects, configured
 from service.health import HealthWatch
-from service.ingest import Ingest
+from service.ingest import Ingest, places
 from service.node import LearnerNode, Outcome
 from service.store import Store
 from service.validation import read_validation
@@ -41,9 +41,9 @@ HEALTH_PERIOD = 1.0
 
 
 class Host:
-    """One learner on a session, from its construction until `close`."""
+    """One learner on a session, from its construction until `close`; `learners` are in this process altogether."""
 
-    def __init__(self, session: zenoh.Session, config: Config) -> None:
+    def __init__(self, session: zenoh.Session, config: Config, learners: int = 1) -> None:
         self.keys = wire.Keys(config.prefix)
         self._session, self._config = session, config
         effects = configured(config)
@@ -81,7 +81,7 @@ class Host:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._publishers[self.keys.model].put(wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
-        self.ingest = Ingest(session, self.keys, self.node, self.watch)
+        self.ingest = Ingest(session, self.keys, self.node, self.watch, places(learners))
         self.tick()
         session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)

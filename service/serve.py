@@ -55,7 +55,8 @@ def serve(config: Config, stop: threading.Event) -> None:
         zenoh_config = listening(config.bus.listen)
     patience = float("inf") if config.bus.connect is not None else 0.0
     with open_session(zenoh_config, patience, stop) as session:
-        hosts = [Host(session, each) for each in config.each()]
+        configs = config.each()
+        hosts = [Host(session, each, len(configs)) for each in configs]
         with Crew(hosts):
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
             stop.wait()
