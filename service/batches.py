@@ -163,7 +163,8 @@ class Batches:
     @property
     def recent_rates(self) -> tuple[float, ...]:
         """Yaw rates of the newest few samples [rad/s]."""
-        return tuple(self._recent_rates)
+        with self._lock:
+            return tuple(self._recent_rates)
 
     def to_dict(self) -> dict[str, Any]:
         """All that is on its way, as plain data."""
@@ -238,8 +239,8 @@ def _plain(samples: Samples) -> dict[str, Any]:
 
 
 def sampled(values: Array) -> tuple[float | None, ...]:
-    """A channel's values as JSON knows them: None where it was not sampled."""
-    return tuple(None if math.isnan(value) else value for value in values.tolist())
+    """A channel's values as JSON knows them: None where it was not sampled, or filtered beyond all floats."""
+    return tuple(value if math.isfinite(value) else None for value in values.tolist())
 
 
 def _samples(plain: Mapping[str, Any]) -> Samples:
