@@ -13,6 +13,7 @@ import logging
 import sqlite3
 import time
 import uuid
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -126,20 +127,27 @@ class Host:
 
     def close(self) -> None:
         """Takes what has come and saves; the threads that call the other methods have ended before."""
-        self.ingest.drain()
-        self.ingest.close()
-        self.answers.close()
-        if self._live is not None:
-            self._live.close()
         publishers: list[Any] = [*self._publishers.values(), self._health_publisher]
-        for publisher in publishers:
-            publisher.undeclare()
-        if self._store is not None:
-            try:
-                self._store.save_memory(self._memory(self.node.memory(whole=True)))
-            except sqlite3.Error as error:
-                log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
-            self._store.close()
+        with ExitStack() as last:  # the last is done first, and each whatever the others raise
+            if self._store is not None:
+                last.callback(self._store.close)
+            for publisher in publishers:
+                last.callback(publisher.undeclare)
+            if self._live is not None:
+                last.callback(self._live.close)
+            last.callback(self.answers.close)
+            last.callback(self.ingest.close)
+            last.callback(self._save)
+            self.ingest.drain()
+
+    def _save(self) -> None:
+        """What is on its way to the next batch is kept."""
+        if self._store is None:
+            return
+        try:
+            self._store.save_memory(self._memory(self.node.memory(whole=True)))
+        except sqlite3.Error as error:
+            log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
 
     def _trace(self, live: LiveTracing, outcome: Outcome | None) -> None:
         """What live tracing has to do after a batch, or when its process has ended."""
