@@ -24,6 +24,7 @@ import psutil
 import zenoh
 
 from incsvr.samples import Array
+from service.ingest import RING, places
 from service.session import connecting, free_endpoint, listening, open_session
 from service.wire import Health, Keys, decode, measurement
 from simulator import leng
@@ -221,6 +222,9 @@ def at_50_hz(seconds: float = 12.0) -> dict[str, Any]:
     """Cost with both streams at 50 Hz, one value in a message, after Leng's first training run."""
     with learner() as subject:
         _teach(subject)
+        for _ in range(RING):  # a ring is resident once each of its places was used, here after three minutes
+            for key in (KEYS.rate, KEYS.torque):
+                subject.session.put(key, b"", congestion_control=BLOCK)
         stop = threading.Event()
         t: Array = np.arange(1000.0, 1010.0 + seconds, 0.02, dtype=np.float64)
         what = messages(
@@ -245,8 +249,9 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
         quick = {"sample_period": 0.2, "smoothing": 0.12, "gap": 0.2, "lateness": 0.2}
         with (
             learner(signals=quick, also=[{"prefix": prefix} for prefix in prefixes[1:]]) as subject,
-            process("benchmarks.bus", "many", subject.endpoint, *prefixes),
+            process("benchmarks.bus", "many", subject.endpoint, *prefixes) as feeder,
         ):
+            _until_it_says_so(feeder)
             time.sleep(3.0)
             before = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
             cpu, resident = subject.cost(seconds)
@@ -272,8 +277,8 @@ def _echo(endpoint: str) -> None:
                 query.reply("echo", b"0123456789")
 
 
-def _feed(endpoint: str, often: str = "50") -> None:
-    """Sends Leng's run again and again, `often` batches of samples a second, each in one message for each stream."""
+def _feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
+    """Sends Leng's run again and again: `often` batches of samples a second, each in so many messages of a stream."""
     streams, pace = leng.recording("T1", seed=1).streams(), float(often)
     span, length = 50 * leng.SIGNALS.sample_period, 425.0
     with open_session(connecting(endpoint), _PATIENCE) as session:
@@ -281,8 +286,8 @@ def _feed(endpoint: str, often: str = "50") -> None:
         for number in itertools.count():
             lap, at = divmod(number * span, length)
             for name, (t, value) in streams.items():
-                part = (t >= at) & (t < min(at + span, length))
-                if part.any():
+                inside = np.flatnonzero((t >= at) & (t < min(at + span, length)))
+                for part in np.array_split(inside, int(messages_each)) if inside.size else ():
                     stamps = t[part] + 500.0 + lap * length
                     session.put(KEYS.stream(name), measurement(tuple(stamps.tolist()), tuple(value[part].tolist())))
             if number == 50:
@@ -291,9 +296,14 @@ def _feed(endpoint: str, often: str = "50") -> None:
 
 
 def _many(endpoint: str, *prefixes: str) -> None:
-    """Both streams of many learners at 10 Hz, until the process is ended."""
+    """Both streams of many learners at 10 Hz, until the process is ended; first what has used every place of a ring."""
     with open_session(connecting(endpoint), _PATIENCE) as session:
         keys = [Keys(prefix) for prefix in prefixes]
+        for _ in range(places(len(keys))):
+            for each in keys:
+                session.put(each.rate, b"", congestion_control=BLOCK)
+                session.put(each.torque, b"", congestion_control=BLOCK)
+        print("ready", flush=True)
         began = time.perf_counter()
         for number in itertools.count():
             t = 0.1 * number

@@ -23,14 +23,17 @@ RESULT = Path(__file__).parent / "results" / "soak.json"
 EVERY = 5.0
 """[s] between two looks."""
 SETTLED = 0.2
-"""Part of the run after which what is allocated once has been."""
+"""Part of the run after which what is allocated once has been, in a run of five minutes and more."""
+MESSAGES = 25
+"""Of each stream in a batch. The rings of measurements (`service.ingest.RING`) become resident place by place, 2 MB
+each: with one message in a batch that takes a whole soak, on a vehicle at 50 Hz three minutes."""
 
 
 def soak(minutes: float, pace: float) -> dict[str, Any]:
     """Feeds `pace` batches of samples a second for so long, and looks at the learner every few seconds."""
     looks: list[tuple[float, float, int]] = []
     waits: list[float] = []
-    with learner() as subject, process("benchmarks.bus", "feed", subject.endpoint, str(pace)) as feeder:
+    with learner() as subject, process("benchmarks.bus", "feed", subject.endpoint, str(pace), str(MESSAGES)) as feeder:
         assert feeder.stdout is not None
         feeder.stdout.readline()
         began = time.perf_counter()

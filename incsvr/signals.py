@@ -232,7 +232,7 @@ class Synchroniser:
         damping, parts = damping_moment(torque.value, yaw_rate.slope, self.settings.inertia), dict[str, Array]()
         if self._ledger is not None:
             damping, parts = self._ledger.split(at, torque, yaw_rate)
-        complete = np.flatnonzero(torque.complete & yaw_rate.complete & ~np.isnan(damping))
+        complete = np.flatnonzero(torque.complete & yaw_rate.complete & np.isfinite(damping))
         at = at[complete]
         channels = {}
         for name in sorted(held.keys() - set(REQUIRED)):

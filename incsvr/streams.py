@@ -6,6 +6,7 @@ and on their stamps: never on a clock, on other streams, or on how messages were
 
 from __future__ import annotations
 
+import sys
 from array import array
 from bisect import bisect_left
 from math import inf, isfinite
@@ -28,12 +29,12 @@ class Stream:
     """The values of one stream that are still needed, in the order of their stamps.
 
     Args:
-        limit: largest magnitude that is plausible, in the stream's unit.
+        limit: largest magnitude that is plausible, in the stream's unit; infinite where every finite one is.
         lateness: how far behind the stream's newest stamp a value may come [s].
     """
 
     def __init__(self, limit: float, lateness: float) -> None:
-        self.limit = limit
+        self.limit = min(limit, sys.float_info.max)
         self.lateness = lateness
         self.newest = -inf
         self.rejected: dict[str, int] = {}

@@ -19,6 +19,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service import wire
 from service.health import HealthWatch
+from service.ingest import MAX_PAYLOAD
 from service.node import LearnerNode, NothingLearned
 from service.store import Store
 
@@ -56,7 +57,10 @@ class Answers:
     def answer(self) -> None:
         """Answers the waiting questions for anything but damping, from one thread alone."""
         for key, ring, answer in self._rings:
-            while (query := ring.try_recv()) is not None:
+            for _ in range(RING):  # whoever asks without a pause does not keep the others waiting
+                query = ring.try_recv()
+                if query is None:
+                    break
                 self._reply(query, key, answer)
                 # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
                 del query
@@ -78,16 +82,22 @@ class Answers:
             del query
 
     def _reply(self, query: zenoh.Query, key: str, answer: Callable[[zenoh.Query], bytes]) -> None:
+        self._watch.queries += 1
+        payload, refusal = b"", None
         try:
-            self._watch.queries += 1
             payload = answer(query)
         except BadInput as error:
-            query.reply_err(wire.encode(wire.ErrorReply(error=str(error), error_type=_kind(error))), encoding=JSON)
+            refusal = wire.ErrorReply(error=str(error), error_type=_kind(error))
         except Exception as error:  # the next question must still be answered
             log.exception("a query to %s failed", key)
-            query.reply_err(wire.encode(wire.ErrorReply(error=str(error), error_type="Failed")), encoding=JSON)
-        else:
-            query.reply(key, payload, encoding=JSON)
+            refusal = wire.ErrorReply(error=str(error), error_type="Failed")
+        try:
+            if refusal is None:
+                query.reply(key, payload, encoding=JSON)
+            else:
+                query.reply_err(wire.encode(refusal), encoding=JSON)
+        except zenoh.ZError as error:
+            log.warning("an answer to %s could not be sent: %s", key, error)
 
     def _damping(self, query: zenoh.Query) -> bytes:
         return wire.encode(self._node.predict(_rates(query)))
@@ -143,6 +153,8 @@ def _rates(query: zenoh.Query) -> Array:
     if text is None:
         if query.payload is None:
             raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
+        if len(query.payload) > MAX_PAYLOAD:
+            raise BadInput(f"the payload is longer than {MAX_PAYLOAD} bytes; ask in several queries")
         return np.array(wire.decode(wire.DampingQuery, query.payload.to_bytes()).rate)
     if text.count(",") >= MAX_RATES:
         raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from incsvr.errors import BadInput
 from incsvr.samples import Array, Samples
 from incsvr.signals import REQUIRED, SignalSettings, Synchroniser, play
 
@@ -125,28 +126,30 @@ class Batches:
         with self._lock:
             return self._window.newest if self._window is not None and self._window.full else None
 
-    def begin_anew(self, compensation: Compensation | None, until: float) -> Samples | None:
-        """From now on samples are freed of these effects in place of those before.
+    def freed(self, compensation: Compensation | None, until: float) -> Samples:
+        """The window's samples up to and with the time `until` [s], as they are with these effects; nothing changes."""
+        samples = play(Synchroniser(self._settings, compensation), self.recent())
+        return samples.take(samples.time <= until)
 
-        Returns:
-            the window's samples up to and with the time `until` [s], freed of them; what is younger waits for the next
-            batch. None where they fill no batch: then nothing has changed.
+    def begin_anew(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
+        """From now on samples are freed of these effects; those after the time `after` [s] wait for the next batch.
+
+        Raises:
+            BadInput: the clock that `after` is of began anew. Whatever is raised, nothing has changed.
         """
         with self._lock:
-            if self._window is None:
-                return None
+            if self.clock_restarts != clock_restarts:
+                raise BadInput("the vehicle's clock began anew meanwhile")
+            streams = {} if self._window is None else self._window.streams()
             synchroniser = Synchroniser(self._settings, compensation)
-            samples = play(synchroniser, self._window.streams())
-            known = samples.time <= until
-            if np.count_nonzero(known) < self._size:
-                return None
+            samples = play(synchroniser, streams)
+            samples = samples.take(samples.time > after)
             self._count_refused()
             self._synchroniser, self._compensation = synchroniser, compensation
             self._waiting.clear()
             seen, self._waiting_count = self.samples_seen, 0
-            self._take(samples.take(~known))
+            self._take(samples)
             self.samples_seen = seen
-            return samples.take(known)
 
     @property
     def rejected(self) -> dict[str, int]:
@@ -160,7 +163,8 @@ class Batches:
     @property
     def recent_rates(self) -> tuple[float, ...]:
         """Yaw rates of the newest few samples [rad/s]."""
-        return tuple(self._recent_rates)
+        with self._lock:
+            return tuple(self._recent_rates)
 
     def to_dict(self) -> dict[str, Any]:
         """All that is on its way, as plain data."""
@@ -235,8 +239,8 @@ def _plain(samples: Samples) -> dict[str, Any]:
 
 
 def sampled(values: Array) -> tuple[float | None, ...]:
-    """A channel's values as JSON knows them: None where it was not sampled."""
-    return tuple(None if math.isnan(value) else value for value in values.tolist())
+    """A channel's values as JSON knows them: None where it was not sampled, or filtered beyond all floats."""
+    return tuple(value if math.isfinite(value) else None for value in values.tolist())
 
 
 def _samples(plain: Mapping[str, Any]) -> Samples:

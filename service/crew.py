@@ -43,14 +43,12 @@ class Crew:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for host in self._hosts:
-            host.goodbye()
+        self._each(Host.goodbye)
         self._stop.set()
         self._batch.set()
         for thread in self._threads:
             thread.join()
-        for host in self._hosts:
-            host.close()
+        self._each(Host.close)
 
     def _take_in(self) -> None:
         def drain(host: Host) -> None:
@@ -66,7 +64,16 @@ class Crew:
             self._batch.clear()
             waiting = list(self._hosts)
             while waiting and not self._stop.is_set():
-                waiting = [host for host in waiting if host.learn()]
+                waiting = [host for host in waiting if self._learned(host)]
+
+    def _learned(self, host: Host) -> bool:
+        """One iteration, where a batch waits; what fails for one learner does not end the learning of the others."""
+        try:
+            return host.learn()
+        except Exception as error:
+            log.exception("%s: a fault of this program", host.keys.prefix)
+            host.watch.failed(f"what was learned could not be published: {error}")
+            return False
 
     def _answer(self) -> None:
         while not self._stop.wait(POLL):

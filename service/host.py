@@ -13,6 +13,7 @@ import logging
 import sqlite3
 import time
 import uuid
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -25,7 +26,7 @@ from service.answers import JSON, Answers
 from service.config import Config
 from service.effects import TracedEffects, configured
 from service.health import HealthWatch
-from service.ingest import Ingest
+from service.ingest import Ingest, places
 from service.node import LearnerNode, Outcome
 from service.store import Store
 from service.validation import read_validation
@@ -41,9 +42,9 @@ HEALTH_PERIOD = 1.0
 
 
 class Host:
-    """One learner on a session, from its construction until `close`."""
+    """One learner on a session, from its construction until `close`; `learners` are in this process altogether."""
 
-    def __init__(self, session: zenoh.Session, config: Config) -> None:
+    def __init__(self, session: zenoh.Session, config: Config, learners: int = 1) -> None:
         self.keys = wire.Keys(config.prefix)
         self._session, self._config = session, config
         effects = configured(config)
@@ -81,7 +82,7 @@ class Host:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._publishers[self.keys.model].put(wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
-        self.ingest = Ingest(session, self.keys, self.node, self.watch)
+        self.ingest = Ingest(session, self.keys, self.node, self.watch, places(learners))
         self.tick()
         session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
@@ -126,20 +127,27 @@ class Host:
 
     def close(self) -> None:
         """Takes what has come and saves; the threads that call the other methods have ended before."""
-        self.ingest.drain()
-        self.ingest.close()
-        self.answers.close()
-        if self._live is not None:
-            self._live.close()
         publishers: list[Any] = [*self._publishers.values(), self._health_publisher]
-        for publisher in publishers:
-            publisher.undeclare()
-        if self._store is not None:
-            try:
-                self._store.save_memory(self._memory(self.node.memory(whole=True)))
-            except sqlite3.Error as error:
-                log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
-            self._store.close()
+        with ExitStack() as last:  # the last is done first, and each whatever the others raise
+            if self._store is not None:
+                last.callback(self._store.close)
+            for publisher in publishers:
+                last.callback(publisher.undeclare)
+            if self._live is not None:
+                last.callback(self._live.close)
+            last.callback(self.answers.close)
+            last.callback(self.ingest.close)
+            last.callback(self._save)
+            self.ingest.drain()
+
+    def _save(self) -> None:
+        """What is on its way to the next batch is kept."""
+        if self._store is None:
+            return
+        try:
+            self._store.save_memory(self._memory(self.node.memory(whole=True)))
+        except sqlite3.Error as error:
+            log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
 
     def _trace(self, live: LiveTracing, outcome: Outcome | None) -> None:
         """What live tracing has to do after a batch, or when its process has ended."""
@@ -157,10 +165,15 @@ class Host:
             log.exception("%s: a fault of this program", self.keys.prefix)
 
     def _change_over(self, live: LiveTracing, before: Standing) -> None:
-        """From the effects before to those that are in force now, in one revision."""
-        outcome = self.node.relearn(live.effects, self._validation(live.effects))
-        if outcome is None:
-            live.put_back(before, "the recent data fill no batch to learn from")
+        """From the effects before to those that are in force now, in one revision; where that fails, all stays."""
+        try:
+            outcome = self.node.relearn(live.effects, self._validation(live.effects))
+        except BadInput as error:
+            live.put_back(before, str(error))
+            return
+        except Exception as error:  # whatever effects do to the samples, learning goes on
+            log.exception("%s: a fault of this program", self.keys.prefix)
+            live.put_back(before, f"{type(error).__name__}: {error}")
             return
         live.changed_over()
         self._watch_over(live.effects)

@@ -20,8 +20,10 @@ from service.health import HealthWatch
 from service.node import LearnerNode
 from service.wire import Keys
 
-#: Messages that a stream may be behind, 0.4 s at 20,000 a second; in time every place of a ring is used and resident.
+#: Messages that a stream may be behind, 0.4 s at 20,000 a second; in time every place, 250 bytes, is resident.
 RING = 8192
+#: The learners of a process share them, down to half a second at 1,000 a second: a hundred would keep 400 MB else.
+LEAST = 512
 #: A larger payload is not read [bytes]; 200,000 numbers fit.
 MAX_PAYLOAD = 4_000_000
 MAX_NAME = 64
@@ -35,6 +37,11 @@ _ENCODINGS = {
     )
 }
 _NUMBERS = {int, float}
+
+
+def places(learners: int) -> int:
+    """Messages that a stream of one of so many learners in a process may be behind."""
+    return max(RING // learners, LEAST)
 
 
 class Refused(Exception):
@@ -66,12 +73,14 @@ def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
 
 
 class Ingest:
-    """The subscriptions of one learner; `drain` empties them."""
+    """The subscriptions of one learner, each with a ring of so many places; `drain` empties them."""
 
-    def __init__(self, session: zenoh.Session, keys: Keys, node: LearnerNode, watch: HealthWatch) -> None:
-        self._node, self._watch = node, watch
+    def __init__(
+        self, session: zenoh.Session, keys: Keys, node: LearnerNode, watch: HealthWatch, ring: int = RING
+    ) -> None:
+        self._node, self._watch, self._ring = node, watch, ring
         self._rings: list[tuple[str | None, Any]] = [
-            (name, session.declare_subscriber(key, RingChannel(RING)))
+            (name, session.declare_subscriber(key, RingChannel(ring)))
             # The channels first: a sample is complete when both others have passed it, and takes what is there of them.
             for key, name in ((keys.any_channel, None), (keys.torque, "torque"), (keys.rate, "yaw_rate"))
         ]
@@ -82,7 +91,7 @@ class Ingest:
         for name, ring in self._rings:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
-            for _ in range(RING):
+            for _ in range(self._ring):
                 sample = ring.try_recv()
                 if sample is None:
                     break

@@ -112,9 +112,12 @@ class LiveTracing:
 
     def put_back(self, before: Standing, why: str) -> None:
         """What was in force before stays so, because the learner could not change over."""
-        self.standing = before.after_proof(self.standing.fresh, "refused")
-        self._take_up(self.standing)
-        self._note(self.standing.fresh, "failed", why)
+        tried, newest = self.effects, self.standing.fresh
+        self._take_up(before.after_proof(newest, "refused"))
+        about = self.effects if tried is None else tried
+        names = () if about is None else about.compensation.names
+        verdict = "to be withdrawn" if tried is None else "proven"
+        self._note(newest, "failed", f"{verdict}, but the learner could not change over: {why}", *names)
 
     def changed_over(self) -> None:
         """The learner has learned anew: its samples hold other effects than those before."""

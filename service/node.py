@@ -41,6 +41,18 @@ class Outcome:
     memory: dict[str, Any]
 
 
+@dataclass(frozen=True, slots=True)
+class _Iterated:
+    """One iteration that is done and not adopted yet."""
+
+    state: State
+    served: Served
+    covered: Array
+    clock_restarts: int
+    snapshot: wire.ModelSnapshot
+    report: wire.IterationReport
+
+
 class LearnerNode:
     """The learner of one axis of one vehicle.
 
@@ -92,59 +104,79 @@ class LearnerNode:
         return self.batches.push(stream, t, value)
 
     def learn(self) -> Outcome | None:
-        """The next iteration, where a whole batch waits; call it from one thread alone."""
-        batch = self.batches.next_batch()
-        return None if batch is None else self._iterate(batch, self.served.effects)
+        """The next iteration, where a whole batch waits; call it from one thread alone.
 
-    def relearn(self, effects: TracedEffects | None, validation: Mapping[str, Samples]) -> Outcome | None:
+        Where it raises, the batch is lost and all else is as it was.
+        """
+        batch = self.batches.next_batch()
+        return None if batch is None else self._adopt(self._iterated(self._state, batch, self.served.effects))
+
+    def relearn(self, effects: TracedEffects | None, validation: Mapping[str, Samples]) -> Outcome:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
 
-        Until it returns, what was learned before is served; then one revision leads from the one to the other. Its
-        batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
+        The new learner is built beside the old one, which is served until one revision leads from the one to the other.
+        Its batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
 
-        Returns:
-            None where the recent data fill no batch: then nothing has changed.
+        Raises:
+            BadInput: the recent data fill no batch, or the learner refuses them. Whatever is raised, all is as it was.
         """
-        compensation = None if effects is None else effects.compensation
-        samples = self.batches.begin_anew(compensation, -math.inf if self.served.t is None else self.served.t)
-        if samples is None:
-            return None
-        size, done = self._settings.batch, self._state.iterations
+        compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
+        samples = self.batches.freed(compensation, -math.inf if self.served.t is None else self.served.t)
+        size = self._settings.batch
+        if len(samples) < size:
+            raise BadInput("the recent data fill no batch to learn from")
         state = learner.start(self._settings)
         for first in range(len(samples) % size, len(samples) - size, size):
             state, _ = learner.step(self._settings, state, samples.take(slice(first, first + size)))
-        self._state, self._validation = replace(state, iterations=done), dict(validation)
+        state = replace(state, iterations=self._state.iterations)
+        last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
+        iterated = self._iterated(state, last, findings, validation)
+        self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
+        self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
-        return self._iterate(samples.take(slice(len(samples) - size, None)), effects.findings if effects else ())
+        return self._adopt(iterated)
 
     def tell(self, history: tuple[dict[str, Any], ...]) -> None:
         """What the ledger says from now on: the effects in force, and these steps."""
         self.ledger = self.ledger.model_copy(update={"effects": self.served.effects, "history": history})
 
-    def _iterate(self, batch: Samples, effects: tuple[dict[str, Any], ...]) -> Outcome:
-        """One iteration with this batch, of a model that holds these effects."""
-        before, model = self.served, self._state.model
+    def _iterated(
+        self,
+        state: State,
+        batch: Samples,
+        effects: tuple[dict[str, Any], ...],
+        validation: Mapping[str, Samples] | None = None,
+    ) -> _Iterated:
+        """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
+        model = state.model
         predicted = model.predict(batch.yaw_rate).damping if model.is_trained else None
         began = self._clock()
-        self._state, iteration = learner.step(self._settings, self._state, batch)
+        state, iteration = learner.step(self._settings, state, batch)
         if iteration.model.is_trained:
             iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
         took = self._clock() - began
-        self._cover(batch)
-        self.served = Served(iteration.model, before.revision + 1, iteration.number, float(batch.time[-1]), effects)
+        newest, restarts = float(batch.time[-1]), self.batches.clock_restarts
+        covered = self._covering(batch, restarts)
+        served = Served(iteration.model, self.served.revision + 1, iteration.number, newest, effects)
         told = report(
             iteration,
             batch,
-            self.served,
+            served,
             boot=self.boot,
             predicted=predicted,
             training_s=took,
-            validation=self._validation,
-            learned=self.learned,
+            validation=self._validation if validation is None else validation,
+            learned=self._fresh(covered, newest),
         )
-        if told.batch.parts:
-            self.ledger = self.ledger.model_copy(update={"batch": told.batch})
-        return Outcome(self._snapshot(), told, self.memory())
+        return _Iterated(state, served, covered, restarts, self._snapshot(served), told)
+
+    def _adopt(self, new: _Iterated) -> Outcome:
+        """From now on this is what was learned and what is served."""
+        self._state, self._covered, self._clock_restarts = new.state, new.covered, new.clock_restarts
+        self.served = new.served
+        if new.report.batch.parts:
+            self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
+        return Outcome(new.snapshot, new.report, self.memory())
 
     def predict(self, rates: Array) -> wire.DampingReply:
         """The damping at (n,) finite rates [rad/s].
@@ -169,9 +201,7 @@ class LearnerNode:
     def learned(self) -> float:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
         newest = self.served.t
-        if newest is None:
-            return 0.0
-        return float(np.mean(self._covered >= newest - self.config.health.fresh_for))
+        return 0.0 if newest is None else self._fresh(self._covered, newest)
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""
@@ -187,17 +217,23 @@ class LearnerNode:
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""
-        return self._snapshot() if self.served.revision else None
+        served = self.served
+        return self._snapshot(served) if served.revision else None
 
-    def _cover(self, batch: Samples) -> None:
-        if self.batches.clock_restarts > self._clock_restarts:
+    def _fresh(self, covered: Array, newest: float) -> float:
+        return float(np.mean(covered >= newest - self.config.health.fresh_for))
+
+    def _covering(self, batch: Samples, clock_restarts: int) -> Array:
+        """When each bin of the rate range was covered last, with this batch [s]."""
+        covered = self._covered.copy()
+        if clock_restarts > self._clock_restarts:
             # The stamps begin at zero again: what was covered before counts as of then.
-            self._clock_restarts = self.batches.clock_restarts
-            self._covered[:] = np.where(np.isfinite(self._covered), 0.0, -math.inf)
+            covered = np.where(np.isfinite(covered), 0.0, -math.inf)
         low, high = self._settings.rate_range
-        bins = np.floor((batch.yaw_rate - low) / (high - low) * self._covered.size)
-        inside = (bins >= 0) & (bins < self._covered.size)
-        self._covered[bins[inside].astype(int)] = batch.time[inside]
+        bins = np.floor((batch.yaw_rate - low) / (high - low) * covered.size)
+        inside = (bins >= 0) & (bins < covered.size)
+        covered[bins[inside].astype(int)] = batch.time[inside]
+        return covered
 
-    def _snapshot(self) -> wire.ModelSnapshot:
-        return snapshot(self.served, self.boot, self.config.vehicle.inertia)
+    def _snapshot(self, served: Served) -> wire.ModelSnapshot:
+        return snapshot(served, self.boot, self.config.vehicle.inertia)

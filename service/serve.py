@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 
+from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
@@ -54,8 +55,15 @@ def serve(config: Config, stop: threading.Event) -> None:
     else:
         zenoh_config = listening(config.bus.listen)
     patience = float("inf") if config.bus.connect is not None else 0.0
-    with open_session(zenoh_config, patience, stop) as session:
-        hosts = [Host(session, each) for each in config.each()]
+    try:
+        opened = open_session(zenoh_config, patience, stop)
+    except BadInput:
+        if stop.is_set():
+            return  # told to stop while it waited for its router: that is no failure
+        raise
+    with opened as session:
+        configs = config.each()
+        hosts = [Host(session, each, len(configs)) for each in configs]
         with Crew(hosts):
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
             stop.wait()

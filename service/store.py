@@ -7,13 +7,15 @@ refused aloud and set aside under another name, never half-read.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import logging
 import sqlite3
 import threading
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from incsvr import learner
 from incsvr.errors import BadInput
@@ -61,7 +63,7 @@ class Store:
         memory: the learner's memory as it was last saved; None where it begins anew.
 
     Raises:
-        BadInput: the directory cannot be written.
+        BadInput: the directory cannot be written, or another learner has this state.
     """
 
     def __init__(self, directory: Path, config: Config, effects: str | None = None, changing: bool = False) -> None:
@@ -71,12 +73,16 @@ class Store:
         self.memory: dict[str, Any] | None = None
         self._keep = config.history
         self._lock = threading.Lock()
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._write, self.memory = self._open(identity(config, effects))
-            self._read = self._connect()
-        except (OSError, sqlite3.OperationalError) as error:
-            raise BadInput(f"the state cannot be kept in {directory} ({error}); name another directory") from error
+        with ExitStack() as undone:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                self._mine = undone.enter_context(self.path.with_suffix(".lock").open("w"))
+                _take(self._mine, self.path)
+                self._write, self.memory = self._open(identity(config, effects))
+                self._read = self._connect()
+            except (OSError, sqlite3.OperationalError) as error:
+                raise BadInput(f"the state cannot be kept in {directory} ({error}); name another directory") from error
+            undone.pop_all()
 
     def save(self, memory: Mapping[str, Any], revision: int, t: float, snapshot: bytes, report: bytes) -> None:
         """Saves one iteration as a whole; when this returns it is on the disk."""
@@ -114,6 +120,7 @@ class Store:
         with self._lock:
             self._read.close()
         self._write.close()
+        self._mine.close()
 
     def _remember(self, memory: Mapping[str, Any]) -> None:
         self._write.execute("INSERT OR REPLACE INTO memory VALUES (1, ?)", (json.dumps(memory),))
@@ -188,6 +195,14 @@ class Store:
             if beside.exists():
                 beside.rename(aside.with_name(aside.name + suffix))
         return aside
+
+
+def _take(lock: IO[str], path: Path) -> None:
+    """Two learners would write over each other's iterations. The system gives the lock back, even after kill -9."""
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise BadInput(f"another learner has the state {path}; end it, or name another directory") from None
 
 
 def _write_identity(connection: sqlite3.Connection, own: Mapping[str, Any]) -> None:

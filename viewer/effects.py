@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
@@ -21,6 +23,7 @@ class EffectsPage:
     def __init__(self, rec: Recorder) -> None:
         self._rec = rec
         self._named: dict[str, str] = {}
+        self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
         # The viewer's own plots follow its theme: these colours are read on white and on black.
         self._colours = (LIGHT.support, LIGHT.old, LIGHT.new, LIGHT.outlier, LIGHT.forgotten, LIGHT.discarded)
         rec.log(
@@ -45,16 +48,25 @@ class EffectsPage:
             self._tell()
             self._told = True
         batch = frame.report.batch
-        if not batch.parts:
+        time = np.array(batch.time)
+        # A learner that changes over from some effects to others says its last batch again, split anew.
+        new = time > self._drawn
+        if not batch.parts or not new.any():
             return
-        clock = [rr.TimeColumn(VEHICLE_TIME, duration=np.array(batch.time))]
+        clock = [rr.TimeColumn(VEHICLE_TIME, duration=time[new])]
         for path, values in columns(batch).items():
             if path.startswith("effects/parts/") and path not in self._named:
                 colour = self._colours[len(self._named) % len(self._colours)]
                 name = path.removeprefix("effects/parts/").replace("_", " ").capitalize()
                 self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.6), static=True)
                 self._named[path] = name
-            self._rec.send_columns(path, clock, scalars(values))
+            self._rec.send_columns(path, clock, scalars(values[new]))
+        self.remember(frame)
+
+    def remember(self, frame: Frame) -> None:
+        """The parts of this iteration are logged."""
+        if frame.report.batch.parts:
+            self._drawn = frame.report.batch.time[-1]
 
     def _tell(self) -> None:
         self._rec.log("effects/ledger", rr.TextDocument(ledger_text(self._ledger), media_type="text/markdown"))

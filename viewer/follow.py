@@ -40,7 +40,7 @@ class Follower:
     def __init__(self, bus: Bus, chapter: Chapter, begin: Begin, recorded: int = 0) -> None:
         self._bus, self._begin = bus, begin
         self._chapter, self._recorded = chapter, recorded
-        self._time: float | None = None  # the vehicle's, of the newest iteration [s]
+        self._earliest: float | None = None  # the vehicle's time before which its clock began anew [s]
         self._here = False
 
     @property
@@ -127,10 +127,11 @@ class Follower:
         self._chapter.flush()
 
     def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
-        if self._time is not None and report.t < self._time:
+        if self._earliest is not None and report.t < self._earliest:
             log.warning("the vehicle's clock began anew at %.1f s", report.t)
             self._anew()
-        self._time = report.t
+        # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
+        self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
         frame = Frame(report, self._bus.model(report.revision), seen)
         if report.revision <= self._recorded:
             self._chapter.remember(frame)
@@ -144,4 +145,4 @@ class Follower:
     def _anew(self) -> None:
         """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""
         self._chapter = self._begin()
-        self._recorded, self._time = 0, None
+        self._recorded, self._earliest = 0, None

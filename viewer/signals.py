@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import inf
 
 import numpy as np
 import rerun as rr
@@ -50,6 +51,7 @@ class SignalsPage:
         self._reach = {"yaw_rate": 0.0, "torque": 0.0}
         self._rejected: dict[str, int] = {}
         self._explained = False
+        self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
         # The viewer's own plots follow its theme: these colours are read on white and on black.
         series = LIGHT
         self._refusals = (series.discarded, series.new, series.forgotten, series.old, series.outlier, series.support)
@@ -105,8 +107,11 @@ class SignalsPage:
         """One iteration, at the clocks that are set: its samples, and the scope of the last minute."""
         self.flush()
         batch = frame.report.batch
-        if batch.time:
-            clock = [rr.TimeColumn(VEHICLE_TIME, duration=np.array(batch.time))]
+        time = np.array(batch.time)
+        # A learner that changes over to other effects says its last batch again: what it said at the time stands.
+        new = time > self._drawn
+        if new.any():
+            clock = [rr.TimeColumn(VEHICLE_TIME, duration=time[new])]
             columns: dict[str, Sequence[float] | Floats] = {
                 "signals/yaw_rate/synchronised": batch.rate,
                 "signals/damping/synchronised": batch.damping,
@@ -115,7 +120,8 @@ class SignalsPage:
                 columns["signals/damping/predicted"] = batch.predicted
                 columns["signals/residual"] = np.subtract(batch.damping, batch.predicted)
             for path, values in columns.items():
-                self._rec.send_columns(path, clock, scalars(values))
+                self._rec.send_columns(path, clock, scalars(np.array(values)[new]))
+            self.remember(frame)
         end = frame.report.t
         lines = {name: self._recent(name, end) for name in UNITS}
         if not len(lines["yaw_rate"]) and batch.time:
@@ -126,6 +132,11 @@ class SignalsPage:
             self._rec.log(
                 f"signals/scope/{name}", strips([dash for part in unbroken(line) for dash in dashed(part, DASH[name])])
             )
+
+    def remember(self, frame: Frame) -> None:
+        """The samples of this iteration are logged."""
+        if frame.report.batch.time:
+            self._drawn = frame.report.batch.time[-1]
 
     def reject(self, counters: Mapping[str, int]) -> None:
         """The refused samples so far, altogether and by reason, at the clocks that are set."""

@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 import pytest
 
+from incsvr.errors import BadInput
 from service import wire
 from service.effects import configured as effects_of
 from service.node import LearnerNode
@@ -165,7 +166,6 @@ def test_taught_again_it_is_the_learner_that_had_the_effects_from_the_beginning(
         pass
     before = taught.served
     after = taught.relearn(effects, {})
-    assert after is not None
     assert (after.snapshot.revision, after.snapshot.iteration) == (before.revision + 1, before.iteration + 1)
     assert after.snapshot.support == outcomes[-1].snapshot.support
     assert after.report.batch == outcomes[-1].report.batch
@@ -219,5 +219,6 @@ def test_until_something_is_promoted_it_publishes_the_same_bytes_as_without() ->
 
 def test_without_enough_recent_data_nothing_changes() -> None:
     node = LearnerNode(configured(tracing__live=True), boot="")
-    assert node.relearn(None, {}) is None
+    with pytest.raises(BadInput, match="fill no batch"):
+        node.relearn(None, {})
     assert node.latest() is None

@@ -167,6 +167,16 @@ def test_a_taken_port_is_one_sentence_and_status_2() -> None:
     assert "Traceback" not in done.stderr
 
 
+def test_told_to_stop_while_it_waits_for_its_router_it_ends_without_an_error(tmp_path: Path) -> None:
+    words = ["serve", "--set", f"bus.connect={free_endpoint()}", "--set", f"state={tmp_path}"]
+    with subprocess.Popen([sys.executable, "-m", "service.cli", *words], stderr=subprocess.PIPE, text=True) as learner:
+        assert learner.stderr is not None
+        assert "waiting for the bus" in learner.stderr.readline()
+        learner.send_signal(signal.SIGTERM)
+        assert learner.stderr.read() == ""
+        assert learner.wait(PATIENCE) == 0
+
+
 def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint: str, tmp_path: Path) -> None:
     nobody = subprocess.run(
         command("query", "0.1", "--connect", endpoint, "--wait", "0.3"), capture_output=True, text=True, check=False

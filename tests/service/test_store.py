@@ -139,6 +139,17 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         Store(tmp_path / "file" / "state", config)
 
 
+def test_a_state_is_one_learners_until_it_ends(tmp_path: Path) -> None:
+    config = configured(state=tmp_path)
+    first = Store(tmp_path, config)
+    with pytest.raises(BadInput, match="another learner has the state"):
+        Store(tmp_path, config)
+    other = Store(tmp_path, configured(state=tmp_path, prefix="leng/pitch"))
+    other.close()
+    first.close()
+    Store(tmp_path, config).close()
+
+
 def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_learned(
     tmp_path: Path, outcomes: list[Outcome]
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
 from incsvr.streams import CAPACITY
@@ -63,10 +64,10 @@ def test_batches_begun_anew_are_those_of_the_whole_streams(until: float) -> None
     for name, (t, value) in streams.items():
         batches.push(name, t[t < 100.0], value[t < 100.0])
     seen = batches.samples_seen
-    samples = batches.begin_anew(None, until)
-    assert samples is not None
+    samples = batches.freed(None, until)
     known = whole.time <= until
     np.testing.assert_array_equal(samples.damping, whole.damping[known])
+    batches.begin_anew(None, until, 0)
     assert batches.samples_seen == seen == len(whole)
     np.testing.assert_array_equal(batches.to_dict()["waiting"]["damping"], whole.damping[~known])
     for name, (t, value) in streams.items():
@@ -86,4 +87,6 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
         batches.push(name, time[: 2 * RESTART_VALUES], value[: 2 * RESTART_VALUES])
     assert batches.clock_restarts == 1
     assert batches.covers() is None
+    with pytest.raises(BadInput, match="clock began anew"):
+        batches.begin_anew(None, 1000.0, 0)
     assert max(t[-1] for t, _ in batches.recent().values()) < 1.0

@@ -1,0 +1,146 @@
+"""The learner changes over to traced effects as a whole or not at all: what goes wrong on the way changes nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from incsvr.effects import Term
+from incsvr.errors import BadInput
+from incsvr.tracer.forward import TracedModel
+from service import wire
+from service.config import Config
+from service.effects import TracedEffects, taken_up
+from service.host import Host
+from service.node import LearnerNode, Outcome
+from service.session import connecting, free_endpoint, listening, open_session
+from service.standing import Standing
+from service.store import Store
+from simulator import leng
+from simulator.recordings import Recording
+from tests.hidden import recording, with_channels, write_trace
+from tests.service.conftest import PATIENCE, configured
+from tests.service.test_effects import part
+from tests.service.test_live_tracing import tracing
+
+LIVE: dict[str, Any] = {
+    "signals__channels": ["sway"],
+    "tracing__live": True,
+    "tracing__window": 240.0,
+    "tracing__proof": 90.0,
+}
+PROVEN_UNTIL = 260.0
+"""The proof sees the vehicle's time until then [s]; afterwards the sensor of the sway fails."""
+
+
+@pytest.fixture(scope="module")
+def failing() -> Recording:
+    """The vehicle with a hidden lag; its sensor of the sway says 0, and once something that is no sway."""
+    run = recording(3, 360.0)
+    sway = np.zeros(run.time.size)
+    sway[np.searchsorted(run.time, PROVEN_UNTIL + 10.0)] = 1e100
+    return with_channels(run, {"sway": sway})
+
+
+@pytest.fixture
+def found(tmp_path: Path) -> dict[str, Any]:
+    """The trace of that vehicle, with a coupling to the sway, which the proof cannot refuse: there is none in it."""
+    path = tmp_path / "trace.json"
+    write_trace(path)
+    trace: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    model = TracedModel.from_dict(trace["model"])
+    return trace | {"model": replace(model, terms=(*model.terms, Term("coupling:sway", "", (8.0,), (0.0,)))).to_dict()}
+
+
+def effects(found: dict[str, Any]) -> TracedEffects:
+    return taken_up(found, leng.INERTIA, ("sway",), "a test")
+
+
+def pushed(nodes: list[LearnerNode], run: Recording) -> None:
+    for name, (t, value) in run.streams().items():
+        for node in nodes:
+            node.push(name, t, value)
+
+
+def learned(node: LearnerNode) -> list[Outcome]:
+    outcomes = []
+    while (outcome := node.learn()) is not None:
+        outcomes.append(outcome)
+    return outcomes
+
+
+def test_what_fails_in_the_middle_leaves_the_learner_as_it_was(failing: Recording, found: dict[str, Any]) -> None:
+    tried, untouched = (LearnerNode(configured(**LIVE), boot="") for _ in range(2))
+    pushed([tried, untouched], part(failing, 0.0, 300.0))
+    assert learned(tried)[-1].snapshot == learned(untouched)[-1].snapshot
+    with pytest.raises(BadInput, match="beyond 1e\\+30"):
+        tried.relearn(effects(found), {})
+    assert tried.memory(whole=True) == untouched.memory(whole=True)
+    assert tried.ledger == untouched.ledger
+    pushed([tried, untouched], part(failing, 300.0, 320.0))
+    after, expected = learned(tried), learned(untouched)
+    assert expected
+    assert [each.snapshot for each in after] == [each.snapshot for each in expected]
+    assert [each.report.batch for each in after] == [each.report.batch for each in expected]
+    assert tried.batches.to_dict() == untouched.batches.to_dict()
+    assert tried.batches.rejected == untouched.batches.rejected
+
+
+def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
+    failing: Recording, found: dict[str, Any], tmp_path: Path
+) -> None:
+    config, endpoint = configured(**LIVE, state=tmp_path), free_endpoint()
+    _leave_in_shadow(found, config)
+    # Without the threads of a `Crew`: what comes before the proof and what after it must not depend on who is quicker.
+    with open_session(listening(endpoint)) as server, closing(Host(server, config)) as host:
+        with open_session(connecting(endpoint), PATIENCE) as client:
+            ledgers: queue.Queue[wire.EffectsLedger] = queue.Queue()
+            client.declare_subscriber(
+                host.keys.effects,
+                lambda sample: ledgers.put(wire.decode(wire.EffectsLedger, sample.payload.to_bytes())),
+            )
+            pushed([host.node], part(failing, 0.0, PROVEN_UNTIL))
+            assert host.learn()
+            (child,) = tracing()
+            child.suspend()
+            pushed([host.node], part(failing, PROVEN_UNTIL, 320.0))
+            while host.learn():
+                pass
+            child.resume()
+            os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)  # without taking its status from the learner
+            assert host.tick()
+            before = host.node.latest()
+            host.learn()
+            said = ledgers.get(timeout=PATIENCE)
+        assert said.effects == ()
+        assert {(step["effect"], step["step"]) for step in said.history} == {
+            (name, "failed") for name in ("torque_lag", "bias_torque", "coupling:sway")
+        }
+        assert "proven, but the learner could not change over: y holds" in said.history[0]["why"]
+        assert before is not None
+        assert host.node.latest() == before
+        pushed([host.node], part(failing, 320.0, 360.0))
+        (outcome, *_) = learned(host.node)
+        assert outcome.snapshot.revision == before.revision + 1
+        assert outcome.report.batch.parts == {}
+    kept = Store(tmp_path, config, changing=True)
+    assert kept.refusal is None
+    assert kept.memory is not None
+    assert kept.memory["live"]["force"] is kept.memory["live"]["shadow"] is None
+    kept.close()
+
+
+def _leave_in_shadow(found: dict[str, Any], config: Config) -> None:
+    """The state that a learner leaves which has found this and not proven it yet."""
+    assert config.state is not None
+    store = Store(config.state, config, changing=True)
+    store.save_memory(LearnerNode(config, boot="").memory() | {"live": Standing(shadow=found).to_dict()})
+    store.close()

@@ -1,0 +1,56 @@
+"""What comes in: bounded by the ring, and nothing that is no number goes on, on a channel neither."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from service import wire
+from service.health import HealthWatch
+from service.ingest import LEAST, MAX_PAYLOAD, RING, Ingest, places
+from service.node import LearnerNode
+from service.session import free_endpoint, listening, open_session
+from tests.service.conftest import PATIENCE, StartBench, configured, teach
+
+KEYS = wire.Keys("leng/yaw")
+
+
+def test_of_what_is_not_taken_in_time_the_newest_is_kept() -> None:
+    config = configured()
+    node, watch = LearnerNode(config, boot=""), HealthWatch(config.health, time.monotonic(), time.monotonic)
+    with open_session(listening(free_endpoint())) as session:
+        ingest = Ingest(session, KEYS, node, watch, ring=64)
+        for number in range(200):  # within a session a put is with its subscriber when it returns
+            session.put(KEYS.rate, wire.measurement(0.02 * number, 0.0, number))
+        ingest.drain()
+        ingest.close()
+    stream = watch.report(node).streams["yaw_rate"]
+    assert stream.received == 64
+    assert stream.t == pytest.approx(0.02 * 199)
+
+
+def test_the_learners_of_a_process_share_the_places() -> None:
+    assert places(1) == RING
+    assert places(4) == RING // 4
+    assert places(1000) == LEAST
+
+
+@pytest.mark.parametrize("declared", [[], ["depth"]])
+def test_an_infinite_value_of_a_channel_costs_no_batch(start: StartBench, declared: list[str]) -> None:
+    bench = start(signals__channels=declared)
+    reports = bench.follow(bench.keys.iteration, wire.IterationReport)
+    for t, value in ((0.0, "1.0"), (5.0, "2.0"), (10.0, "1e999"), (15.0, "Infinity"), (40.0, "3.0"), (45.0, "3.0")):
+        bench.session.put(bench.keys.stream("depth"), f'{{"t": {t}, "value": {value}}}')
+    teach(bench.session, bench.keys, 1, 0.0, 40.0)
+    report = reports.get(timeout=PATIENCE)
+    assert report.revision == 1
+    assert set(report.batch.channels["depth"]) <= {1.0, 2.0, None}
+    assert bench.health().counters["rejected:not_finite"] == 2
+
+
+def test_a_question_that_is_too_long_is_not_read(start: StartBench) -> None:
+    bench = start()
+    _, refusal = bench.get(bench.keys.damping, payload=b" " * (MAX_PAYLOAD + 1))
+    assert refusal is not None
+    assert "ask in several queries" in refusal.error
