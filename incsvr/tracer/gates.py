@@ -95,7 +95,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
             ), k
     if problem.signals.share > SENSED:
         for k, effect in enumerate(base.effects):
-            if effect.acts in ("thrust", "motion") and fed_by_noise(problem, base, k):
+            if effect.whole and fed_by_noise(problem, base, k):
                 return "it feeds on the torque's noise: with more noise in the torque it explains as much", k
     return "", 0
 
@@ -130,10 +130,11 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
         return "what it alone explains is lost in the noise", order[0]
     terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
     phased = [e.of_phase and not below_sampling(t, problem) for e, t in terms]
-    told = [unique_share(problem, hypothesis, k, white=True) for k in range(len(hypothesis.terms))]
-    largest = max((told[k] for k in order if phased[k]), default=0.0)
+    brief = [unique_share(problem, hypothesis, k, white=True) for k in range(len(hypothesis.terms))]
     for k in order:
-        if phased[k] and told[k] < SHAPE * largest:
+        # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
+        told = brief if hypothesis.effects[k].brief else alone
+        if phased[k] and told[k] < SHAPE * max(told[j] for j in order if phased[j]):
             return "what it alone explains is within the shape error of a larger effect", k
     return "", 0
 

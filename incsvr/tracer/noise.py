@@ -50,23 +50,31 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
 def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None) -> float:
     """Which part of the equation's noise sits in the recorded torque, 0…1.
 
-    With e = n − w (torque noise n, disturbance in the water w) and both cut to their fast part by differences F, where no
-    excitation is left but jumps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Where the command jumps is left out, and
-    what still stands out of F τ. First differences are enough where the command stays between its jumps; a moving one
-    needs third ones, in which there is more of the gyro and less of a noise that lasts. `gyro`, (n_b,), is a draw of
-    what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
+    With e = n − w (torque noise n, disturbance in the water w) and both cut to their fast part by differences F, where
+    no excitation is left but jumps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Where the command jumps is left
+    out, and what still stands out of F τ. A moving command asks for third differences; where it stays between its jumps
+    first and second ones hold no command either, but less of the gyro and more of a noise that lasts. What else is in e
+    lowers each reading: the largest is nearest.
+
+    Args:
+        gyro: (n_b,) a draw of what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
     """
-    for order in (1, 2, 3):
-        e, t = (_differences(blocks, values, order) for values in (residual, blocks.mean(torque)))
-        steady = _steady(blocks, torque, order)
-        usual = [JUMP * 1.4826 * float(np.median(np.abs(x[steady]))) + 1e-12 for x in (e, t)]
-        calm = steady & (np.abs(e) <= usual[0]) & (np.abs(t) <= usual[1])
-        power = float(e[calm] @ e[calm])
-        if float(t[calm] @ t[calm]) <= QUIET * power:
-            break
+    mean = blocks.mean(torque)
+    return max(_share(blocks, torque, mean, residual, gyro, order) for order in (1, 2, 3))
+
+
+def _share(blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int) -> float:
+    """`noise_share` as differences of one order tell it; 0 where they hold the command."""
+    e, t = _differences(blocks, residual, order), _differences(blocks, mean, order)
+    steady = _steady(blocks, torque, order)
+    usual = [JUMP * 1.4826 * float(np.median(np.abs(x[steady]))) + 1e-12 for x in (e, t)]
+    calm = steady & (np.abs(e) <= usual[0]) & (np.abs(t) <= usual[1])
+    power = float(e[calm] @ e[calm])
+    if power <= 0.0 or (order < 3 and float(t[calm] @ t[calm]) > QUIET * power):
+        return 0.0
     if gyro is not None:
         power -= min(float(np.sum(_differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)
-    return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0)) if power > 0.0 else 0.0
+    return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0))
 
 
 def _differences(blocks: Blocks, values: Array, order: int) -> Array:
@@ -95,19 +103,30 @@ def calmed(signals: Signals, size: int) -> Array:
     return np.concatenate(pieces)
 
 
-def foretell(torque: Array, blocks: Blocks) -> Array:
+def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
     """(n_b,) each block's mean torque as foretold from earlier blocks; its own where the command has just jumped.
 
     A command that moves is foretold by least squares from six blocks, one that stays between its jumps by the mean
     since the last: whichever misses less. The block just before is never looked at: it shares an edge, and its noise,
     with the next.
+
+    Args:
+        stays: whether the command stays between its jumps, where that is known.
+
+    Returns:
+        the torque foretold, and whether the command stays.
     """
     position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
     moving = _moving(torque, position)
     limit = JUMP * 1.4826 * float(np.median(np.abs(torque - moving)))
-    both = (_since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving))
-    # where a block's own had to be taken, it has missed
-    return min(both, key=lambda f: float(np.mean(np.where(f == torque, limit, np.abs(torque - f)))))
+    staying, moving = _since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving)
+
+    def missed(found: Array) -> float:
+        # where a block's own had to be taken, it has missed
+        return float(np.mean(np.where(found == torque, limit, np.abs(torque - found))))
+
+    stays = missed(staying) <= missed(moving) if stays is None else stays
+    return (staying if stays else moving), stays
 
 
 ORDER = 6

@@ -58,6 +58,7 @@ class Problem:
         white: deviation of the torque's white noise in a block [N m].
         calm: (n,) the torque without what is noise within a block, its steps kept [N m].
         foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
+        stays: whether the command stays between its jumps.
     """
 
     signals: Signals
@@ -70,6 +71,7 @@ class Problem:
     steep: Array
     calm: Array
     foretold: Array
+    stays: bool
     resolution: float
     held: bool
     width: float
@@ -123,7 +125,8 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
         base = fit(problem.y, problem.coarse, problem.blocks)
         noise = inertia * sigma * np.sqrt(min(period / problem.signals.step, 1.0)) / problem.blocks.period
         noise *= float(np.linalg.norm(np.convolve(np.concatenate([[1.0], -base.ar]), [1.0, -1.0])))
-        longer = 1.3 * problem.blocks.period
+        # by a step at least: where one sample fills a block, 1.3 of it would be the same again
+        longer = max(1.3 * problem.blocks.period, problem.blocks.period + problem.signals.step)
         if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
             break
         block = longer
@@ -188,10 +191,11 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
         acceleration=acceleration,
     )  # fmt: skip
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)
+    foretold, stays = foretell(blocks.mean(signals.torque), blocks)
     return replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
         steep=_steep(problem.damping, signals.rate, blocks), calm=calmed(signals, blocks.size),
-        foretold=foretell(blocks.mean(signals.torque), blocks),
+        foretold=foretold, stays=stays,
     )  # fmt: skip
 
 
@@ -236,7 +240,7 @@ def _equations(
         signals, inertia=inertia, scale=scale, block=blocks.period,
         origin=(float(np.min(spans[0])), float(np.max(spans[1]))),
     )  # fmt: skip
-    foretold = foretell(blocks.mean(signals.torque), blocks)
+    foretold, stays = foretell(blocks.mean(signals.torque), blocks)
     grid = np.linspace(float(np.min(rate)), float(np.max(rate)), 201)
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
@@ -245,8 +249,9 @@ def _equations(
     white = white_noise(runs) * float(np.sqrt(min(float(np.median(sampled)) / blocks.period, 1.0)))
     calm = calmed(signals, size)
     return Problem(
-        signals, blocks, y, damping, grid, table, coarse, steep, calm, foretold, _resolution(runs), held, 0.0, white
-    )
+        signals, blocks, y, damping, grid, table, coarse, steep, calm, foretold, stays, _resolution(runs), held,
+        width=0.0, white=white,
+    )  # fmt: skip
 
 
 def _has_heading(runs: Sequence[Run]) -> bool:

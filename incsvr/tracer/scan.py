@@ -63,7 +63,7 @@ def scan(
         return _gained(effect, c.T @ c, c.T @ z + pulled * pull, size)
 
     turned = pull_of(base.turned)
-    upright = r + 1e-9 * np.diag(np.abs(np.diag(r)) + 1e-300)
+    upright = r + 1e-9 * (float(np.max(np.abs(np.diag(r)))) + 1e-300) * np.eye(r.shape[0])
     seen = views(problem, base)
     known = {} if known is None else known
     leads = []

@@ -1,8 +1,7 @@
-"""What an effect would be worth in a noisier torque: one that feeds on the noise is worth as much, or more.
+"""A limit or a dead band in a noisier torque: is it worth as much, it feeds on the noise.
 
-A limit or a dead band takes noise out of a torque that dwells at it, and so does any column that is built from the
-recorded torque. What truly acts on the vehicle is harder to see the more noise there is: the idea of J. R. Cook and
-L. A. Stefanski, "Simulation-extrapolation estimation", JASA 89 (1994).
+Either takes noise out of a torque that dwells at it. What truly acts on the vehicle is harder to see the more noise
+there is: the idea of J. R. Cook and L. A. Stefanski, "Simulation-extrapolation estimation", JASA 89 (1994).
 """
 
 from __future__ import annotations
@@ -28,14 +27,13 @@ DRAWS = 2
 def fed_by_noise(problem: Problem, hypothesis: Hypothesis, k: int) -> bool:
     """Whether the k-th effect explains as much where the torque has four times the noise.
 
-    An effect of the vehicle loses its evidence as the noise grows, in the ratio of the residual's variances; one that
-    feeds on it loses none. The line is drawn half way.
+    What an effect of the vehicle explains, in parts of the noise, falls as the noise grows; of one that feeds on it, it
+    stays. The line is drawn half way.
     """
-    share = problem.signals.share
-    kept = 1.0 / (1.0 + ADDED * share)
-    before = gain_of(problem, hypothesis, k)
-    after = np.mean([_gain(shaken(problem, hypothesis, seed), hypothesis, k) for seed in range(DRAWS)])
-    return bool(after > 0.5 * (1.0 + kept) * before)
+    kept = 1.0 / (1.0 + ADDED * problem.signals.share)
+    before = _explained(problem, gain_of(problem, hypothesis, k))
+    after = [_explained(problem, _gain(shaken(problem, hypothesis, seed), hypothesis, k)) for seed in range(DRAWS)]
+    return bool(np.mean(after) > 0.5 * (1.0 + kept) * before)
 
 
 def shaken(problem: Problem, hypothesis: Hypothesis, seed: int) -> Problem:
@@ -44,9 +42,10 @@ def shaken(problem: Problem, hypothesis: Hypothesis, seed: int) -> Problem:
     torque = s.torque + np.sqrt(ADDED) * _noise(problem, hypothesis, np.random.default_rng(seed))
     signals = replace(s, torque=torque, share=s.share * (1.0 + ADDED) / (1.0 + ADDED * s.share))
     mean = problem.blocks.mean(torque)
+    foretold, _ = foretell(mean, problem.blocks, problem.stays)
     return replace(
         problem, signals=signals, y=problem.y + mean - problem.blocks.mean(s.torque),
-        calm=calmed(signals, problem.blocks.size), foretold=foretell(mean, problem.blocks),
+        calm=calmed(signals, problem.blocks.size), foretold=foretold,
         white=problem.white * float(np.sqrt(1.0 + ADDED)),
     )  # fmt: skip
 
@@ -58,8 +57,13 @@ def _noise(problem: Problem, hypothesis: Hypothesis, random: np.random.Generator
     slow = np.clip(slow, -1e3, 1e3) * fitted.scale * np.sqrt(problem.signals.share)
     middle = blocks.first + 0.5 * blocks.size
     course: Array = np.interp(np.arange(len(problem.signals)), middle, slow)
-    within = max(problem.white * np.sqrt(blocks.size), 0.0)
-    return course + within * random.normal(size=course.size)
+    noise: Array = course + problem.white * np.sqrt(blocks.size) * random.normal(size=course.size)
+    return noise
+
+
+def _explained(problem: Problem, gain: float) -> float:
+    """Of a gain in 2 ℓ, the variance that it explains in parts of that which it leaves."""
+    return float(np.expm1(gain / problem.blocks.whole.size))
 
 
 def _gain(problem: Problem, hypothesis: Hypothesis, k: int) -> float:

@@ -50,6 +50,9 @@ class Views:
             # the command's course within the block stays
             moved = problem.foretold - problem.blocks.mean(problem.calm)
             self._foretold = problem.calm + problem.blocks.spread(moved, len(s))
+            if problem.stays:
+                # at rest within a dead band nothing else tells the command from a noise that lasts
+                self._expected, doubt = self._foretold, 0.0
         self._plain = replace(
             s, damping=damping, residual=residual, doubt=doubt,
             applied=share * self._needed + (1.0 - share) * given,
@@ -88,13 +91,13 @@ class Views:
         """`turned` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or half
         the thrust, half the inertia and half the drag would explain everything with half the noise."""
         s = self.of(effect)
-        nudge = 1e-3 * float(np.std(s.torque))
+        nudge, told = 1e-3 * float(np.std(s.torque)), s.share > TOLD
         there = replace(
             s,
             applied=s.applied + s.turning * nudge,
             command=s.command - s.share * nudge,
-            expected=s.expected - min(s.share, TOLD) * nudge,
-            foretold=s.foretold - (0.0 if s.share > TOLD else s.share * nudge),
+            expected=s.expected - (0.0 if told and self._problem.stays else min(s.share, TOLD) * nudge),
+            foretold=s.foretold - (0.0 if told else s.share * nudge),
         )
         passed: Array = (self._problem.blocks.mean(effect.columns(there, inner, coefficients)) - mean) / nudge
         return np.stack([passed, passed])

@@ -122,8 +122,8 @@ def time_scale(runs: Sequence[Run]) -> float:
     """T_c [s]: the lag at which the autocorrelation of the yaw rate falls below one half, over all runs together."""
     period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
     grids = []
-    for run in runs:
-        at, rate = stream(run, run.yaw_rate)
+    for piece in (piece for run in runs for piece in _pieces(run)):
+        at, rate = stream(piece, piece.yaw_rate)
         grids.append(np.interp(np.arange(at[0], at[-1], period), at, rate))
     mean = float(np.mean(np.concatenate(grids)))
     length = max(g.size for g in grids)

@@ -1,0 +1,84 @@
+"""A torque that is recorded with lasting noise, under a command that stays at its levels: what feeds on the noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from incsvr.tracer.alignment import aligned
+from incsvr.tracer.noise import noise_share
+from incsvr.tracer.run import Array, Run
+from incsvr.tracer.weak_form import split
+from incsvr.tracing import trace
+
+INERTIA = 120.0
+PERIOD = 0.05
+TIME = np.asarray(PERIOD * np.arange(7200), dtype=np.float64)
+
+
+def telegraph(seed: int) -> Array:
+    """Between ±80 N m, now and then for less than the vehicle's time scale."""
+    random = np.random.default_rng([seed, 0])
+    jumps = np.cumsum(random.exponential(1.2, TIME.size) + 0.15)
+    return np.asarray(80.0 * (-1.0) ** np.searchsorted(jumps, TIME))
+
+
+def pulses(seed: int) -> Array:
+    """Half of the time at rest [N m]."""
+    random = np.random.default_rng([seed, 0])
+    jumps = np.cumsum(random.uniform(0.3, 2.0, TIME.size))
+    levels = np.where(random.random(TIME.size) < 0.5, 0.0, random.choice([-100.0, -50.0, 50.0, 100.0], TIME.size))
+    return np.asarray(levels[np.searchsorted(jumps, TIME)])
+
+
+def recorded(seed: int, command: Array, width: float = 0.0, memory: float = 0.9) -> Run:
+    """I ṙ + 150 r + 600 r|r| = what a dead band of this half width [N m] leaves of the command.
+
+    The torque is recorded with noise of 3.5 N m whose autocorrelation over a sample is `memory`, the rate with 0.002
+    rad/s; the water is calm.
+    """
+    random = np.random.default_rng([seed, 1])
+    acting = np.sign(command) * np.maximum(np.abs(command) - width, 0.0)
+    rate, now = np.empty(TIME.size), 0.0
+    for k, moment in enumerate(acting.tolist()):
+        rate[k] = now
+        for _ in range(10):
+            now += 0.1 * PERIOD / INERTIA * (moment - 150.0 * now - 600.0 * now * abs(now))
+    noise = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], random.normal(size=TIME.size))
+    measured: Array = rate + random.normal(0.0, 0.002, TIME.size)
+    return Run("noisy", TIME, measured, np.asarray(command + 3.5 * noise, dtype=np.float64), {})
+
+
+@pytest.mark.parametrize("command", [telegraph, pulses])
+def test_a_limit_or_a_dead_band_that_takes_but_noise_is_not_named(command) -> None:  # type: ignore[no-untyped-def]
+    assert trace([recorded(1, command(1))], inertia=INERTIA).effects == ()
+
+
+def test_a_dead_band_in_the_same_noise_is_named() -> None:
+    """Noise that crosses its edge makes the band look narrower than it is."""
+    (found,) = trace([recorded(1, pulses(1), width=12.0)], inertia=INERTIA).effects
+    assert found.effect == "dead_zone"
+    assert found.parameters["half_width_nm"] == pytest.approx(10.0, rel=0.1)
+
+
+@pytest.mark.parametrize("command", [telegraph, pulses])
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_the_noise_is_read_where_the_command_stays_however_often_it_jumps(command, memory: float) -> None:  # type: ignore[no-untyped-def]
+    assert aligned([recorded(2, command(2), memory=memory)], INERTIA, []).signals.share > 0.8
+
+
+def test_a_command_without_noise_has_none() -> None:
+    """All the noise is the water's, and no jump of the command may pass for noise of the torque."""
+    torque = telegraph(3)
+    blocks = split(np.array([0, torque.size]), 4, PERIOD)
+    residual = np.random.default_rng(3).normal(size=len(blocks))
+    assert noise_share(blocks, torque, residual) < 0.1
+
+
+def test_a_gyro_that_is_sampled_slowly_gets_an_answer() -> None:
+    """A block of a single sample can grow but by whole samples."""
+    slow = recorded(4, telegraph(4))
+    run = Run("slow", TIME[::4], slow.yaw_rate[::4], slow.torque[::4], {})
+    problem = aligned([run], INERTIA, [])
+    assert problem.blocks.period > 0.19
