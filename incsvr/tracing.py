@@ -152,8 +152,6 @@ def _looked_closer(
     hunt = Search(finer, brief, pieces, closed_loop(finer), refused=dict[str, str]())
     terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
     grown = hunt.climbed(settle(finer, terms, nothing(finer)) if terms else nothing(finer))
-    import os
-    if os.environ.get("DBG"): print("   CLOSER Tb",finer.blocks.period,"n",len(finer.blocks),grown.names(),hunt.refused)
     if court.validation:
         grown = _surviving(finer, court, grown, hunt.refused)
     if not set(grown.names()) > set(found.names()):
