@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.tracer.gyro import check_gyro
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def check(runs: Sequence[Run]) -> None:
 
     Raises:
         BadInput: no runs, unequal lengths, time that does not increase, too few samples, time stamps in milliseconds,
-            a constant yaw rate or torque, a yaw rate or heading in degrees.
+            a constant yaw rate, a yaw rate or heading in degrees, a gyro that was stuck or clipped.
     """
     if not runs:
         raise BadInput("no recording was given: name at least one CSV file")
@@ -87,6 +88,8 @@ def _check_streams(run: Run) -> None:
             raise BadInput(
                 f"{run.name}: heading turns far faster than the yaw rate says; convert it from degrees to rad"
             )
+    when, rate = stream(run, run.yaw_rate)
+    check_gyro(run.name, when, rate, np.interp(when, *stream(run, run.torque)))
 
 
 def _integral(run: Run) -> tuple[Array, Array]:
