@@ -65,6 +65,24 @@ def check(runs: Sequence[Run]) -> None:
     _check_together(runs)
 
 
+def distinct(runs: Sequence[Run]) -> None:
+    """Refuse the same data given twice: evidence would count double, and what was fitted proves nothing.
+
+    Raises:
+        BadInput: two runs hold the same yaw rate and torque, sample by sample, whatever their names or stamps are.
+    """
+    seen: dict[tuple[bytes, bytes], str] = {}
+    for run in runs:
+        content = run.yaw_rate.tobytes(), run.torque.tobytes()
+        if content in seen:
+            same = "is given twice" if run.name == seen[content] else f"holds the same data as {seen[content]}"
+            raise BadInput(
+                f"{run.name} {same}, and data that was fitted proves nothing: give each recording once, to fit or to "
+                "validate"
+            )
+        seen[content] = run.name
+
+
 def _check_streams(run: Run) -> None:
     for label, values in (("yaw_rate", run.yaw_rate), ("torque", run.torque)):
         if np.isfinite(values).sum() < 2:
