@@ -39,6 +39,8 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     found = json.loads(printed.out)
     assert found["verdict"] == "effects"
     assert [effect["effect"] for effect in found["effects"]] == ["bias_torque"]
+    told = [rejected["p_value"] for rejected in found["rejected"]]
+    assert told == sorted(told)
     low, high = found["effects"][0]["interval"]["moment_nm"]
     assert low < 12.0 < high
     # sample by sample: the torque sensor's own noise is the floor, and the model reaches it
