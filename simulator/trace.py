@@ -11,6 +11,7 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from incsvr.tracer.findings import Trace
 from incsvr.tracer.run import Run, distinct
+from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
 from service.output import add_json_argument, emit
 from simulator.recordings import read
@@ -74,7 +75,7 @@ def text(found: Trace) -> str:
             lines.append(f"    these recordings cannot tell it from: {', '.join(finding.cannot_tell_from)}")
         if finding.next_manoeuvre:
             lines.append(f"    next: {finding.next_manoeuvre}")
-    lines += [f"  {item.channel} still predicts the residual (p = {item.p_value:.2g})" for item in found.unexplained]
+    lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in found.unexplained]
     error = found.error
     where = (
         "the validation recordings" if error["validated_on"] == "recordings" else "held-out pieces of the recordings"
