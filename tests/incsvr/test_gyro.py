@@ -47,7 +47,7 @@ def test_a_clipped_gyro_is_named_with_its_limit(sides: tuple[float, float]) -> N
     limits = [side * most for side in sides]
     limit = max((x for x in limits if abs(x) < most), default=0.0)
     with pytest.raises(BadInput, match=f"clipped at {limit:.4g} rad/s, .* wider range"):
-        check_gyro("run", time, np.asarray(np.clip(rate, *limits), dtype=np.float64), torque)
+        check_gyro("run", time, np.asarray(np.clip(rate, limits[0], limits[1]), dtype=np.float64), torque)
 
 
 @pytest.mark.parametrize("vehicle", ["leng", "small"])
