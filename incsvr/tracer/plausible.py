@@ -31,8 +31,8 @@ def doubts(problem: Problem) -> tuple[str, ...]:
         return ()
     about = float(np.sqrt(ends[0] * ends[1]))
     return (
-        f"torque and acceleration go together as with an inertia of about {about:.2g} kg m²; check the declared "
-        f"{declared:.3g} kg m² and whether the torque is in N m",
+        f"torque and acceleration go together as with an inertia of about {about:.3g} kg m²; check the declared "
+        f"{declared:.4g} kg m² and whether the torque is in N m",
     )
 
 

@@ -39,7 +39,7 @@ def test_an_inertia_far_off_is_noted_and_one_that_effects_bring_forth_is_not(exc
         assert doubts(pose([run], outcome.inertia, [])) == ()
         for wrong in (0.1, 10.0):
             (note,) = doubts(pose([run], wrong * outcome.inertia, []))
-            assert f"check the declared {wrong * outcome.inertia:.3g} kg m²" in note
+            assert f"check the declared {wrong * outcome.inertia:.4g} kg m²" in note
         ends = apparent_inertia(pose([run], outcome.inertia, []))
         assert ends is not None
         assert 0.4 < ends[0] / outcome.inertia <= ends[1] / outcome.inertia < 2.5
