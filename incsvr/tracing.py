@@ -23,6 +23,7 @@ from incsvr.tracer.gates import THRESHOLD, against_physics, sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.noise import torque_scatter
+from incsvr.tracer.plausible import doubts
 from incsvr.tracer.problem import Problem, pose_finer
 from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
@@ -64,7 +65,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
     verdict = "effects" if findings else "unexplained" if smooth else "none"
-    answered(problem, verdict)
+    answered(problem, verdict, runs)
     before, after = case.court.errors(base), case.court.errors(whole)
     error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
     error["validated_on"] = case.court.validated_on
@@ -79,7 +80,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
-        notes=tuple(notes),
+        notes=(*notes, *doubts(problem)),
         declared_model=model_of(problem, base),
         model=model,
         pictures=Pictures(
@@ -254,7 +255,7 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
 
 
 def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
-    """What the search refused, and every other candidate with the evidence that is left for it."""
+    """What the search refused, and every other candidate with the evidence that is left for it, most telling first."""
     taken = set(found.names()) | set(failed)
     rejected: list[Rejected] = []
     for lead in scan(case.problem, found, case.effects):
@@ -264,7 +265,7 @@ def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Re
         elif lead.effect.name not in taken:
             taken.add(lead.effect.name)
             rejected.append(Rejected(lead.effect.name, p, _why_not(case.problem, found, lead)))
-    return rejected
+    return sorted(rejected, key=lambda r: r.p_value)
 
 
 def _why_not(problem: Problem, found: Hypothesis, lead: Lead) -> str:

@@ -51,7 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = read_config(args.config)
     rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
-    runs, unseen = ([read(path, rate_limit=rate_limit) for path in paths] for paths in (args.recordings, args.validate))
+    limit_is = "vehicle.rate_limit in the configuration" if args.config else ""
+    runs, unseen = (
+        [read(path, rate_limit=rate_limit, limit_is=limit_is) for path in paths]
+        for paths in (args.recordings, args.validate)
+    )
     inertia, estimate = _inertia(args.inertia, config.vehicle.inertia, runs)
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)

@@ -23,6 +23,7 @@ RATE_LIMIT = 6.0
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
 TYPICAL_STEP_LIMIT = 2.0
 """Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _UNITS = {"t": "time [s]", "yaw_rate": "yaw rate [rad/s]", "torque": "yaw moment of the actuators [N m]"}
 
 Streams = dict[str, tuple[Array, Array]]
@@ -87,12 +88,13 @@ def write(path: Path, recording: Recording) -> None:
         writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
 
 
-def read(path: Path, *, rate_limit: float = RATE_LIMIT) -> Recording:
+def read(path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "") -> Recording:
     """The recording in a CSV file.
 
     Args:
         path: the file.
         rate_limit: largest plausible magnitude of the yaw rate [rad/s].
+        limit_is: what the user may raise it by, if there is such a thing.
 
     Raises:
         BadInput: naming the file, the row (the header is row 1) and the cure.
@@ -107,10 +109,10 @@ def read(path: Path, *, rate_limit: float = RATE_LIMIT) -> Recording:
             raise BadInput(f"{path}: the column {name} is empty; it must hold the {_UNITS[name]}")
     beyond = np.flatnonzero(np.abs(columns["yaw_rate"]) > rate_limit)
     if beyond.size:
+        faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
         raise BadInput(
             f"{path}, row {beyond[0] + 2}: yaw_rate is {columns['yaw_rate'][beyond[0]]:g}, beyond the plausible "
-            f"±{rate_limit:g} rad/s; if it is in degrees per second, multiply it by pi/180 = 0.0174533, "
-            "and if the vehicle really turns so fast, raise the limit"
+            f"±{rate_limit:g} rad/s; if it is in degrees per second, multiply it by pi/180 = 0.0174533{faster}"
         )
     return Recording(path.name, time, columns)
 
@@ -131,6 +133,29 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
     if not rows:
         raise BadInput(f"{path}: the file is empty; a recording begins with the header t,yaw_rate,torque")
     header = [name.strip() for name in rows[0]]
+    _check_header(path, header)
+    if len(rows) == 1:
+        raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(header):
+            raise BadInput(
+                f"{path}, row {number}: {len(row)} cells under a header of {len(header)}; "
+                "leave a cell empty where nothing was sampled, but keep its comma"
+            )
+    return header, rows[1:]
+
+
+def _check_header(path: Path, header: Sequence[str]) -> None:
+    for mark, called in _SEPARATORS.items():
+        if len(header) == 1 and mark in header[0]:
+            raise BadInput(
+                f"{path}: the columns are separated by {called}; separate them by commas (decimals by points)"
+            )
+    if any(header) and all(_is_number(name) for name in header):
+        raise BadInput(
+            f"{path}, row 1: the header is missing, the first row holds numbers; begin with the columns' names, "
+            "as in t,yaw_rate,torque"
+        )
     for name in ("t", *REQUIRED):
         if name not in header:
             raise BadInput(
@@ -142,15 +167,14 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
             raise BadInput(
                 f"{path}, row 1: column {position + 1} is named {name!r}; give every column a name of its own"
             )
-    if len(rows) == 1:
-        raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) != len(header):
-            raise BadInput(
-                f"{path}, row {number}: {len(row)} cells under a header of {len(header)}; "
-                "leave a cell empty where nothing was sampled, but keep its comma"
-            )
-    return header, rows[1:]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return not cell  # an empty cell stands for a number that was not sampled
+    return True
 
 
 def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.tracer.findings import Trace
-from incsvr.tracer.run import Run
+from incsvr.tracer.run import Run, distinct
+from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
 from service.output import add_json_argument, emit
 from simulator.recordings import read
@@ -24,19 +26,35 @@ REPORT_WRITER = "viewer.report"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV file of one run")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
-    parser.add_argument("--inertia", type=float, default=LENG_INERTIA, help="declared I [kg m²] (default: %(default)s)")
+    parser.add_argument("--inertia", default=LENG_INERTIA, help="declared I [kg m²] (default: %(default)s)")
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="one self-contained file to keep")
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    if not args.inertia > 0.0:
-        raise BadInput(f"--inertia is {args.inertia:g}; give the moment of inertia in kg m², a positive number")
-    found = trace(_runs(args.recordings), inertia=args.inertia, validate=_runs(args.validate))
+    inertia = _inertia(args.inertia)
+    runs, unseen = _runs(args.recordings), _runs(args.validate)
+    distinct([*runs, *unseen])
+    found = trace(runs, inertia=inertia, validate=unseen)
     if args.report:
         import_module(REPORT_WRITER).write(found, args.report)
     emit(args, found.to_dict(), text(found))
     return 0
+
+
+def _inertia(given: float | str) -> float:
+    """The declared inertia [kg m²]; argparse would answer a word with its usage, not with one sentence.
+
+    Raises:
+        BadInput: it is no positive, finite number.
+    """
+    try:
+        inertia = float(given)
+    except ValueError:
+        inertia = math.nan
+    if not (math.isfinite(inertia) and inertia > 0.0):
+        raise BadInput(f"--inertia is {given}; give the moment of inertia in kg m², a positive number")
+    return inertia
 
 
 def _runs(paths: Sequence[Path]) -> list[Run]:
@@ -57,7 +75,7 @@ def text(found: Trace) -> str:
             lines.append(f"    these recordings cannot tell it from: {', '.join(finding.cannot_tell_from)}")
         if finding.next_manoeuvre:
             lines.append(f"    next: {finding.next_manoeuvre}")
-    lines += [f"  {item.channel} still predicts the residual (p = {item.p_value:.2g})" for item in found.unexplained]
+    lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in found.unexplained]
     error = found.error
     where = (
         "the validation recordings" if error["validated_on"] == "recordings" else "held-out pieces of the recordings"

@@ -8,6 +8,7 @@ import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
+from incsvr.tracer.sentences import chance
 from service.wire import Batch, EffectsLedger
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats, Frame
@@ -107,7 +108,7 @@ def ledger_text(ledger: EffectsLedger) -> str:
             lines.append(f"- {name}: {value:.3g}{between}" if isinstance(value, float) else f"- {name}: {value}")
         if effect.get("share") is not None:
             lines.append(
-                f"- {100 * effect['share']:.0f} % of what could be explained, p = {effect.get('p_value', 0):.1g}"
+                f"- {100 * effect['share']:.0f} % of what could be explained, p {chance(effect.get('p_value', 0), 1)}"
             )
     if ledger.history:
         names = list(dict.fromkeys(key for step in ledger.history for key in step))

@@ -27,7 +27,8 @@ def usable(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
     for name in names:
         streams = [stream(run, run.channels.get(name, np.full(run.time.size, np.nan))) for run in runs]
         if any(when.size < 10 for when, _ in streams):
-            refused[name] = "it was not sampled in every recording"
+            nothing = all(when.size == 0 for when, _ in streams)
+            refused[name] = "it is empty" if nothing else _rarely(len(runs))
             continue
         values = np.concatenate([np.interp(a, *s) for a, s in zip(at, streams, strict=True)])
         if np.ptp(values) <= 1e-9 * max(1.0, float(np.max(np.abs(values)))):
@@ -43,6 +44,10 @@ def usable(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
             else:
                 refused[name] = f"it is a copy of {twin}; neither can be told from the other"
     return list(kept), refused
+
+
+def _rarely(runs: int) -> str:
+    return "it was hardly ever sampled" if runs == 1 else "it was not sampled in every recording"
 
 
 def _explained(values: Array, by: Array) -> float:

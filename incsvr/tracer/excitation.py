@@ -10,6 +10,7 @@ from incsvr.effects import Effect
 from incsvr.errors import BadInput
 from incsvr.tracer.hypothesis import nothing
 from incsvr.tracer.problem import Problem
+from incsvr.tracer.run import Run, stream
 from incsvr.tracer.whitening import burg, whiten
 
 OF_HEADING = ("heading_current", "tether")
@@ -42,17 +43,50 @@ def constant_torque(problem: Problem) -> bool:
     return float(np.std(s.torque)) <= 1e-6 * max(needed, 1e-12)
 
 
-def answered(problem: Problem, verdict: str) -> None:
+def answered(problem: Problem, verdict: str, runs: Sequence[Run]) -> None:
     """Refuse to say that nothing is missing where the torque never put the model to the test.
 
     Raises:
-        BadInput: the verdict is `none` and the torque is constant.
+        BadInput: the verdict is `none`, and the torque is constant or does not move the vehicle.
     """
-    if verdict == "none" and constant_torque(problem):
+    if verdict != "none":
+        return
+    mean, spread = float(np.mean(problem.signals.torque)), float(np.std(problem.signals.torque))
+    if constant_torque(problem):
         raise BadInput(
-            f"the torque is constant ({float(np.mean(problem.signals.torque)):.3g} N m) and no channel explains the "
-            "motion on data that it was not fitted to: record a run with varied commands"
+            f"the torque is constant ({mean:.3g} N m) and no channel explains the motion on data that it was not "
+            "fitted to: record a run with varied commands"
         )
+    if only_noise(runs) and _followed(problem) < FOLLOWED:
+        raise BadInput(
+            f"the torque ({mean:.3g} ± {spread:.2g} N m) does not move the vehicle: the yaw rate holds nothing but the "
+            "gyro's noise; record a run with varied commands that turn it"
+        )
+
+
+NOISE = 0.8
+"""Half the mean square of the yaw rate's differences, in its variance, from which it is white: 1 of noise, at most
+0.04 of any motion seen."""
+
+FOLLOWED = 0.1
+"""Part of the torque's variance in which a torque that moves the vehicle is seen, however little."""
+
+
+def only_noise(runs: Sequence[Run]) -> bool:
+    """Whether the yaw rate keeps one value in all runs but for what differs from sample to sample."""
+    rates = [stream(run, run.yaw_rate)[1] for run in runs]
+    leaps = np.concatenate([np.diff(rate) for rate in rates])
+    return 0.5 * float(np.mean(leaps**2)) > NOISE * float(np.var(np.concatenate(rates)))
+
+
+def _followed(problem: Problem) -> float:
+    """Part of the torque's variance that acceleration and drag explain."""
+    blocks, s = problem.blocks, problem.signals
+    torque = blocks.mean(s.torque)
+    motion = (blocks.slope(s.ends), blocks.mean(s.rate), blocks.mean(s.rate * np.abs(s.rate)), np.ones(torque.size))
+    design = np.column_stack(motion)
+    left = torque - design @ np.linalg.lstsq(design, torque, rcond=None)[0]
+    return 1.0 - float(np.var(left)) / max(float(np.var(torque)), 1e-300)
 
 
 def _check_sign(problem: Problem) -> None:

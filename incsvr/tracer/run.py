@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.tracer.gyro import check_gyro
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def check(runs: Sequence[Run]) -> None:
 
     Raises:
         BadInput: no runs, unequal lengths, time that does not increase, too few samples, time stamps in milliseconds,
-            a constant yaw rate or torque, a yaw rate or heading in degrees.
+            a constant yaw rate, a yaw rate or heading in degrees, a gyro that was stuck or clipped.
     """
     if not runs:
         raise BadInput("no recording was given: name at least one CSV file")
@@ -62,6 +63,24 @@ def check(runs: Sequence[Run]) -> None:
             raise BadInput(f"{run.name}: t must increase from row to row; sort the rows and drop repeated stamps")
         _check_streams(run)
     _check_together(runs)
+
+
+def distinct(runs: Sequence[Run]) -> None:
+    """Refuse the same data given twice: evidence would count double, and what was fitted proves nothing.
+
+    Raises:
+        BadInput: two runs hold the same yaw rate and torque, sample by sample, whatever their names or stamps are.
+    """
+    seen: dict[tuple[bytes, bytes], str] = {}
+    for run in runs:
+        content = run.yaw_rate.tobytes(), run.torque.tobytes()
+        if content in seen:
+            same = "is given twice" if run.name == seen[content] else f"holds the same data as {seen[content]}"
+            raise BadInput(
+                f"{run.name} {same}, and data that was fitted proves nothing: give each recording once, to fit or to "
+                "validate"
+            )
+        seen[content] = run.name
 
 
 def _check_streams(run: Run) -> None:
@@ -87,6 +106,8 @@ def _check_streams(run: Run) -> None:
             raise BadInput(
                 f"{run.name}: heading turns far faster than the yaw rate says; convert it from degrees to rad"
             )
+    when, rate = stream(run, run.yaw_rate)
+    check_gyro(run.name, when, rate, np.interp(when, *stream(run, run.torque)))
 
 
 def _integral(run: Run) -> tuple[Array, Array]:

@@ -58,3 +58,12 @@ def streams(effect: Effect) -> tuple[str, ...]:
     if effect.needs_clock:
         return ("t",)
     return () if effect.acts == "outside" else ("yaw_rate",)
+
+
+SMALLEST = 1e-300
+"""p-value below which a number no longer says how small it is: floating point ends at 1e-308."""
+
+
+def chance(p_value: float, digits: int = 2) -> str:
+    """A p-value behind its p: "= 0.012", or "< 1e-300" where it has become zero, as no chance is."""
+    return f"< {SMALLEST:g}" if p_value < SMALLEST else f"= {p_value:.{digits}g}"

@@ -145,6 +145,7 @@ def test_channels_that_say_nothing_are_named() -> None:
     ignored = trace([replace(run, channels=channels)], inertia=350.0).ignored_channels
     assert set(ignored) == {"dead", "empty", "sway_again", "command"}
     assert "constant" in ignored["dead"]
+    assert ignored["empty"] == "it is empty"
     assert "copy of sway" in ignored["sway_again"]
     assert "torque" in ignored["command"]
 

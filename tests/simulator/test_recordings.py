@@ -64,6 +64,10 @@ def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.Da
             "row 1: there is no column torque among t, yaw_rate; name the column with the yaw moment",
         ),
         ("time,yaw_rate,torque\n0,1,1\n", "row 1: there is no column t among"),
+        ("t;yaw_rate;torque\n0,0;0,1;1,5\n", "separated by semicolons; separate them by commas"),
+        ("t\tyaw_rate\ttorque\n0\t1\t1\n", "separated by tabs; separate them by commas"),
+        ("0.0,0.01,1.0,\n0.1,0.02,1.5,\n", "row 1: the header is missing"),
+        (",,\n0,1,1\n", "row 1: there is no column t among"),
         ("t,yaw_rate,torque,torque\n0,1,1,1\n", "row 1: column 4 is named 'torque'"),
         (GOOD + "0.3,0.1\n", "row 5: 2 cells under a header of 3"),
         (GOOD + "0.3,0.1,1,1\n", "row 5: 4 cells under a header of 3"),
@@ -144,3 +148,12 @@ def test_no_sample_reaches_across_two_runs() -> None:
     assert not rejected
     assert np.diff(samples.time).max() > RUN_PAUSE
     assert abs(len(samples) - 2 * alone) <= 2  # the grid falls otherwise into the second run, and it lacks a successor
+
+
+def test_only_a_limit_that_can_be_raised_is_named(tmp_path: Path) -> None:
+    path = save(tmp_path, GOOD + "0.3,14.3,1\n")
+    with pytest.raises(BadInput) as caught:
+        read(path)
+    assert "raise" not in str(caught.value)
+    with pytest.raises(BadInput, match="turns so fast, raise vehicle"):
+        read(path, limit_is="vehicle.rate_limit")

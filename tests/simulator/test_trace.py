@@ -39,6 +39,8 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     found = json.loads(printed.out)
     assert found["verdict"] == "effects"
     assert [effect["effect"] for effect in found["effects"]] == ["bias_torque"]
+    told = [rejected["p_value"] for rejected in found["rejected"]]
+    assert told == sorted(told)
     low, high = found["effects"][0]["interval"]["moment_nm"]
     assert low < 12.0 < high
     # sample by sample: the torque sensor's own noise is the floor, and the model reaches it
@@ -58,7 +60,13 @@ def test_a_report_is_one_file(recording: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
-    [(["nowhere.csv"], "no such file"), (["--inertia", "-3"], "--inertia is -3")],
+    [
+        (["nowhere.csv"], "no such file"),
+        (["--inertia", "-3"], "--inertia is -3; give the moment"),
+        (["--inertia", "inf"], "--inertia is inf; give the moment"),
+        (["--inertia", "nan"], "--inertia is nan; give the moment"),
+        (["--inertia", "heavy"], "--inertia is heavy; give the moment"),
+    ],
 )
 def test_faults_are_one_sentence(
     recording: Path, arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
@@ -67,4 +75,17 @@ def test_faults_are_one_sentence(
     assert main(["trace", *words]) == 2
     error = capsys.readouterr().err
     assert says in error
-    assert "Traceback" not in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("validate", [[], ["--validate"]])
+def test_the_same_data_twice_is_refused_whatever_its_name(
+    recording: Path, validate: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(recording.read_bytes())
+    assert main(["trace", str(recording), *validate, str(copy)]) == 2
+    assert "copy.csv holds the same data as trim.csv" in capsys.readouterr().err
+    detour = recording.parent / ".." / recording.parent.name / recording.name
+    assert main(["trace", str(recording), *validate, str(detour)]) == 2
+    assert "trim.csv is given twice" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.tracer.run import Run
+from incsvr.tracer.unexplained import Unexplained
 from incsvr.tracing import Trace, trace
+from simulator.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write
 
@@ -69,3 +72,18 @@ def test_the_same_trace_gives_the_same_report(found: Trace, tmp_path: Path) -> N
 def test_a_place_that_cannot_be_written_is_said(found: Trace, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="name another file"):
         write(found, tmp_path / "nowhere" / "report.html")
+
+
+def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
+    findings = tuple(replace(finding, p_value=0.0) for finding in found.effects)
+    rejected = (replace(found.rejected[0], p_value=0.0), replace(found.rejected[1], p_value=0.25))
+    write(replace(found, effects=findings, rejected=rejected), tmp_path / "report.html")
+    page = Text()
+    page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert [word for word in page.words if word.strip().startswith("p < 1e−300, corrected for the search")]
+    cells = [word.strip() for word in page.words]
+    assert "< 1e−300" in cells
+    assert "0.25" in cells
+    surely = replace(found, unexplained=(Unexplained("depth", 0.0),))
+    assert "depth still predicts the residual (p < 1e-300)" in text(surely)
+    assert surely.to_dict()["unexplained"] == [{"channel": "depth", "p_value": 0.0}]

@@ -82,4 +82,5 @@ def test_the_ledger_tells_each_effect_and_each_step() -> None:
     assert "- time_constant_s: 0.71 (0.66 to 0.76)" in text
     assert "- 88 % of what could be explained, p = 1e-06" in text
     assert "| 812.4 | promoted | torque_lag |" in text
+    assert "p < 1e-300" in ledger_text(EffectsLedger(effects=({**LAG, "p_value": 0.0},)))
     assert "None:" in ledger_text(EffectsLedger())

@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from incsvr.tracer.findings import Finding
+from incsvr.tracer.sentences import chance
 from incsvr.tracing import Trace
 from viewer.report.charts import damping_curves, free_runs, residual_against, torque_split
 
@@ -54,12 +55,19 @@ def page(found: Trace) -> str:
         damping=Markup(damping_curves(found.declared_model, found.model, rate[np.isfinite(rate)])),
         split=Markup(torque_split(pictures.ledger)),
         number=number,
+        chance=chance,
+        probability=probability,
     )
 
 
 def number(value: float) -> str:
     """Three significant digits, with a true minus sign."""
     return f"{value:.3g}".replace("-", "−")
+
+
+def probability(p_value: float) -> str:
+    """A p-value for a table, three significant digits, never zero."""
+    return chance(p_value, 3).removeprefix("= ").replace("-", "−")
 
 
 def _listed(names: list[str]) -> str:
