@@ -7,29 +7,26 @@ adds them, and reports torque and free-run errors before and after on data that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from incsvr.effects import Effect, candidates
-from incsvr.evidence import Change, change_of_rms, evidence, intervals, p_value
-from incsvr.tracer.alignment import aligned, share_beside, with_share
+from incsvr.evidence import Change, change_of_rms, intervals, p_value
 from incsvr.tracer.channels import usable
-from incsvr.tracer.excitation import answered, closed_loop, demand
+from incsvr.tracer.excitation import answered
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
-from incsvr.tracer.gates import THRESHOLD, against_physics, sound
+from incsvr.tracer.gates import THRESHOLD, sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.inquiry import Case, inquire, p_value_of
 from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.noise import torque_scatter
 from incsvr.tracer.plausible import doubts
-from incsvr.tracer.problem import Problem, pose_finer
-from incsvr.tracer.proof import Court, Errors, sample_errors, torque_errors
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.proof import Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
-from incsvr.tracer.scan import Lead, scan, with_lead, without
-from incsvr.tracer.search import Search
+from incsvr.tracer.scan import Lead, scan, with_lead
 from incsvr.tracer.sentences import sentence, streams
 from incsvr.tracer.unexplained import smooth_terms
 
@@ -51,16 +48,8 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     if validate:
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
-    problem = aligned(runs, inertia, names)
-    case, found, refused = _searched(problem, validate, names)
-    share = share_beside(runs, problem, found)
-    if abs(share - problem.signals.share) > MISREAD:
-        problem = with_share(problem, share)
-        case, found, refused = _searched(problem, validate, names)
-    found = _proven(case, _evident(case, found, refused), refused)
-    case, found = _looked_closer(case, found, refused, runs, validate)
+    case, found, refused = inquire(runs, inertia, validate, names)
     problem = case.problem
-    found = _proven(case, _evident(case, found, refused), refused)
     whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
@@ -95,127 +84,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
     )
 
 
-HARM = 0.03
-"""Part of the free-run error by which an effect must spoil the validation recordings to be dropped for it."""
-
-VETOES = 3
-"""How often validation recordings may refuse all that a search found."""
-
-LEVEL = 1e-6
-"""Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
-
-
-MISREAD = 0.1
-"""Change of the noise's share, as read beside all effects, that asks for another search: beside one it was misread."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Case:
-    problem: Problem
-    effects: tuple[Effect, ...]
-    court: Court
-    pieces: Court
-    channels: Sequence[str]
-
-
-def _searched(
-    problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str]
-) -> tuple[_Case, Hypothesis, dict[str, str]]:
-    """What is asked, the best set of effects, and why others are not in it.
-
-    Effects are chosen on pieces held out of the fitted recordings: validation recordings never choose. Where they threw
-    everything out, the search goes on without what they refused.
-    """
-    court, pieces = Court.of(problem, validate), Court.of(problem, None, quick=True)
-    case = _Case(problem, demand(problem, candidates(channels)), court, pieces, channels)
-    refused = dict[str, str]()
-    vetoes = VETOES if validate else 0
-    while True:
-        effects = [effect for effect in case.effects if effect.name not in refused]
-        hunt = Search(problem, effects, pieces, closed_loop(problem), refused=dict(refused))
-        best = hunt.run()
-        found = _surviving(problem, court, best, hunt.refused) if court.validation else best
-        if found.terms or not best.terms or not vetoes:
-            return case, found, hunt.refused
-        refused |= {name: hunt.refused[name] for name in best.names()}
-        vetoes -= 1
-
-
-def _looked_closer(
-    case: _Case, found: Hypothesis, refused: dict[str, str], runs: Sequence[Run], validate: Sequence[Run] | None
-) -> tuple[_Case, Hypothesis]:
-    """What lasts but an instant, found beside `found` in shorter blocks; with it these are the equations."""
-    finer = pose_finer(runs, case.problem, case.channels)
-    if finer is case.problem:
-        return case, found
-    court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
-    brief = [effect for effect in case.effects if effect.brief and effect.name not in found.names()]
-    hunt = Search(finer, brief, pieces, closed_loop(finer), refused=dict[str, str]())
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
-    grown = hunt.climbed(settle(finer, terms, nothing(finer)) if terms else nothing(finer))
-    if court.validation:
-        grown = _surviving(finer, court, grown, hunt.refused)
-    if not set(grown.names()) > set(found.names()):
-        return case, found
-    for name in grown.names():
-        refused.pop(name, None)
-    return _Case(finer, case.effects, court, pieces, case.channels), grown
-
-
-def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects that do no harm on the validation recordings: those can only drop an effect, never choose one."""
-    nothing_added = court(nothing(problem))
-    while found.terms:
-        whole = court(found)
-        less = [without(problem, found, k) for k in range(len(found.terms))]
-        # what is left must still stand by itself: without the inertia a delay may turn into its opposite
-        best = min(range(len(less)), key=lambda k: (bool(against_physics(problem, less[k])), court(less[k])))
-        if court(less[best]) >= (1.0 - HARM) * whole and whole < nothing_added:
-            return found
-        refused[found.terms[best].effect] = (
-            f"the free run on the validation recordings: {court(less[best]):.3g} rad/s without it, {whole:.3g} rad/s "
-            f"with it, {nothing_added:.3g} rad/s without any effect"
-        )
-        found = less[best]
-    return found
-
-
-def _evident(case: _Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects whose own p-value, all others fitted beside them, is below LEVEL."""
-    while found.terms:
-        p = [_p_value(case, found, k) for k in range(len(found.terms))]
-        worst = int(np.argmax(p))
-        # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
-        if p[worst] <= LEVEL or below_sampling(found.terms[worst], case.problem):
-            return found
-        refused[found.terms[worst].effect] = (
-            f"noise of this colour brings forth as much: its p-value, corrected for the search, is {p[worst]:.2g}"
-        )
-        found = without(case.problem, found, worst)
-    return found
-
-
-def _proven(case: _Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects with which the free run of the proof gets better: the search saw but a quick one."""
-    nothing_added = case.court(nothing(case.problem))
-    while found.terms and case.court(found) >= nothing_added:
-        p = [_p_value(case, found, k) for k in range(len(found.terms))]
-        worst = int(np.argmax(p))
-        refused[found.terms[worst].effect] = (
-            f"the free run on unseen data gets no better: {nothing_added:.3g} rad/s without any effect, "
-            f"{case.court(found):.3g} rad/s with it"
-        )
-        found = without(case.problem, found, worst)
-    return found
-
-
-def _p_value(case: _Case, found: Hypothesis, k: int) -> float:
-    effect = found.effects[k]
-    looks = effect.looks * max(len(case.effects), 1)
-    return p_value(evidence(case.problem, found, k), effect.core + (1 if effect.searched else 0), looks)
-
-
-def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
+def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
     problem = case.problem
     spans = intervals(problem, found)
     notes: list[str] = []
@@ -233,7 +102,7 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
                 "period: part of the sampling, not an effect"
             )
             continue
-        p = _p_value(case, found, k)
+        p = p_value_of(case, found, k)
         tied = rivals(problem, found, k, case.effects)
         names = tuple(h.terms[-1].effect for h in tied)
         findings.append(
@@ -254,7 +123,7 @@ def _findings(case: _Case, base: Hypothesis, found: Hypothesis, whole: Hypothesi
     return findings, notes
 
 
-def _rejected(case: _Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
+def _rejected(case: Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
     """What the search refused, and every other candidate with the evidence that is left for it, most telling first."""
     taken = set(found.names()) | set(failed)
     rejected: list[Rejected] = []
