@@ -54,7 +54,7 @@ def _noise(problem: Problem, hypothesis: Hypothesis, random: np.random.Generator
     """(n,) a draw of the torque's noise [N m]: the residual's colour between the blocks, white within them."""
     blocks, fitted = problem.blocks, hypothesis.fit
     slow = lfilter([1.0], np.concatenate([[1.0], -fitted.ar]), random.normal(size=len(blocks)))
-    slow = np.clip(slow, -1e3, 1e3) * fitted.scale * np.sqrt(problem.signals.share)
+    slow = slow * fitted.scale * np.sqrt(problem.signals.share)
     middle = blocks.first + 0.5 * blocks.size
     course: Array = np.interp(np.arange(len(problem.signals)), middle, slow)
     noise: Array = course + problem.white * np.sqrt(blocks.size) * random.normal(size=course.size)
