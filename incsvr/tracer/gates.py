@@ -41,7 +41,6 @@ PROVEN = 0.9
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
 
-
 SENSED = 0.2
 """Share of the noise in the torque above which an effect may feed on it."""
 
@@ -130,10 +129,11 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
         return "what it alone explains is lost in the noise", order[0]
     terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
     phased = [e.of_phase and not below_sampling(t, problem) for e, t in terms]
-    brief = [unique_share(problem, hypothesis, k, white=True) for k in range(len(hypothesis.terms))]
     for k in order:
-        # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
-        told = brief if hypothesis.effects[k].brief else alone
+        told = alone
+        if hypothesis.effects[k].brief:
+            # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
+            told = [unique_share(problem, hypothesis, j, white=True) for j in range(len(alone))]
         if phased[k] and told[k] < SHAPE * max(told[j] for j in order if phased[j]):
             return "what it alone explains is within the shape error of a larger effect", k
     return "", 0

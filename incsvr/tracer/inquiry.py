@@ -94,16 +94,18 @@ def _looked_closer(
     case: Case, found: Hypothesis, refused: dict[str, str], runs: Sequence[Run], validate: Sequence[Run] | None
 ) -> tuple[Case, Hypothesis]:
     """What lasts but an instant, found beside `found` in shorter blocks; with it these are the equations."""
-    finer = pose_finer(runs, case.problem, case.channels)
+    brief = [effect for effect in case.effects if effect.brief and effect.name not in found.names()]
+    finer = pose_finer(runs, case.problem, case.channels) if brief else case.problem
     if finer is case.problem:
         return case, found
     court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
-    brief = [effect for effect in case.effects if effect.brief and effect.name not in found.names()]
     hunt = Search(finer, brief, pieces, closed_loop(finer), refused=dict[str, str]())
     terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
     grown = hunt.climbed(settle(finer, terms, nothing(finer)) if terms else nothing(finer))
     if court.validation:
         grown = _surviving(finer, court, grown, hunt.refused)
+    # the shorter blocks had the last word on these
+    refused |= {effect.name: hunt.refused[effect.name] for effect in brief if effect.name in hunt.refused}
     if not set(grown.names()) > set(found.names()):
         return case, found
     for name in grown.names():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from incsvr.effects import Signals
-from incsvr.tracer.run import Array, Run, stream
+from incsvr.tracer.run import Array, Run, sample_period, stream
 from incsvr.tracer.weak_form import Blocks, despiked, scatter
 
 JUMP = 4.0
@@ -43,7 +43,7 @@ def white_noise(runs: Sequence[Run]) -> float:
 
 def torque_scatter(runs: Sequence[Run], block: float) -> float:
     """Deviation of the torque samples within a block of that many seconds that no motion follows [N m]."""
-    period = float(np.median(np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])))
+    period = sample_period(runs, "torque")
     return white_noise(runs) * float(np.sqrt(max(1.0 - period / block, 0.0)))
 
 

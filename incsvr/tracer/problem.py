@@ -11,7 +11,7 @@ from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.damping import Damping
 from incsvr.tracer.noise import calmed, foretell, gyro_noise, noise_share, white_noise
-from incsvr.tracer.run import Array, Run, stream
+from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.weak_form import (
     FEWEST_BLOCKS,
     SUBSTEPS,
@@ -114,7 +114,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
     its next stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
-    period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
+    period = sample_period(runs, "yaw_rate")
     sigma = gyro_noise(runs)
     _long_enough(runs, scale)
     resolution = _resolution(runs)
@@ -130,7 +130,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
         if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
             break
         block = longer
-    problem = _differentiated(problem, sigma * np.sqrt(min(period / problem.signals.step, 1.0)), base.scale)
+    problem = _differentiated(problem, sigma, period, base.scale)
     share = noise_share(problem.blocks, problem.signals.torque, base.residual)
     return replace(problem, signals=replace(problem.signals, share=share))
 
@@ -145,16 +145,17 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
     block = max(FINER * problem.blocks.period, 1.5 * problem.resolution)
     if block > COARSE * problem.blocks.period:
         return problem
-    period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
+    period = sample_period(runs, "yaw_rate")
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
     finer = replace(finer, signals=replace(finer.signals, share=s.share))
     base = fit(finer.y, finer.coarse, finer.blocks)
-    return _differentiated(finer, gyro_noise(runs) * float(np.sqrt(min(period / finer.signals.step, 1.0))), base.scale)
+    return _differentiated(finer, gyro_noise(runs), period, base.scale)
 
 
-def _differentiated(problem: Problem, sigma: float, innovation: float) -> Problem:
-    width = _derivative_width(problem, sigma, innovation)
+def _differentiated(problem: Problem, sigma: float, period: float, innovation: float) -> Problem:
+    """The equations with the acceleration; `sigma` [rad/s] is the gyro's noise in samples of `period` seconds."""
     s = problem.signals
+    width = _derivative_width(problem, sigma * float(np.sqrt(min(period / s.step, 1.0))), innovation)
     return replace(problem, signals=replace(s, acceleration=derivative(s.rate, s.start, width) / s.step), width=width)
 
 
@@ -210,9 +211,7 @@ def _long_enough(runs: Sequence[Run], scale: float) -> None:
 
 def _resolution(runs: Sequence[Run]) -> float:
     """Sample period of the slower of the two streams [s]."""
-    rate = np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])
-    torque = np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])
-    return max(float(np.median(rate)), float(np.median(torque)))
+    return max(sample_period(runs, "yaw_rate"), sample_period(runs, "torque"))
 
 
 def _steep(damping: Damping, rate: Array, blocks: Blocks) -> Array:
@@ -245,8 +244,7 @@ def _equations(
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
     steep = _steep(damping, rate, blocks)
-    sampled = np.concatenate([np.diff(stream(run, run.torque)[0]) for run in runs])
-    white = white_noise(runs) * float(np.sqrt(min(float(np.median(sampled)) / blocks.period, 1.0)))
+    white = white_noise(runs) * float(np.sqrt(min(sample_period(runs, "torque") / blocks.period, 1.0)))
     calm = calmed(signals, size)
     return Problem(
         signals, blocks, y, damping, grid, table, coarse, steep, calm, foretold, stays, _resolution(runs), held,

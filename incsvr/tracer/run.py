@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,11 +84,17 @@ def distinct(runs: Sequence[Run]) -> None:
         seen[content] = run.name
 
 
+def sample_period(runs: Sequence[Run], of: Literal["yaw_rate", "torque"]) -> float:
+    """Median time between two samples of a stream, over all runs together [s]."""
+    steps = [np.diff(stream(run, run.yaw_rate if of == "yaw_rate" else run.torque)[0]) for run in runs]
+    return float(np.median(np.concatenate(steps)))
+
+
 def _check_streams(run: Run) -> None:
     for label, values in (("yaw_rate", run.yaw_rate), ("torque", run.torque)):
         if np.isfinite(values).sum() < 2:
             raise BadInput(f"{run.name}: {label} holds no numbers; record it or leave this run out")
-    period = float(np.median(np.diff(stream(run, run.yaw_rate)[0])))
+    period = sample_period([run], "yaw_rate")
     if period >= 1.0 and period == round(period) and run.time[-1] - run.time[0] > 2000.0:
         raise BadInput(
             f"{run.name}: the yaw rate comes every {period:g} s, which looks like time stamps in ms; divide t by 1000"

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d, median_filter
 
 from incsvr.effects.signals import Signals
 from incsvr.errors import BadInput
-from incsvr.tracer.run import Array, Run, stream
+from incsvr.tracer.run import Array, Run, sample_period, stream
 
 SUBSTEPS = 8
 """Fine steps in the shortest block."""
@@ -120,7 +120,7 @@ def despiked(values: Array, threshold: float = 6.0) -> Array:
 
 def time_scale(runs: Sequence[Run]) -> float:
     """T_c [s]: the lag at which the autocorrelation of the yaw rate falls below one half, over all runs together."""
-    period = float(np.median(np.concatenate([np.diff(stream(run, run.yaw_rate)[0]) for run in runs])))
+    period = sample_period(runs, "yaw_rate")
     grids = []
     for piece in (piece for run in runs for piece in _pieces(run)):
         at, rate = stream(piece, piece.yaw_rate)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -51,7 +53,7 @@ def recorded(seed: int, command: Array, width: float = 0.0, memory: float = 0.9)
 
 
 @pytest.mark.parametrize("command", [telegraph, pulses])
-def test_a_limit_or_a_dead_band_that_takes_but_noise_is_not_named(command) -> None:  # type: ignore[no-untyped-def]
+def test_a_limit_or_a_dead_band_that_takes_but_noise_is_not_named(command: Callable[[int], Array]) -> None:
     assert trace([recorded(1, command(1))], inertia=INERTIA).effects == ()
 
 
@@ -64,7 +66,9 @@ def test_a_dead_band_in_the_same_noise_is_named() -> None:
 
 @pytest.mark.parametrize("command", [telegraph, pulses])
 @pytest.mark.parametrize("memory", [0.0, 0.9])
-def test_the_noise_is_read_where_the_command_stays_however_often_it_jumps(command, memory: float) -> None:  # type: ignore[no-untyped-def]
+def test_the_noise_is_read_where_the_command_stays_however_often_it_jumps(
+    command: Callable[[int], Array], memory: float
+) -> None:
     assert aligned([recorded(2, command(2), memory=memory)], INERTIA, []).signals.share > 0.8
 
 

@@ -133,6 +133,9 @@ def test_a_second_effect_leaves_the_first_as_it_was() -> None:
         assert alone.truth["coulomb"] == both.truth["coulomb"]
 
 
+# What each effect does, in the steady state or on the one signal that shows it alone. The drag is 300 N m s/rad · r.
+
+
 def test_a_bias_turns_the_idle_vehicle() -> None:
     physics, truth = hide("bias_torque")
     assert drive(physics, 0.0).yaw_rate[-1] == pytest.approx(number(truth, "moment_nm") / 300.0, rel=1e-9)

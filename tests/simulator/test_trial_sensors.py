@@ -68,6 +68,3 @@ def test_one_torque_in_a_hundred_is_an_outlier() -> None:
         true = np.interp(outcome.recording.time[known], outcome.motion.time, outcome.motion.command)
         off = np.abs(outcome.recording.columns["torque"][known] - true)
         assert 0.004 < np.mean(off > 4.9 * NOISE * LENG.torque) < 0.02
-
-
-# What each effect does, in the steady state or on the one signal that shows it alone. The drag is 300 N m s/rad · r.
