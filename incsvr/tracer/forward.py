@@ -9,7 +9,7 @@ for stiff friction; M. Hochbruck, A. Ostermann, Acta Numerica 19, 2010).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -97,26 +97,31 @@ class TracedModel:
                 command = effect.thrust(command, seen, term)
         return command
 
-    def simulate(self, signals: Signals, step: float | None = None) -> tuple[Array, Array]:
-        """Free runs of all runs in `signals` side by side.
+    def simulate(
+        self, signals: Signals, step: float | None = None, spans: Sequence[slice] | None = None
+    ) -> tuple[Array, Array]:
+        """Free runs side by side.
 
         Args:
-            signals: torque, channels, and of the motion the first rate and heading of each run alone.
+            signals: torque, channels, and of the motion what came before each free run: its first rate and heading, and
+                of a memory the water that an earlier turn set in motion.
             step: of the integration [s], rounded to whole grid steps; T_c/40 if not given.
+            spans: of the grid, each with what came before it in its run; all runs as a whole if not given.
 
         Returns:
-            indices into the grid and the simulated rate there [rad/s].
+            indices into the grid of `signals.pieces(spans)` and the simulated rate there [rad/s].
         """
+        spans = signals.runs() if spans is None else spans
         hop = max(round((step or self.scale / 40.0) / signals.step), 1)
-        plan = Plan(self, signals, hop)
-        rate = np.array([signals.rate[run.start] for run in signals.runs()])
-        heading = np.array([signals.heading[run.start] for run in signals.runs()])
+        plan = Plan(self, signals, spans, hop)
+        first = [span.start for span in spans]
+        rate, heading = signals.rate[first], signals.heading[first]
         limit = FASTEST * max(abs(float(self.rate[0])), abs(float(self.rate[-1])), 1e-9)
         trace = np.empty((plan.length + 1, rate.size))
         trace[0] = rate
         rubbed = 0.5 * plan.step * plan.friction
         nudge = 1e-4 * limit / FASTEST
-        water = {constant: rate.copy() for constant in plan.constants}
+        water = {constant: signals.lowpass(signals.rate, constant)[first] for constant in plan.constants}
         for k in range(plan.length):
             if rubbed:
                 rate = rub(rate, rubbed, plan.creep)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,9 @@ def rub(rate: Array, loss: float, width: float) -> Array:
 class Plan:
     """What a free run may know beforehand: thrust, outside moments and drag factors, averaged over its steps."""
 
-    def __init__(self, model: TracedModel, signals: Signals, hop: int) -> None:
+    def __init__(self, model: TracedModel, signals: Signals, spans: Sequence[slice], hop: int) -> None:
+        # the thrust at the start of a span is what the command before it left behind
+        signals = replace(signals, applied=model.thrust(signals)).pieces(spans)
         self.step = hop * signals.step
         self._runs = signals.runs()
         self._hop = hop
@@ -37,8 +39,7 @@ class Plan:
             signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin,
             damping=np.ones(len(signals)), acceleration=np.ones(len(signals)),
         )  # fmt: skip
-        outside = model.thrust(signals)
-        thrust = outside
+        outside = thrust = signals.applied
         factor = np.ones(len(signals))
         friction, self.creep = 0.0, 1.0
         self.constants: list[float] = []

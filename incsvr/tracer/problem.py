@@ -185,7 +185,7 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     s = problem.signals
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
     signals = on_fine_grid(runs, s.step, names, problem.held)
-    blocks = split(signals.start, problem.blocks.size, s.step)
+    blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
     signals = replace(
         signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share,
@@ -225,7 +225,7 @@ def _equations(
     step = max(block / SUBSTEPS, period)
     size = max(round(block / step), 1)
     signals = on_fine_grid(runs, step, ["heading", *channels] if _has_heading(runs) else channels, held)
-    blocks = split(signals.start, size, step)
+    blocks = split(signals.start, size, step, scale)
     if len(blocks) < FEWEST_BLOCKS:
         raise BadInput(
             f"the recordings hold {len(blocks)} time scales' worth of motion (blocks of {blocks.period:.2g} s), too "

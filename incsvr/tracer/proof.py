@@ -160,7 +160,7 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
     size = blocks.size
     slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
     signals = problem.signals.pieces(slices)
-    index, simulated = model_of(fitted, hypothesis).simulate(signals)
+    index, simulated = model_of(fitted, hypothesis).simulate(problem.signals, spans=slices)
     run = np.searchsorted(signals.start, index, side="right") - 1
     groups = [np.flatnonzero(run == k) for k in range(len(slices))]
     measured = signals.rate[index]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import permutations
 
 from incsvr.effects import Effect
-from incsvr.tracer.gates import THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
+from incsvr.tracer.gates import ON_ONE_SINE, THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
 from incsvr.tracer.hypothesis import Hypothesis, nothing
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
@@ -68,7 +68,7 @@ class Search:
             cleaned = self._clean(finalist)
             if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._simpler(self.climbed(best))
+        best = self._one_of_phase(self._simpler(self.climbed(best)))
         for name in best.names():
             self.refused.pop(name, None)
         return best
@@ -100,9 +100,28 @@ class Search:
                     return self._simpler(one)
         return base
 
+    def _one_of_phase(self, base: Hypothesis) -> Hypothesis:
+        """`base`, on one sine with a single effect of the motion where that explains nearly what its several do.
+
+        All of them are functions of one phase there: two wrong ones fit the shape of a third that is not among them.
+        """
+        phased = [k for k, effect in enumerate(base.effects) if effect.of_phase]
+        if not self.problem.one_sine or len(phased) < 2:
+            return base
+        others = excepting(self.problem, base, phased)
+        enough = others.criterion + (1.0 - ON_ONE_SINE) * (base.criterion - others.criterion)
+        for one in self._grown([others], BEAM[0][1]):
+            explains = one.effects[-1].of_phase and one.criterion >= enough
+            if explains and self._clean(one).names() == one.names():
+                return one
+        return base
+
     def _finalists(self, seen: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """The best by the equation; where the torque answers the disturbances the best by the free run, too."""
-        best = sorted(seen, key=worth, reverse=True)[:FINALISTS]
+        """The best by the equation, and the best single effect, lest it go down with those it was grown into; where the
+        torque answers the disturbances the best by the free run, too."""
+        ranked = sorted(seen, key=worth, reverse=True)
+        best = ranked[:FINALISTS]
+        best += [h for h in ranked[FINALISTS:] if len(h.terms) == 1][: not any(len(h.terms) == 1 for h in best)]
         if self.closed_loop:
             best += [h for h in sorted(seen, key=self.free_run)[:FINALISTS] if h not in best]
         return best

@@ -26,6 +26,9 @@ SUBSTEPS = 8
 FEWEST_BLOCKS = 60
 """Fewest block equations from which anything is concluded."""
 
+SETTLING = 0.1
+"""Largest part of a run that is given to the thrusters and the water to forget how they began."""
+
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
@@ -70,17 +73,27 @@ class Blocks:
         return slope
 
     def spread(self, values: Array, length: int) -> Array:
-        """(length,) a block value held over its fine samples; what two blocks share holds the mean of theirs."""
-        index = np.clip(np.searchsorted(self.first, np.arange(length), side="right") - 1, 0, len(self) - 1)
-        held: Array = values[index]
+        """(length,) a block value held over its fine samples; what two blocks share holds the mean of theirs, what
+        is in no block zero."""
+        at = np.arange(length)
+        index = np.clip(np.searchsorted(self.first, at, side="right") - 1, 0, len(self) - 1)
+        within = (at >= self.first[index]) & (at <= self.first[index] + self.size)
+        held: Array = np.where(within, values[index], 0.0)
         shared = np.flatnonzero(np.diff(self.first) == self.size) + 1
         held[self.first[shared]] = 0.5 * (values[shared - 1] + values[shared])
         return held
 
 
-def split(start: NDArray[np.intp], size: int, step: float) -> Blocks:
-    """Blocks of `size` fine steps over runs that begin at `start` (with the end as last entry)."""
-    firsts = [np.arange(a, b - size, size, dtype=np.intp) for a, b in pairwise(start)]
+def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0) -> Blocks:
+    """Blocks of `size` fine steps over runs that begin at `start` (with the end as last entry).
+
+    The first `settling` seconds of a run are in no block (at most SETTLING of it): what thrust a lag, and what motion
+    of the water a memory, holds at the start was decided before the recording, and nothing here tells it.
+    """
+    firsts = [
+        np.arange(a + min(round(settling / step), int(SETTLING * (b - a))), b - size, size, dtype=np.intp)
+        for a, b in pairwise(start)
+    ]
     edges = np.concatenate([[0], np.cumsum([f.size for f in firsts])]).astype(np.intp)
     position = np.concatenate([np.arange(f.size) for f in firsts])
     whole = np.flatnonzero(position >= 3)
