@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import permutations
 
 from incsvr.effects import Effect
-from incsvr.tracer.gates import ON_ONE_SINE, THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
+from incsvr.tracer.gates import ON_ONE_SINE, STRONG, THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
 from incsvr.tracer.hypothesis import Hypothesis, nothing
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
@@ -127,7 +127,12 @@ class Search:
         return best
 
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
-        """The free run has the first word; where it cannot tell the two apart, the equation."""
+        """The free run has the first word; where it cannot tell the two apart, the equation.
+
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none.
+        """
+        if not self.closed_loop and abs(worth(new) - worth(old)) > STRONG:
+            return worth(new) > worth(old)
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)
         return worth(new) > worth(old)

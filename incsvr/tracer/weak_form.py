@@ -26,7 +26,7 @@ SUBSTEPS = 8
 FEWEST_BLOCKS = 60
 """Fewest block equations from which anything is concluded."""
 
-SETTLING = 0.1
+SETTLING = 0.02
 """Largest part of a run that is given to the thrusters and the water to forget how they began."""
 
 
@@ -87,8 +87,8 @@ class Blocks:
 def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0) -> Blocks:
     """Blocks of `size` fine steps over runs that begin at `start` (with the end as last entry).
 
-    The first `settling` seconds of a run are in no block (at most SETTLING of it): what thrust a lag, and what motion
-    of the water a memory, holds at the start was decided before the recording, and nothing here tells it.
+    The first `settling` seconds of a run are in no block (at most SETTLING of it: short ones have none to spare): what
+    thrust a lag, and what motion of the water a memory, holds at the start was decided before the recording.
     """
     firsts = [
         np.arange(a + min(round(settling / step), int(SETTLING * (b - a))), b - size, size, dtype=np.intp)
