@@ -33,10 +33,11 @@ __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candi
 def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
     """Every effect that may be named, with a coupling and the modulations of each of the `channels`."""
     fixed: list[Effect] = [
-        BiasTorque(), Inertia(), TorqueLag("moment"), TorqueLag("rotor speed"), TorqueDelay(), DeadZone("shifted"),
-        DeadZone("step"), TorqueAsymmetry(), Saturation("limit"), Saturation("rounded limit"),
-        Saturation("smooth limit"), SoftSaturation(), Inflow(), HeadingCurrent(1), HeadingCurrent(2), Tether(), Wave(),
-        DragDrift(), DragStep(), Memory("linear"), Memory("quadratic"), Memory("both"), Coulomb(), BiasDrift(),
+        BiasTorque(), Inertia(), TorqueLag("moment"), TorqueLag("rotor speed"), TorqueLag("rotor speed, commanded"),
+        TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(), Saturation("limit"),
+        Saturation("rounded limit"), Saturation("smooth limit"), SoftSaturation(), Inflow(), HeadingCurrent(1),
+        HeadingCurrent(2), Tether(), Wave(), DragDrift(), DragStep(), Memory("linear"), Memory("quadratic"),
+        Memory("both"), Coulomb(), BiasDrift(),
     ]  # fmt: skip
     for channel in channels:
         fixed += [

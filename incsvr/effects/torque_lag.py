@@ -14,7 +14,9 @@ class TorqueLag(Effect):
     """T n' + n = n₀: of the moment, n = a and n₀ = τ, or of the rotor speed, whose moment is n |n|.
 
     From the rate side the lag multiplies the noise that turned the vehicle, from the command side it is built on a
-    noisy torque: `Signals.from_rate` says which is the lesser evil. The columns are tangents at the last pass's T.
+    noisy torque: `Signals.from_rate` says which is the lesser evil. A root is steepest where the thrust turns, and
+    where it lingers there the rate side is all noise: then the rotor speed is seen from the command side, too. The
+    columns are tangents at the last pass's T.
     """
 
     name = "torque_lag"
@@ -24,11 +26,13 @@ class TorqueLag(Effect):
     stage = 5
     curved = True
 
-    def __init__(self, variant: Literal["moment", "rotor speed"]) -> None:
+    def __init__(self, variant: Literal["moment", "rotor speed", "rotor speed, commanded"]) -> None:
         self.variant = variant
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(float(constant),) for constant in np.geomspace(0.5 * s.step, s.scale, 2 if s.from_rate else 6)]
+        if self.variant == "rotor speed, commanded" and not s.from_rate:
+            return []  # there the rotor speed is seen so already
+        return [(float(t),) for t in np.geomspace(0.5 * s.step, s.scale, 2 if self._from_rate(s) else 6)]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         if not coefficients:  # the secant from no lag to the start of the search
@@ -36,7 +40,7 @@ class TorqueLag(Effect):
         return stack(self._tangent(s, self._within(s, coefficients)))
 
     def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
-        if not coefficients or (s.from_rate and self.variant == "moment"):  # the latter is linear in T
+        if not coefficients or (self._from_rate(s) and self.variant == "moment"):  # the latter is linear in T
             return None
         constant = self._within(s, coefficients)
         offset: Array = self._lost(s, constant) - constant * self._tangent(s, constant)
@@ -44,10 +48,13 @@ class TorqueLag(Effect):
 
     def _lost(self, s: Signals, constant: float) -> Array:
         """(n,) what a lag of T takes from the thrust [N m]."""
-        if s.from_rate:
+        if self._from_rate(s):
             state = self._state(s.applied)
             return self._moment(state + constant * s.slope(state)) - s.applied
         return s.command - self._moment(s.lowpass(self._state(s.command), constant))
+
+    def _from_rate(self, s: Signals) -> bool:
+        return s.from_rate and self.variant != "rotor speed, commanded"
 
     def _state(self, moment: Array) -> Array:
         return moment if self.variant == "moment" else np.sign(moment) * np.sqrt(np.abs(moment))
@@ -63,7 +70,7 @@ class TorqueLag(Effect):
 
     def passed(self, term: Term, s: Signals) -> Array | None:
         """From the command side the torque's noise passes the lag; from the rate side nothing is lowered."""
-        if s.from_rate:
+        if self._from_rate(s):
             return None
         frequency = np.pi / s.block * (np.arange(64, dtype=np.float64) + 0.5) / 64.0
         passed: Array = 1.0 / (1.0 + np.square(frequency * max(term.coefficients[0], 0.0)))

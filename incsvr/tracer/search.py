@@ -15,7 +15,7 @@ from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
-SIMPLER = 0.25
+SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
 
 CLIMBERS = 2
