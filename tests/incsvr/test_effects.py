@@ -154,7 +154,14 @@ class TestEveryEffect:
 
 
 @pytest.mark.parametrize(
-    "key", ["torque_lag/moment", "torque_lag/rotor speed", "torque_delay", "torque_saturation/coefficient"]
+    "key",
+    [
+        "torque_lag/moment",
+        "torque_lag/rotor speed",
+        "torque_lag/rotor speed, commanded",
+        "torque_delay",
+        "torque_saturation/coefficient",
+    ],
 )
 def test_a_thrust_effect_says_the_same_from_either_side(key: str, signals: Signals) -> None:
     """What it takes of the torque, once built on the command and once on the moment that acted."""

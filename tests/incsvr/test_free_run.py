@@ -66,3 +66,18 @@ def test_what_is_small_beside_the_slow_noise_shows_where_the_noise_is_small() ->
     assert weighed.better(found, base)
     assert not plain.better(found, base)
     assert not weighed.better(base, found)
+
+
+def test_a_free_run_knows_the_command_and_the_turn_before_it() -> None:
+    """From the middle of a recording it goes on with the thrust and the water as the turn before has left them."""
+    terms = (Term("torque_lag", "moment", (2.0,)), Term("memory", "linear", (-40.0,), (0.2, 8.0)))
+    model = replace(RUBBING, terms=terms)
+    signals = under(60.0 * np.sin(0.6 * instants(120.0)))
+    index, rate = model.simulate(signals, 0.05)
+    signals = replace(signals, rate=rate[index])
+    later = [slice(1000, 1400), slice(1500, 2400)]
+    whole = np.concatenate([signals.rate[span] for span in later])
+    known = model.simulate(signals, 0.05, later)[1]
+    forgotten = model.simulate(signals.pieces(later), 0.05)[1]
+    assert np.max(np.abs(known - whole)) < 1e-6 + 0.002 * np.max(np.abs(whole))
+    assert np.max(np.abs(forgotten - whole)) > 0.05 * np.max(np.abs(whole))

@@ -20,6 +20,15 @@ def test_a_block_holds_the_mean_and_the_slope_exactly() -> None:
     assert blocks.whole.size == 20 - 2 * 3  # an AR(3) needs three predecessors in the same run
 
 
+def test_the_beginning_of_a_run_is_in_no_block() -> None:
+    """What thrust and water held at the start is unknown; of a short run no more than a fiftieth is given up for it."""
+    blocks = split(np.array([0, 10_001, 10_502]), 10, 0.1, settling=5.0)
+    assert blocks.first[0] == 50
+    assert blocks.first[blocks.start[1]] == 10_001 + 10
+    held = blocks.spread(np.ones(len(blocks)), 10_502)
+    np.testing.assert_array_equal(np.flatnonzero(held[:10_001] == 0.0), np.arange(50))
+
+
 def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:
     time = np.asarray(np.arange(0.0, 20.0, 0.01), dtype=np.float64)
     rate = np.where(np.arange(time.size) % 2 == 0, np.sin(time), np.nan)

@@ -1,0 +1,51 @@
+"""A command of one sine, where rate, thrust and their derivatives are functions of one phase: a thruster's lag."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.tracer.run import Array, Run
+from incsvr.tracing import trace
+
+INERTIA = 300.0
+PERIOD = 0.05
+TIME = np.asarray(PERIOD * np.arange(10_000), dtype=np.float64)
+COMMAND = np.asarray(100.0 * np.cos(2.0 * np.pi * TIME / 30.0), dtype=np.float64)
+FINE = 10
+"""Steps of the integration in a sample."""
+
+
+def swung(seed: int, constant: float, *, rotor: bool, water: float, sensor: float) -> Run:
+    """I ṙ + 150 r + 500 r|r| = thrust, which starts from rest and follows the command in `constant` seconds [s].
+
+    With `rotor` its speed does, and the thrust is that times its magnitude. Deviations of the noise: `water` within
+    each sample and `sensor` of the recorded torque [N m].
+    """
+    random = np.random.default_rng(seed)
+    rate, now, state = np.empty(TIME.size), 0.0, 0.0
+    pushed = random.normal(0.0, water, TIME.size).tolist()
+    for k, asked in enumerate(COMMAND.tolist()):
+        rate[k] = now
+        wanted = np.sign(asked) * abs(asked) ** 0.5 if rotor else asked
+        for _ in range(FINE):
+            state += PERIOD / FINE / constant * (wanted - state)
+            thrust = state * abs(state) if rotor else state
+            now += PERIOD / FINE / INERTIA * (thrust + pushed[k] - 150.0 * now - 500.0 * now * abs(now))
+    measured: Array = rate + random.normal(0.0, 5e-4, TIME.size)
+    return Run("sine", TIME, measured, COMMAND + random.normal(0.0, sensor, TIME.size), {})
+
+
+@pytest.mark.parametrize(("seed", "constant", "sensor"), [(3, 0.3, 0.5), (5, 0.6, 0.9)])
+def test_two_wrong_effects_do_not_stand_for_one_right(seed: int, constant: float, sensor: float) -> None:
+    """A larger inertia and a saturation fit a lag's shape; a single effect does nearly as well, and the lag is it."""
+    (found,) = trace([swung(seed, constant, rotor=False, water=3.5, sensor=sensor)], inertia=INERTIA).effects
+    assert "torque_lag" in (found.effect, *found.cannot_tell_from)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
+    """From the rate side it is a root's slope where the thrust turns: nothing but noise."""
+    found = trace([swung(seed, 0.7, rotor=True, water=0.0, sensor=3.5)], inertia=INERTIA).effects
+    assert [f.effect for f in found] == ["torque_lag"]
+    assert found[0].parameters["time_constant_s"] == pytest.approx(0.7, rel=0.05)
