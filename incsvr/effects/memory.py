@@ -9,6 +9,12 @@ import numpy as np
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
+SHORTEST = 4.0
+"""Blocks: what is forgotten within the reach of an AR(3) is told from the noise's colour by nothing."""
+
+EDGE = 1.02
+"""Of the shortest memory that is tried: a search that ends there would go on."""
+
 
 class Memory(Effect):
     """A moment g m, or with drag that grows as r|r| g m |r|/r̄, or both, with T m' = r − m and r̄ the root mean square
@@ -35,7 +41,7 @@ class Memory(Effect):
         return [(usual, float(constant)) for constant in np.geomspace(low, high, 6)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        return max(0.3 * s.scale, 3.0 * s.block), 10.0 * s.scale
+        return max(0.3 * s.scale, SHORTEST * s.block), 10.0 * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])
@@ -49,8 +55,8 @@ class Memory(Effect):
         parts = np.abs(term.coefficients)
         if min(term.coefficients) < 0.0 < max(term.coefficients) and 4.0 * min(parts) > max(parts):
             return "the moving water would drag at small rates and push at large ones, or the other way round"
-        if sum(term.coefficients) > 0.0 and term.inner[-1] < s.scale:
-            return "drag that builds up faster than the turn changes would be but a smaller inertia"
+        if term.inner[-1] < EDGE * self.bounds(s)[0]:
+            return "water that followed so fast would be but another inertia"
         gain = sum(term.coefficients) * float(np.std(s.rate))
         if abs(gain) > 3.0 * float(np.std(s.torque)) + 3.0 * float(np.std(s.damping)):
             return "the moment of the moving water would exceed thrust and damping"
