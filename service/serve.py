@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import ctypes
 import logging
-import signal
 import sys
 import threading
 
@@ -13,12 +12,15 @@ from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
-from service.session import connecting, from_file, listening, open_session
+from service.session import connecting, from_file, listening, open_session, told_to_stop
 
 log = logging.getLogger(__name__)
 
 SWITCH = 0.0002
 """A thread that computes hands over to one that answers after this time [s]; Python's own is 5 ms."""
+
+PAUSE = 1.0
+"""Longest time in which a signal may go unheard [s]."""
 
 _ARENA_MAX, _TRIM_THRESHOLD = -8, -1  # of mallopt(3)
 
@@ -35,10 +37,7 @@ def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
     sys.setswitchinterval(SWITCH)
     _keep_memory_small()
-    stop = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stop.set())
-    serve(config, stop)
+    serve(config, told_to_stop())
     return 0
 
 
@@ -66,7 +65,8 @@ def serve(config: Config, stop: threading.Event) -> None:
         hosts = [Host(session, each, len(configs)) for each in configs]
         with Crew(hosts):
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
-            stop.wait()
+            while not stop.wait(PAUSE):
+                pass
             log.info("stopping")
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import signal
 import socket
 import threading
 import time
@@ -27,6 +28,19 @@ _COMMON: dict[str, Any] = {
     # A hung process is noticed after two seconds, not ten. Shared memory would only add a way to fail.
     "transport": {"link": {"tx": {"lease": 2000}}, "shared_memory": {"enabled": False}},
 }
+
+
+def told_to_stop() -> threading.Event:
+    """An event that SIGTERM and Ctrl-C set; only the main thread may ask for it.
+
+    It is set by a thread of its own: a signal may come while the main thread's wait has the event locked. And whoever
+    waits for it in the main thread does so for a while, again and again: Python runs handlers between two steps of that
+    thread, and a signal just before a wait without end would never be heard.
+    """
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: threading.Thread(target=stop.set).start())
+    return stop
 
 
 def listening(endpoint: str) -> zenoh.Config:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import signal
-import threading
 from pathlib import Path
 
 from rich.console import Console
@@ -13,7 +11,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
-from service.session import connecting, from_file, open_session
+from service.session import connecting, from_file, open_session, told_to_stop
 from service.wire import Keys
 from simulator.player import Messages, messages, play, wait_for_learner
 from simulator.recordings import read, sequence
@@ -41,9 +39,7 @@ def play_to_learner(args: argparse.Namespace, config: Config, what: Messages, na
     """Plays messages to the learner of the configuration with a progress bar; exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
-    stop = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stop.set())
+    stop = told_to_stop()
     bus, keys = config.bus, Keys(config.prefix)
     zenoh_config = connecting(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
     columns = (

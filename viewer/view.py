@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import logging
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -17,7 +16,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
-from service.session import connecting, free_endpoint, from_file, open_session
+from service.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.wire import Keys
 from viewer import archive
 from viewer.bus import Bus
@@ -54,9 +53,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(
             "--headless shows nothing: give --save FILE.rrd to record, or --serve PORT for viewers elsewhere"
         )
-    stop = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stop.set())
+    stop = told_to_stop()
     config = from_arguments(args)
     choice = Choice() if args.compare is None else Choice(*args.compare)
     window = not args.headless and args.serve is None

@@ -262,3 +262,16 @@ def test_a_player_and_a_learner_find_each_other_in_any_order(endpoint: str, tmp_
             short = {name: (t[t < 40.0], value[t < 40.0]) for name, (t, value) in streams.items()}
             play(session, KEYS, messages(short), speed=1e6, stop=threading.Event())
             assert next_model(models).iteration == 1
+
+
+def test_a_signal_while_the_event_is_locked_is_heard() -> None:
+    """It comes in the middle of the main thread's own wait, which holds the event's lock."""
+    unlucky = (
+        "import signal\n"
+        "from service.session import told_to_stop\n"
+        "stop = told_to_stop()\n"
+        "with stop._cond:\n"
+        "    signal.raise_signal(signal.SIGTERM)\n"
+        "assert stop.wait(10.0)\n"
+    )
+    subprocess.run([sys.executable, "-c", unlucky], check=True, timeout=30.0)
