@@ -121,7 +121,8 @@ class Search:
         torque answers the disturbances the best by the free run, too."""
         ranked = sorted(seen, key=worth, reverse=True)
         best = ranked[:FINALISTS]
-        best += [h for h in ranked[FINALISTS:] if len(h.terms) == 1][: not any(len(h.terms) == 1 for h in best)]
+        if not any(len(h.terms) == 1 for h in best):
+            best += [h for h in ranked if len(h.terms) == 1][:1]
         if self.closed_loop:
             best += [h for h in sorted(seen, key=self.free_run)[:FINALISTS] if h not in best]
         return best
