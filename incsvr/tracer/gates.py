@@ -89,8 +89,8 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
             return "with it the residual grows: it explains the residual's colour, not its size", k
         if not pays(problem, free_run, base, less):
             return (
-                "it improves the torque equation, but the free run on unseen data gets no better: "
-                f"{free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
+                "it improves the torque equation, but the free run on unseen data gets no better than chance would "
+                f"have it: {free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
             ), k
     if problem.signals.share > SENSED:
         for k, effect in enumerate(base.effects):

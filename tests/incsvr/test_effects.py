@@ -153,16 +153,10 @@ class TestEveryEffect:
         assert np.sqrt(np.mean(left**2)) < 1.0  # of a command of 95 N m
 
 
-@pytest.mark.parametrize(
-    "key",
-    [
-        "torque_lag/moment",
-        "torque_lag/rotor speed",
-        "torque_lag/rotor speed, commanded",
-        "torque_delay",
-        "torque_saturation/coefficient",
-    ],
-)
+LAGS = ("torque_lag/moment", "torque_lag/rotor speed", "torque_lag/rotor speed, commanded")
+
+
+@pytest.mark.parametrize("key", [*LAGS, "torque_delay", "torque_saturation/coefficient"])
 def test_a_thrust_effect_says_the_same_from_either_side(key: str, signals: Signals) -> None:
     """What it takes of the torque, once built on the command and once on the moment that acted."""
     effect = catalogue()[key]
