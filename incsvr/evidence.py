@@ -33,17 +33,30 @@ class Change:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
-def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
-    """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew."""
+def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | None = None) -> float:
+    """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew.
+
+    With `beside`, (n_b, c), what they gain where these columns are in the regression, too.
+    """
     core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
     others = sum((o for j, o in enumerate(hypothesis.offsets) if j != k), np.zeros(len(problem.blocks)))
-    matrices = (hypothesis.columns, hypothesis.turned, hypothesis.instruments)
-    columns, turned, instruments = (np.delete(x, core, axis=-1) for x in matrices)
-    less = fit(problem.y - others, columns, problem.blocks, rounds=5, turned=turned, instruments=instruments)
-    return 2.0 * (hypothesis.fit.log_likelihood - less.log_likelihood)
+    matrices = (hypothesis.columns, hypothesis.turned, hypothesis.feigned)
+    columns, turned, feigned = (np.delete(x, core, axis=-1) for x in matrices)
+    whole = hypothesis.fit.log_likelihood
+    if beside is not None:
+        idle, none = np.zeros((2, *beside.shape)), np.zeros(beside.shape[1])
+        y = problem.y - sum(hypothesis.offsets, np.zeros(len(problem.blocks)))
+        more = np.concatenate([hypothesis.columns, beside], axis=1)
+        more_turned = np.concatenate([hypothesis.turned, idle], axis=2)
+        more_feigned = np.concatenate([hypothesis.feigned, none])
+        whole = fit(y, more, problem.blocks, rounds=5, turned=more_turned, feigned=more_feigned).log_likelihood
+        columns, turned = np.concatenate([columns, beside], axis=1), np.concatenate([turned, idle], axis=2)
+        feigned = np.concatenate([feigned, none])
+    less = fit(problem.y - others, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned)
+    return 2.0 * (whole - less.log_likelihood)
 
 
-def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | None = None) -> float:
     """`gain_of`, judged against the noise at the effect's own frequencies.
 
     The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher
@@ -62,7 +75,7 @@ def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     window = np.concatenate([np.ones(NEIGHBOURS), np.zeros(3), np.ones(NEIGHBOURS)])
     near = np.convolve(noise, window, "same") / np.convolve(np.ones_like(noise), window, "same")
     inflation = float(power @ near / max(power.sum() * np.mean(noise), 1e-300))
-    return gain_of(problem, hypothesis, k) / max(inflation, 1.0)
+    return gain_of(problem, hypothesis, k, beside) / max(inflation, 1.0)
 
 
 def p_value(gain: float, freedom: int, looks: float) -> float:

@@ -104,7 +104,7 @@ def ledger_text(ledger: EffectsLedger) -> str:
         intervals = effect.get("interval") or {}
         for name, value in (effect.get("parameters") or {}).items():
             low_high = intervals.get(name)
-            between = f" ({low_high[0]:.3g} to {low_high[1]:.3g})" if low_high else ""
+            between = f" ({low_high[0]:.3g} to {low_high[1]:.3g})" if low_high and low_high[0] < low_high[1] else ""
             lines.append(f"- {name}: {value:.3g}{between}" if isinstance(value, float) else f"- {name}: {value}")
         if effect.get("share") is not None:
             lines.append(

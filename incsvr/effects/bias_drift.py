@@ -22,6 +22,10 @@ class BiasDrift(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(-(s.time - s.origin[0]), -np.ones(len(s)))
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        progress = (s.time - s.origin[0]) / (s.origin[1] - s.origin[0])
+        return stack(progress**2, progress**3)
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"nm_per_s": term.coefficients[0], "start_nm": term.coefficients[1]}
 

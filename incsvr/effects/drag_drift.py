@@ -26,6 +26,10 @@ class DragDrift(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.damping * _progress(s))
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        progress = _progress(s)
+        return stack(s.damping * progress**2, s.damping * progress**3)
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0]}
 

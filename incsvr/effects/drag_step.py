@@ -35,6 +35,10 @@ class DragStep(Effect):
         after: Array = np.clip((s.time - at) / s.block + 0.5, 0.0, 1.0)
         return after
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        progress = (s.time - s.origin[0]) / (s.origin[1] - s.origin[0])
+        return stack(s.damping * progress, s.damping * progress * self._after(s, term.inner[-1]))
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}
 

@@ -22,6 +22,9 @@ class Inflow(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.rate * np.sqrt(np.abs(s.applied)))
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        return stack(s.rate * np.abs(s.applied))
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}
 

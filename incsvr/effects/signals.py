@@ -43,7 +43,8 @@ class Signals:
         foretold: (n,) likewise, free of what the torque's noise brings anew in a block [N m].
         doubt: deviation of the error of `expected` [N m].
         residual: (n,) what the model so far leaves of the torque, held over each block [N m].
-        share: part of the equation's noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
+        share: part of the noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
+        gyro: part of the equation's noise that is neither but the gyro's, 0…1.
         inertia: I₀, the declared moment of inertia [kg m²].
         scale: T_c, the time in which the yaw rate forgets itself [s].
         block: T_b [s].
@@ -67,6 +68,7 @@ class Signals:
     doubt: float = 0.0
     residual: Array = field(default_factory=_empty)
     share: float = 0.0
+    gyro: float = 0.0
     inertia: float = 1.0
     scale: float = 1.0
     block: float = 1.0
@@ -79,7 +81,7 @@ class Signals:
 
     @property
     def turning(self) -> float:
-        """Part of the equation's noise that turned the vehicle, 0…1."""
+        """Part of the noise that turned the vehicle, 0…1; the gyro's, a difference, has none of the slow part."""
         return 1.0 - self.share
 
     def __len__(self) -> int:

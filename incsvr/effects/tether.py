@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
@@ -23,6 +25,10 @@ class Tether(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.heading - inner[-1])
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        twist = s.heading - term.inner[-1]
+        return stack(twist * np.abs(twist), twist**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"stiffness_nm_per_rad": term.coefficients[0], "neutral_rad": term.inner[-1]}

@@ -24,6 +24,10 @@ class TorqueAsymmetry(Effect):
         theta = max(coefficients[0], -0.8) if coefficients else 0.0
         return stack(np.minimum(s.command, 0.0) / (1.0 + theta))
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        reverse = np.minimum(s.applied if s.from_rate else s.command, 0.0)
+        return stack(reverse**2)
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"reverse_efficiency": 1.0 / (1.0 + term.coefficients[0])}
 

@@ -46,6 +46,10 @@ class TorqueDelay(Effect):
     def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
         return min(max(coefficients[0], -s.scale), s.scale)
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        seen = s.applied if s.from_rate else s.command
+        return stack(s.slope(seen), s.slope(s.slope(seen)))
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"delay_s": term.coefficients[0]}
 

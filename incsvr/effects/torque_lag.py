@@ -76,6 +76,10 @@ class TorqueLag(Effect):
         passed: Array = 1.0 / (1.0 + np.square(frequency * max(term.coefficients[0], 0.0)))
         return passed
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        seen = s.applied if s.from_rate else s.command
+        return stack(s.slope(seen), s.slope(s.slope(seen)))
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}
 

@@ -99,6 +99,10 @@ class SoftSaturation(Effect):
         command = 2.0 * s.applied / (1.0 + root)  # inverse of a = τ (1 − c |τ|)
         return stack(command * np.abs(command))
 
+    def bends(self, s: Signals, term: Term) -> Array:
+        seen = s.applied if s.from_rate else s.command
+        return stack(seen**3)
+
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}
 

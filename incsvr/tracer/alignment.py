@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
-from incsvr.tracer.noise import gyro_noise, noise_share, white_noise
+from incsvr.tracer.noise import MOST_GYRO, gyro_noise, noise_share, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import best_leads, with_lead
@@ -46,8 +46,8 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     return held if explains_more or needs_nothing else linear
 
 
-def share_beside(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> float:
-    """Which part of the noise sits in the recorded torque, as it is read beside these effects, 0…1.
+def noise_beside(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> tuple[float, float]:
+    """Where the noise sits, as it is read beside these effects: the torque's share and the gyro's part, 0…1 each.
 
     The share is read from how the residual follows the torque, and what an effect leaves in it follows the torque, too.
     """
@@ -55,20 +55,23 @@ def share_beside(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> fl
     draw = np.random.default_rng(0)
     shaken = [replace(run, yaw_rate=run.yaw_rate + deviation * draw.normal(size=run.yaw_rate.size)) for run in runs]
     gyro = left_over(pose_like(problem, shaken), found)[0] - left_over(problem, found)[0]
-    return noise_share(problem.blocks, problem.signals.torque, found.fit.residual, gyro)
+    square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
+    part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
+    return noise_share(problem.blocks, problem.signals.torque, found.fit.residual, gyro), min(part, MOST_GYRO)
 
 
-def with_share(problem: Problem, share: float) -> Problem:
-    """The equations with another share of the noise in the torque."""
-    return replace(problem, signals=replace(problem.signals, share=share))
+def with_share(problem: Problem, share: float, gyro: float | None = None) -> Problem:
+    """The equations with another share of the noise in the torque (and another part of the gyro's)."""
+    gyro = problem.signals.gyro if gyro is None else gyro
+    return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro))
 
 
 def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
     """The equations with the noise's share as it is beside the best single effect."""
     best = _best(problem, channels)
     for _ in range(2):
-        share = share_beside(runs, problem, best)
-        before, problem = problem.signals.share, with_share(problem, share)
+        share, gyro = noise_beside(runs, problem, best)
+        before, problem = problem.signals.share, with_share(problem, share, gyro)
         if abs(share - before) < SAME_SHARE:
             break
         best = _best(problem, channels)

@@ -11,6 +11,7 @@ from incsvr.effects import Effect
 from incsvr.evidence import evidence
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
+from incsvr.tracer.run import Array
 from incsvr.tracer.scan import excepting, without
 from incsvr.tracer.shaken import fed_by_noise
 from incsvr.tracer.whitening import whiten
@@ -30,6 +31,9 @@ SHAPE = 0.06
 What is left of the wrong shape of an effect of the motion is a function of the motion. It can pass for another such
 effect, and must be outdone by one; a bias, a drift or an extra channel is none.
 """
+
+LARGER = 0.3
+"""Of a larger effect's contribution: one that adds less must outdo the other shapes of the larger, too."""
 
 ON_ONE_SINE = 0.35
 """Of what all effects of the motion gain, where the command is one sine: rate, heading, thrust and their derivatives
@@ -76,6 +80,12 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
     if gains[k] < paid[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
+    for k, gain in enumerate(gains):
+        if gain > 0.0 and (left := evidence(problem, base, k, bends(problem, base, k))) < paid[k]:
+            return (
+                "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
+                f"{left:.0f}, {paid[k]:.0f} is asked"
+            ), k
     terms = zip(base.effects, base.terms, strict=True)
     phased = [j for j, (e, t) in enumerate(terms) if e.of_phase and not below_sampling(t, problem)]
     if problem.one_sine and len(phased) > 1:
@@ -153,6 +163,18 @@ def unique_share(problem: Problem, hypothesis: Hypothesis, k: int, *, white: boo
     alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
     deviation = min(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), float(np.std(residual)))
     return float(np.std(alone)) / max(deviation, 1e-300)
+
+
+def bends(problem: Problem, hypothesis: Hypothesis, k: int) -> Array | None:
+    """(n_b, c) block means of by what the effects that explain much more than the k-th may differ from their shapes."""
+    alone = [unique_share(problem, hypothesis, j) for j in range(len(hypothesis.terms))]
+    seen = views(problem, hypothesis)
+    found = []
+    for effect, term, share in zip(hypothesis.effects, hypothesis.terms, alone, strict=True):
+        if alone[k] < LARGER * share:
+            shapes = effect.bends(seen.of(effect), term)
+            found += [] if shapes is None else [problem.blocks.mean(shapes)]
+    return np.concatenate(found, axis=1) if found else None
 
 
 def _core(hypothesis: Hypothesis, k: int) -> NDArray[np.intp]:

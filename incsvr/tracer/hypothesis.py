@@ -32,7 +32,7 @@ class Hypothesis:
         fit: of the whole regression: damping first, then the columns of each term.
         columns: (n_b, p) of that regression.
         turned: (2, n_b, p) how they answer the noise of their own block, for `whitening.fit`.
-        instruments: (n_b, p) the columns, but for the acceleration that the torque foretells in place of the measured.
+        feigned: (p,) and how they follow the gyro's.
         losses: (n,) the torque that each term takes [N m].
         criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
         position: first column of each term.
@@ -44,7 +44,7 @@ class Hypothesis:
     fit: Fit
     columns: Array
     turned: Array
-    instruments: Array
+    feigned: Array
     losses: tuple[Array, ...]
     criterion: float
     position: tuple[int, ...]
@@ -64,7 +64,8 @@ def nothing(problem: Problem) -> Hypothesis:
     """The declared model with its learned damping."""
     columns = problem.coarse
     fitted = fit(problem.y, columns, problem.blocks, rounds=6, turned=problem.turned)
-    return Hypothesis((), (), fitted, columns, problem.turned, columns, (), 2.0 * fitted.log_likelihood, (), ())
+    none = np.zeros(columns.shape[1])
+    return Hypothesis((), (), fitted, columns, problem.turned, none, (), 2.0 * fitted.log_likelihood, (), ())
 
 
 def below_sampling(term: Term, problem: Problem) -> bool:
@@ -112,8 +113,8 @@ def settle(
     if any(effect.key not in known for effect in effects):
         # What a new effect explains is in the residual, and its tones are in the AR: neither tells the noise.
         fitted = replace(fitted, ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
-    columns = instruments = problem.coarse
-    turned = problem.turned
+    columns = problem.coarse
+    turned, feigned = problem.turned, np.zeros(columns.shape[1])
     position: list[int] = []
     offsets: list[Array] = []
     for turn in range(passes):
@@ -139,8 +140,9 @@ def settle(
                     answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
         columns = np.column_stack([base, *coarse])
         turned = np.concatenate([problem.turned, *answers], axis=2)
-        instruments = np.column_stack([base, *(seen.instrument(e, x) for e, x in zip(effects, coarse, strict=True))])
-        fitted = fit(y, columns, problem.blocks, fitted, rounds=2, turned=turned, instruments=instruments)
+        none = np.zeros(base.shape[1])
+        feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
+        fitted = fit(y, columns, problem.blocks, fitted, rounds=2, turned=turned, feigned=feigned)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
@@ -164,7 +166,7 @@ def settle(
         fitted,
         columns,
         turned,
-        instruments,
+        feigned,
         tuple(losses),
         2.0 * fitted.log_likelihood - paid,
         tuple(position),

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import evidence, p_value
-from incsvr.tracer.alignment import aligned, share_beside, with_share
+from incsvr.tracer.alignment import aligned, noise_beside, with_share
 from incsvr.tracer.excitation import closed_loop, demand, maybe_closed_loop
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
@@ -61,9 +61,9 @@ def inquire(
     """What was asked, the effects that are proven, and why others are not among them."""
     problem = aligned(runs, inertia, names)
     case, found, refused = _searched(problem, validate, names)
-    share = share_beside(runs, problem, found)
+    share, gyro = noise_beside(runs, problem, found)
     if abs(share - problem.signals.share) > MISREAD:
-        problem = with_share(problem, share)
+        problem = with_share(problem, share, gyro)
         case, found, refused = _searched(problem, validate, names)
     found = _proven(case, _evident(case, found, refused), refused)
     case, found = _looked_closer(case, found, refused, runs, validate)

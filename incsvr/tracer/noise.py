@@ -87,7 +87,7 @@ def _steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
     # a cell in which the command jumps holds a part of the jump, and so does its neighbour's difference
     step = np.abs(torque[2:] - torque[:-2])
     usual = 1.4826 * float(np.median(step))
-    total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + 1e-6 * float(np.std(torque)))])
+    total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + 0.05 * float(np.std(torque)))])
     jumped = total[np.minimum(blocks.first + blocks.size, total.size - 1)] > total[blocks.first]
     calm = np.concatenate([np.convolve(jumped[run], np.ones(order + 1), "valid") < 0.5 for run in _runs(blocks)])
     return calm if np.count_nonzero(calm) >= FEWEST_STEADY else np.ones(calm.size, dtype=bool)

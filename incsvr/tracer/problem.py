@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.damping import Damping
-from incsvr.tracer.noise import calmed, foretell, gyro_noise, noise_share, white_noise
+from incsvr.tracer.noise import MOST_GYRO, calmed, foretell, gyro_noise, noise_share, white_noise
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.weak_form import (
     FEWEST_BLOCKS,
@@ -123,8 +123,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
     while True:
         problem = _equations(runs, inertia, channels, scale, block, period, held)
         base = fit(problem.y, problem.coarse, problem.blocks)
-        noise = inertia * sigma * np.sqrt(min(period / problem.signals.step, 1.0)) / problem.blocks.period
-        noise *= float(np.linalg.norm(np.convolve(np.concatenate([[1.0], -base.ar]), [1.0, -1.0])))
+        noise = _gyro_noise_in(problem, sigma, period, base)
         # by a step at least: where one sample fills a block, 1.3 of it would be the same again
         longer = max(1.3 * problem.blocks.period, problem.blocks.period + problem.signals.step)
         if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
@@ -132,7 +131,8 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
         block = longer
     problem = _differentiated(problem, sigma, period, base.scale)
     share = noise_share(problem.blocks, problem.signals.torque, base.residual)
-    return replace(problem, signals=replace(problem.signals, share=share))
+    gyro = min((noise / base.scale) ** 2, MOST_GYRO)
+    return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro))
 
 
 def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
@@ -147,9 +147,16 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
         return problem
     period = sample_period(runs, "yaw_rate")
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
-    finer = replace(finer, signals=replace(finer.signals, share=s.share))
-    base = fit(finer.y, finer.coarse, finer.blocks)
-    return _differentiated(finer, gyro_noise(runs), period, base.scale)
+    base, sigma = fit(finer.y, finer.coarse, finer.blocks), gyro_noise(runs)
+    gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
+    finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro))
+    return _differentiated(finer, sigma, period, base.scale)
+
+
+def _gyro_noise_in(problem: Problem, sigma: float, period: float, fitted: Fit) -> float:
+    """Deviation of what the gyro's noise, `sigma` [rad/s] in samples of `period` seconds, leaves in the innovations."""
+    noise = problem.signals.inertia * sigma * np.sqrt(min(period / problem.signals.step, 1.0)) / problem.blocks.period
+    return float(noise * np.linalg.norm(np.convolve(np.concatenate([[1.0], -fitted.ar]), [1.0, -1.0])))
 
 
 def _differentiated(problem: Problem, sigma: float, period: float, innovation: float) -> Problem:
@@ -188,7 +195,7 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
     signals = replace(
-        signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share,
+        signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share, gyro=s.gyro,
         acceleration=acceleration,
     )  # fmt: skip
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)

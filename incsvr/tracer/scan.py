@@ -89,11 +89,7 @@ def scan(
             continue
         _, inner, columns = best
         own = seen.turned(effect, inner, (), columns)
-        stands = seen.instrument(effect, columns)
         gain = gained(effect, columns, own)
-        if stands is not columns:
-            # an acceleration full of noise may tell less than what stands for it in the fit, which answers no noise
-            gain = max(gain, gained(effect, stands, np.zeros_like(own)))
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
         leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain))
     return sorted(leads, key=lambda lead: -lead.score)

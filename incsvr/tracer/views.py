@@ -57,8 +57,6 @@ class Views:
             s, damping=damping, residual=residual, doubt=doubt,
             applied=share * self._needed + (1.0 - share) * given,
         )  # fmt: skip
-        # blended so that what w does to the one and the torque's noise to the other cancel: free of u
-        self._instrument = share * s.acceleration + (1.0 - share) * (given - damping - outside) / max(inertia, 1e-9)
         self._cache: dict[int, Signals] = {}
         self._curve = curve
 
@@ -85,6 +83,11 @@ class Views:
         turned: Array = s.turning * blocks.period / s.inertia * (moved - mean) / nudge
         return np.stack([turned, np.zeros_like(turned)])
 
+    def feigned(self, effect: Effect, columns: Array) -> Array:
+        """(c,) for `whitening.fit`: what the gyro mistakes for a turn is in Δr as much as what is one."""
+        s = self._plain
+        return np.full(columns.shape[1], s.share * s.gyro / s.inertia if effect.acts == "inertia" else 0.0)
+
     def _passed_on(
         self, effect: Effect, inner: tuple[float, ...], coefficients: tuple[float, ...], mean: Array
     ) -> Array:
@@ -101,12 +104,6 @@ class Views:
         )
         passed: Array = (self._problem.blocks.mean(effect.columns(there, inner, coefficients)) - mean) / nudge
         return np.stack([passed, passed])
-
-    def instrument(self, effect: Effect, columns: Array) -> Array:
-        """(n_b, c) what stands for the effect's columns in the normal equations."""
-        if effect.acts != "inertia" or self._plain.turning == 0.0:
-            return columns
-        return self._problem.blocks.mean(self._instrument)[:, None]
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""

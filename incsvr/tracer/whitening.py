@@ -6,6 +6,7 @@ statistical modeling using the t distribution", JASA 84 (1989), for the weights 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,10 @@ from incsvr.tracer.weak_form import Blocks
 
 DEGREES = 6.0
 """ν of the innovations: outliers of a few per cent cost nothing, Gaussian noise costs 4 % of the efficiency."""
+
+FARTHEST = 1.5
+"""Scale of the innovations, in that of least squares, up to which the Jacobian pulls: the larger the scale, the further
+it pulls, and where hardly a command moves the vehicle without end."""
 
 RIDGE = 1e-7
 """Of the mean squared column: holds spline coefficients where the vehicle hardly was."""
@@ -65,7 +70,6 @@ def burg(residual: Array, blocks: Blocks, order: int = 3) -> Array:
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p)."""
     white: Array = values[3:] - ar[0] * values[2:-1] - ar[1] * values[1:-2] - ar[2] * values[:-3]
-    # rows of one run need no selection: copying them is most of the cost
     return white if blocks.whole.size == white.shape[0] else white[blocks.whole - 3]
 
 
@@ -76,7 +80,7 @@ def fit(
     start: Fit | None = None,
     rounds: int = 4,
     turned: Array | None = None,
-    instruments: Array | None = None,
+    feigned: Array | None = None,
 ) -> Fit:
     """Maximum likelihood of θ, the AR and s, each in turn.
 
@@ -87,11 +91,13 @@ def fit(
         y: (n_b,) left-hand side of every block.
         columns: (n_b, p).
         start: an earlier fit whose AR and residual weights begin the search.
-        rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights).
+        rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights) and
+            as many of Newton's steps with the Jacobian.
         turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
             that was taken out of what they see; None if they do not.
-        instruments: (n_b, p) columns; where one differs from its column, the noise dominates that column and the
-            instrument stands for it in Zᵀ W (y − X θ) = 0.
+        feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr
+            follows the gyro's noise: the score is corrected for it (L. A. Stefanski, R. J. Carroll, Biometrika 74,
+            1987), and the likelihood for what a smaller coefficient wins by less of that noise alone.
     """
     p = columns.shape[1]
     ridge = np.diag(RIDGE * np.einsum("ij,ij->j", columns, columns) + 1e-300)
@@ -100,39 +106,58 @@ def fit(
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
-    own = None if turned is None or not turned.any() else turned[:, blocks.whole]
-    replaced = np.zeros(p, bool) if instruments is None else np.any(instruments != columns, axis=0)
+    steps = 3 if start is None else 2
+    answers = [] if turned is None else zip((1.0, -1.0), turned, strict=True)
+    own = [(sign, _whole(part, blocks)) for sign, part in answers if part.any()]
+    lost = np.zeros(p) if feigned is None else feigned * blocks.whole.size
+    corrected = bool(own) or bool(lost.any())
+    innovation = y[3:]
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
-        white_z = white_x if not replaced.any() or instruments is None else whiten(instruments, ar, blocks)
-        for _ in range(3 if start is None else 2):
-            weighted = white_z * weight[:, None]
+        # least squares comes first; later rounds go on from where the Jacobian had led
+        for step in range(2 * steps if corrected and turn == 0 else steps):
+            weighted = white_x * weight[:, None]
             normal, right = weighted.T @ white_x + ridge, weighted.T @ white_y
-            theta = np.linalg.solve(normal, right)
+            found, most = np.linalg.solve(normal, right), np.inf
+            if corrected and (turn > 0 or step >= steps):
+                most = FARTHEST * _scale(weight, white_y - white_x @ found)
+                pull, curved = _pull(own, theta)
+                found = np.linalg.solve(normal + scale**2 * curved, right + scale**2 * (pull + lost + curved @ theta))
+            theta = found
             innovation = white_y - white_x @ theta
-            scale = max(float(np.mean(weight * innovation**2)), 1e-24) ** 0.5
+            scale = min(_scale(weight, innovation), most)
             weight = (DEGREES + 1.0) / (DEGREES + (innovation / scale) ** 2)
-        if own is not None:
-            # Newton's steps; the scale stays that of least squares: a larger one would pull further, without end
-            for _ in range(2):
-                grown, held = own / _stretch(own, theta)[:, :, None]
-                pull = np.where(replaced, 0.0, scale**2 * np.sum(grown - held, axis=0))
-                curved = np.where(replaced[:, None], 0.0, scale**2 * (grown.T @ grown - held.T @ held))
-                theta = np.linalg.solve(normal + curved, right + pull + curved @ theta)
-            innovation = white_y - white_x @ theta
         residual = y - columns @ theta
         if turn + 1 < rounds:
             ar = burg(residual, blocks)
-    scale = max(float(np.mean(weight * innovation**2)), 1e-24) ** 0.5
+    scale = _scale(weight, innovation)
     likelihood = log_likelihood(innovation, scale)
-    if own is not None:
-        grown, held = np.log(_stretch(own, theta))
-        likelihood += float(np.sum(grown - held))
+    likelihood += min(float(lost @ theta), 0.0)
+    likelihood += sum(sign * float(np.sum(np.log(_stretch(part, theta)))) for sign, part in own)
     return Fit(theta, ar, scale, likelihood, residual, innovation, weight)
 
 
+def _scale(weight: Array, innovation: Array) -> float:
+    return float(np.sqrt(np.mean(weight * innovation**2) + 1e-24))
+
+
+def _whole(values: Array, blocks: Blocks) -> Array:
+    """Rows of the blocks with three predecessors: of one run a view, for copying them is most of the cost."""
+    return values[3:] if blocks.whole.size == values.shape[0] - 3 else values[blocks.whole]
+
+
+def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Array]:
+    """(p,) derivative of the Jacobian by the coefficients, and (p, p) less the second."""
+    pull, curved = np.zeros(theta.size), np.zeros((theta.size, theta.size))
+    for sign, part in own:
+        relative = part / _stretch(part, theta)[:, None]
+        pull += sign * relative.sum(axis=0)
+        curved += sign * (relative.T @ relative)
+    return pull, curved
+
+
 def _stretch(own: Array, theta: Array) -> Array:
-    """(2, m) the two factors; held above a tenth, where a fit that far off the mark would have no density."""
+    """(m,) the factor; held above a tenth, where a fit that far off the mark would have no density."""
     stretch: Array = np.maximum(1.0 + own @ theta, 0.1)
     return stretch
 

@@ -104,7 +104,10 @@ def _finding(finding: Finding) -> dict[str, Any]:
         suffix, unit = next(((s, u) for s, u in SUFFIXES if name.endswith(s)), ("", ""))
         low, high = finding.interval.get(name, (float("nan"), float("nan")))
         plain = name.removesuffix(suffix).replace("_", " ")
-        rows.append((plain, number(value), f"{number(low)} to {number(high)}", unit))
+        # a harmonic or a channel's mean is set, not fitted: it has no interval
+        rows.append(
+            (plain, number(value), "set, not fitted" if low == high else f"{number(low)} to {number(high)}", unit)
+        )
     return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
 
 
