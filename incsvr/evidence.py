@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from incsvr.effects import Effect, Term
@@ -39,21 +40,23 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | No
     With `beside`, (n_b, c), what they gain where these columns are in the regression, too.
     """
     core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
-    others = sum((o for j, o in enumerate(hypothesis.offsets) if j != k), np.zeros(len(problem.blocks)))
-    matrices = (hypothesis.columns, hypothesis.turned, hypothesis.feigned)
-    columns, turned, feigned = (np.delete(x, core, axis=-1) for x in matrices)
     whole = hypothesis.fit.log_likelihood
     if beside is not None:
-        idle, none = np.zeros((2, *beside.shape)), np.zeros(beside.shape[1])
-        y = problem.y - sum(hypothesis.offsets, np.zeros(len(problem.blocks)))
-        more = np.concatenate([hypothesis.columns, beside], axis=1)
-        more_turned = np.concatenate([hypothesis.turned, idle], axis=2)
-        more_feigned = np.concatenate([hypothesis.feigned, none])
-        whole = fit(y, more, problem.blocks, rounds=5, turned=more_turned, feigned=more_feigned).log_likelihood
-        columns, turned = np.concatenate([columns, beside], axis=1), np.concatenate([turned, idle], axis=2)
-        feigned = np.concatenate([feigned, none])
-    less = fit(problem.y - others, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned)
-    return 2.0 * (whole - less.log_likelihood)
+        whole = _likelihood(problem, hypothesis, hypothesis.offsets, np.zeros(0, dtype=np.intp), beside)
+    others = [offset for j, offset in enumerate(hypothesis.offsets) if j != k]
+    return 2.0 * (whole - _likelihood(problem, hypothesis, others, core, beside))
+
+
+def _likelihood(
+    problem: Problem, hypothesis: Hypothesis, offsets: Sequence[Array], out: NDArray[np.intp], beside: Array | None
+) -> float:
+    """ℓ after a fit from the start: the offsets taken off, without the columns `out`, with those `beside`."""
+    more = np.zeros((len(problem.blocks), 0)) if beside is None else beside
+    columns = np.concatenate([np.delete(hypothesis.columns, out, axis=1), more], axis=1)
+    turned = np.concatenate([np.delete(hypothesis.turned, out, axis=2), np.zeros((2, *more.shape))], axis=2)
+    feigned = np.concatenate([np.delete(hypothesis.feigned, out), np.zeros(more.shape[1])])
+    y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
+    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned).log_likelihood
 
 
 def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | None = None) -> float:
