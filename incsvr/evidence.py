@@ -34,10 +34,11 @@ class Change:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
-def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | None = None) -> float:
+def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
     """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew.
 
-    With `beside`, (n_b, c), what they gain where these columns are in the regression, too.
+    With `beside`, (n_b, c) columns and (2, n_b, c) their answers to the noise, what they gain where these are in the
+    regression, too.
     """
     core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
     whole = hypothesis.fit.log_likelihood
@@ -48,18 +49,23 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | No
 
 
 def _likelihood(
-    problem: Problem, hypothesis: Hypothesis, offsets: Sequence[Array], out: NDArray[np.intp], beside: Array | None
+    problem: Problem,
+    hypothesis: Hypothesis,
+    offsets: Sequence[Array],
+    out: NDArray[np.intp],
+    beside: tuple[Array, Array] | None,
 ) -> float:
     """ℓ after a fit from the start: the offsets taken off, without the columns `out`, with those `beside`."""
-    more = np.zeros((len(problem.blocks), 0)) if beside is None else beside
+    none = np.zeros((len(problem.blocks), 0)), np.zeros((2, len(problem.blocks), 0))
+    more, answers = none if beside is None else beside
     columns = np.concatenate([np.delete(hypothesis.columns, out, axis=1), more], axis=1)
-    turned = np.concatenate([np.delete(hypothesis.turned, out, axis=2), np.zeros((2, *more.shape))], axis=2)
+    turned = np.concatenate([np.delete(hypothesis.turned, out, axis=2), answers], axis=2)
     feigned = np.concatenate([np.delete(hypothesis.feigned, out), np.zeros(more.shape[1])])
     y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
     return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned).log_likelihood
 
 
-def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: Array | None = None) -> float:
+def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
     """`gain_of`, judged against the noise at the effect's own frequencies.
 
     The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher

@@ -9,6 +9,7 @@ import numpy as np
 
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
+from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, noise_share, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
@@ -82,8 +83,8 @@ def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:
     base = nothing(problem)
     leads = best_leads(problem, base, demand(problem, candidates(channels)), LEADS)
     settled = [with_lead(problem, base, lead) for lead in leads]
-    # a delay within a sample is the other of the two torques in disguise
-    real = [h for h in settled if not below_sampling(h.terms[0], problem)]
+    # a delay within a sample, or a rotor ahead of its command, is the other of the two torques in disguise
+    real = [h for h in settled if not (below_sampling(h.terms[0], problem) or against_physics(problem, h))]
     return max((base, *real), key=lambda h: h.criterion)
 
 

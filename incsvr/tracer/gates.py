@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.effects import Effect
+from incsvr.effects import Effect, Signals, Term
 from incsvr.evidence import evidence
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
@@ -165,16 +166,27 @@ def unique_share(problem: Problem, hypothesis: Hypothesis, k: int, *, white: boo
     return float(np.std(alone)) / max(deviation, 1e-300)
 
 
-def bends(problem: Problem, hypothesis: Hypothesis, k: int) -> Array | None:
-    """(n_b, c) block means of by what the effects that explain much more than the k-th may differ from their shapes."""
+def bends(problem: Problem, hypothesis: Hypothesis, k: int) -> tuple[Array, Array] | None:
+    """By what the effects that explain much more than the k-th may differ from their shapes.
+
+    Returns:
+        (n_b, c) block means, and (2, n_b, c) how they answer the noise of their block; None if there are none.
+    """
     alone = [unique_share(problem, hypothesis, j) for j in range(len(hypothesis.terms))]
     seen = views(problem, hypothesis)
-    found = []
+    columns, turned = [], []
     for effect, term, share in zip(hypothesis.effects, hypothesis.terms, alone, strict=True):
-        if alone[k] < LARGER * share:
-            shapes = effect.bends(seen.of(effect), term)
-            found += [] if shapes is None else [problem.blocks.mean(shapes)]
-    return np.concatenate(found, axis=1) if found else None
+        if alone[k] >= LARGER * share or (shapes := effect.bends(seen.of(effect), term)) is None:
+            continue
+        columns.append(problem.blocks.mean(shapes))
+        turned.append(seen.answers(effect, partial(_shapes, effect, term), columns[-1]))
+    return (np.concatenate(columns, axis=1), np.concatenate(turned, axis=2)) if columns else None
+
+
+def _shapes(effect: Effect, term: Term, s: Signals) -> Array:
+    shapes = effect.bends(s, term)
+    assert shapes is not None
+    return shapes
 
 
 def _core(hypothesis: Hypothesis, k: int) -> NDArray[np.intp]:

@@ -22,6 +22,9 @@ LEAP = 6.0
 QUIET = 1.5
 """Power of the torque's differences, in that of the residual's, up to which they hold noise and no command."""
 
+UNREAD = 0.25
+"""Standard error of the share above which it is not told: of a command that runs as fast as the blocks all is noise."""
+
 MOST_GYRO = 0.8
 """Part of the residual's power that may be the gyro's noise."""
 
@@ -70,7 +73,9 @@ def _share(blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Ar
     usual = [JUMP * 1.4826 * float(np.median(np.abs(x[steady]))) + 1e-12 for x in (e, t)]
     calm = steady & (np.abs(e) <= usual[0]) & (np.abs(t) <= usual[1])
     power = float(e[calm] @ e[calm])
-    if power <= 0.0 or (order < 3 and float(t[calm] @ t[calm]) > QUIET * power):
+    moved = float(t[calm] @ t[calm])
+    # neighbouring differences share half of what they are: there are half as many
+    if power <= 0.0 or (order < 3 and moved > QUIET * power) or moved > power * UNREAD**2 * np.count_nonzero(calm) / 2:
         return 0.0
     if gyro is not None:
         power -= min(float(np.sum(_differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,11 +66,15 @@ class Views:
         The first by which the residual grows with the noise, the second by which it is held back: a thrust effect sees
         torque and motion without their part of the residual, so that the residual is in what it sees.
         """
+        return self.answers(effect, lambda s: effect.columns(s, inner, coefficients), mean)
+
+    def answers(self, effect: Effect, columns: Callable[[Signals], Array], mean: Array) -> Array:
+        """`turned` of any columns that are made of the signals as the effect sees them."""
         s, blocks = self._plain, self._problem.blocks
         if effect.acts == "inertia":
             return np.stack([np.full_like(mean, s.turning / s.inertia), np.zeros_like(mean)])
         if effect.acts == "thrust":
-            return self._passed_on(effect, inner, coefficients, mean)
+            return self._passed_on(effect, columns, mean)
         if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
             return np.zeros((2, *mean.shape))
         index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
@@ -79,7 +83,7 @@ class Views:
         nudge = 1e-3 * float(np.std(s.rate))
         rate = s.rate + nudge * since
         there = replace(s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve))
-        moved = blocks.mean(effect.columns(there, inner, coefficients))
+        moved = blocks.mean(columns(there))
         turned: Array = s.turning * blocks.period / s.inertia * (moved - mean) / nudge
         return np.stack([turned, np.zeros_like(turned)])
 
@@ -88,9 +92,7 @@ class Views:
         s = self._plain
         return np.full(columns.shape[1], s.share * s.gyro / s.inertia if effect.acts == "inertia" else 0.0)
 
-    def _passed_on(
-        self, effect: Effect, inner: tuple[float, ...], coefficients: tuple[float, ...], mean: Array
-    ) -> Array:
+    def _passed_on(self, effect: Effect, columns: Callable[[Signals], Array], mean: Array) -> Array:
         """`turned` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or half
         the thrust, half the inertia and half the drag would explain everything with half the noise."""
         s = self.of(effect)
@@ -102,7 +104,7 @@ class Views:
             expected=s.expected - (0.0 if told and self._problem.stays else min(s.share, TOLD) * nudge),
             foretold=s.foretold - (0.0 if told else s.share * nudge),
         )
-        passed: Array = (self._problem.blocks.mean(effect.columns(there, inner, coefficients)) - mean) / nudge
+        passed: Array = (self._problem.blocks.mean(columns(there)) - mean) / nudge
         return np.stack([passed, passed])
 
     def of(self, effect: Effect) -> Signals:
