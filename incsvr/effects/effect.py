@@ -118,13 +118,13 @@ class Effect(ABC):
         """
         return None
 
-    def bends(self, s: Signals, term: Term) -> Array | None:
-        """(n, k) by which a true effect of this kind may differ from its shape here; None where it has but one shape.
+    def bends(self, s: Signals, term: Term) -> Array:
+        """(n, k) by which a true effect of this kind may differ from its shape here, k = 0 where it has but one shape.
 
         A searched parameter, as a rule, is spread in nature: the same at other values of it.
         """
         if not self.searched:
-            return None
+            return np.zeros((len(s), 0))
         values = [(*term.inner[:-1], factor * term.inner[-1]) for factor in (0.75, 1.3)]
         return np.concatenate([self.columns(s, inner, term.coefficients) for inner in values], axis=1)
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.effects import Effect, Signals, Term
+from incsvr.effects import Effect
 from incsvr.evidence import evidence
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
@@ -81,8 +81,10 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
     if gains[k] < paid[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
-    for k, gain in enumerate(gains):
-        if gain > 0.0 and (left := evidence(problem, base, k, bends(problem, base, k))) < paid[k]:
+    for k in range(len(gains)):
+        shapes = bends(problem, base, k)
+        left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
+        if left < paid[k]:
             return (
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
                 f"{left:.0f}, {paid[k]:.0f} is asked"
@@ -176,17 +178,14 @@ def bends(problem: Problem, hypothesis: Hypothesis, k: int) -> tuple[Array, Arra
     seen = views(problem, hypothesis)
     columns, turned = [], []
     for effect, term, share in zip(hypothesis.effects, hypothesis.terms, alone, strict=True):
-        if alone[k] >= LARGER * share or (shapes := effect.bends(seen.of(effect), term)) is None:
+        if alone[k] >= LARGER * share:
             continue
-        columns.append(problem.blocks.mean(shapes))
-        turned.append(seen.answers(effect, partial(_shapes, effect, term), columns[-1]))
-    return (np.concatenate(columns, axis=1), np.concatenate(turned, axis=2)) if columns else None
-
-
-def _shapes(effect: Effect, term: Term, s: Signals) -> Array:
-    shapes = effect.bends(s, term)
-    assert shapes is not None
-    return shapes
+        mean = problem.blocks.mean(effect.bends(seen.of(effect), term))
+        scale = np.std(mean, axis=0) + 1e-300  # a cube and a ramp side by side
+        columns.append(mean / scale)
+        turned.append(seen.answers(effect, partial(effect.bends, term=term), mean) / scale)
+    found = np.concatenate(columns, axis=1) if columns else np.zeros((0, 0))
+    return (found, np.concatenate(turned, axis=2)) if found.size else None
 
 
 def _core(hypothesis: Hypothesis, k: int) -> NDArray[np.intp]:

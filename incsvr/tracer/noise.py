@@ -19,6 +19,9 @@ JUMP = 4.0
 LEAP = 6.0
 """The same between samples, where a command that moves and its noise are all that is usual."""
 
+COARSE = 0.05
+"""Of the torque's deviation, added to that: less is no jump but the recording's resolution."""
+
 QUIET = 1.5
 """Power of the torque's differences, in that of the residual's, up to which they hold noise and no command."""
 
@@ -92,7 +95,8 @@ def _steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
     # a cell in which the command jumps holds a part of the jump, and so does its neighbour's difference
     step = np.abs(torque[2:] - torque[:-2])
     usual = 1.4826 * float(np.median(step))
-    total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + 0.05 * float(np.std(torque)))])
+    # a coarse torque mostly stays where it is, and any step of its resolution would be one
+    total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + COARSE * float(np.std(torque)))])
     jumped = total[np.minimum(blocks.first + blocks.size, total.size - 1)] > total[blocks.first]
     calm = np.concatenate([np.convolve(jumped[run], np.ones(order + 1), "valid") < 0.5 for run in _runs(blocks)])
     return calm if np.count_nonzero(calm) >= FEWEST_STEADY else np.ones(calm.size, dtype=bool)

@@ -31,9 +31,8 @@ def test_the_other_shapes_of_every_effect_are_finite(effect: Effect, problem: Pr
     inner = (effect.starts(seen) or [(0.1,)])[0]
     term = Term(effect.name, effect.variant, tuple(np.full(effect.columns(seen, inner, ()).shape[1], 0.1)), inner)
     shapes = effect.bends(seen, term)
-    if shapes is not None:
-        assert shapes.shape[0] == len(seen)
-        assert np.all(np.isfinite(shapes))
+    assert shapes.shape[0] == len(seen)
+    assert np.all(np.isfinite(shapes))
 
 
 def fouled(seed: int, growth: Array) -> Problem:
