@@ -53,7 +53,7 @@ def drift_and_step(problem: Problem) -> Hypothesis:
     return found
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_drift_that_is_no_straight_line_has_no_step_beside_it(seed: int) -> None:
     problem = fouled(seed, 0.6 * (TIME / TIME[-1]) ** 0.5)
     found = drift_and_step(problem)
@@ -65,7 +65,7 @@ def test_a_drift_that_is_no_straight_line_has_no_step_beside_it(seed: int) -> No
     assert "another shape of a larger effect" in reason
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_step_beside_a_straight_drift_has(seed: int) -> None:
     """A curved drift does not take it over."""
     problem = fouled(seed, 0.4 * TIME / TIME[-1] + 0.2 * (TIME > 250.0))

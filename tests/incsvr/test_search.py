@@ -27,12 +27,12 @@ def parameters(found: Hypothesis) -> dict[str, dict[str, float]]:
     return {e.key: e.parameters(t, INERTIA) for e, t in zip(found.effects, found.terms, strict=True)}
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
     assert search(turning(seed, command(seed, TIME), channels={"sway": SWAY})).run().terms == ()
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_coupling_that_passes_through_zero_leaves_the_bias_to_itself(seed: int) -> None:
     problem = turning(seed, command(seed, TIME), outside=12.0 + 150.0 * SWAY, channels={"sway": SWAY})
     found = parameters(search(problem).run())
@@ -41,7 +41,7 @@ def test_a_coupling_that_passes_through_zero_leaves_the_bias_to_itself(seed: int
     assert found["bias_torque"]["moment_nm"] == pytest.approx(12.0, rel=0.1)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_coupling_that_never_does_finds_its_reference(seed: int) -> None:
     """The constant moment is that of the channel's distance from its reference: no effect of its own."""
     problem = turning(seed, command(seed, TIME), outside=20.0 * (VOLTAGE - 14.5), channels={"voltage": VOLTAGE})
@@ -51,7 +51,7 @@ def test_a_coupling_that_never_does_finds_its_reference(seed: int) -> None:
     assert found["coupling:voltage"]["reference"] == pytest.approx(14.5, abs=0.1)
 
 
-@pytest.fixture(scope="module", params=[0, 1, 2])
+@pytest.fixture(scope="module", params=[0, 1])
 def sagging(request: pytest.FixtureRequest) -> Problem:
     """The thrust falls with the voltage: 15 % a volt below a full battery."""
     seed: int = request.param
@@ -78,7 +78,7 @@ def test_another_inertia_beside_a_thrust_scaled_about_its_mean_is_said_more_simp
     assert set(parameters(one)) == {"modulation:voltage/thrust, own level"}
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None:
     gain = 1.0 + 0.15 * (VOLTAGE - np.mean(VOLTAGE))
     problem = turning(seed, command(seed, TIME), gain=gain, outside=15.0, channels={"voltage": VOLTAGE})
