@@ -23,8 +23,7 @@ class BiasDrift(Effect):
         return stack(-(s.time - s.origin[0]), -np.ones(len(s)))
 
     def bends(self, s: Signals, term: Term) -> Array:
-        progress = (s.time - s.origin[0]) / (s.origin[1] - s.origin[0])
-        return stack(progress**2, progress**3)
+        return stack(s.progress**2, s.progress**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"nm_per_s": term.coefficients[0], "start_nm": term.coefficients[1]}

@@ -8,12 +8,6 @@ from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 
-def _progress(s: Signals) -> Array:
-    begin, end = s.origin
-    progress: Array = (s.time - begin) / (end - begin)
-    return progress
-
-
 class DragDrift(Effect):
     """d(r) grows by the factor 1 + f (t − t₀)/(t₁ − t₀) over the fitted recordings."""
 
@@ -24,11 +18,10 @@ class DragDrift(Effect):
     needs_clock = True
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.damping * _progress(s))
+        return stack(s.damping * s.progress)
 
     def bends(self, s: Signals, term: Term) -> Array:
-        progress = _progress(s)
-        return stack(s.damping * progress**2, s.damping * progress**3)
+        return stack(s.damping * s.progress**2, s.damping * s.progress**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0]}
@@ -38,4 +31,4 @@ class DragDrift(Effect):
         return f"the damping would change by {fraction:.0%}" if not -0.9 < fraction < 5.0 else ""
 
     def factor(self, s: Signals, term: Term) -> Array:
-        return np.maximum(1.0 + term.coefficients[0] * _progress(s), 0.05)
+        return np.maximum(1.0 + term.coefficients[0] * s.progress, 0.05)

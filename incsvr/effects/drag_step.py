@@ -36,8 +36,7 @@ class DragStep(Effect):
         return after
 
     def bends(self, s: Signals, term: Term) -> Array:
-        progress = (s.time - s.origin[0]) / (s.origin[1] - s.origin[0])
-        return stack(s.damping * progress, s.damping * progress * self._after(s, term.inner[-1]))
+        return stack(s.damping * s.progress, s.damping * s.progress * self._after(s, term.inner[-1]))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}

@@ -41,8 +41,7 @@ class ThrustModulation(_Modulation):
         return stack(-self.away(s, inner) * seen)
 
     def bends(self, s: Signals, term: Term) -> Array:
-        seen = s.applied if s.from_rate else s.command
-        return stack(self.away(s, term.inner) ** 2 * seen)
+        return stack(self.away(s, term.inner) ** 2 * s.thrust)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0], "reference": term.inner[0]}

@@ -80,6 +80,18 @@ class Signals:
         return self.share > MOSTLY_TORQUE
 
     @property
+    def thrust(self) -> Array:
+        """(n,) the thrust moment from the side that thrust effects are built from [N m]."""
+        return self.applied if self.from_rate else self.command
+
+    @property
+    def progress(self) -> Array:
+        """(n,) from 0 to 1 over the fitted recordings."""
+        begin, end = self.origin
+        progress: Array = (self.time - begin) / (end - begin)
+        return progress
+
+    @property
     def turning(self) -> float:
         """Part of the noise that turned the vehicle, 0…1; the gyro's, a difference, has none of the slow part."""
         return 1.0 - self.share

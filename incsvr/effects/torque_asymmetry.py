@@ -25,8 +25,7 @@ class TorqueAsymmetry(Effect):
         return stack(np.minimum(s.command, 0.0) / (1.0 + theta))
 
     def bends(self, s: Signals, term: Term) -> Array:
-        reverse = np.minimum(s.applied if s.from_rate else s.command, 0.0)
-        return stack(reverse**2)
+        return stack(np.minimum(s.thrust, 0.0) ** 2)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"reverse_efficiency": 1.0 / (1.0 + term.coefficients[0])}

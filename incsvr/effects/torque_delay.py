@@ -47,8 +47,8 @@ class TorqueDelay(Effect):
         return min(max(coefficients[0], -s.scale), s.scale)
 
     def bends(self, s: Signals, term: Term) -> Array:
-        seen = s.applied if s.from_rate else s.command
-        return stack(s.slope(seen), s.slope(s.slope(seen)))
+        slope = s.slope(s.thrust)
+        return stack(slope, s.slope(slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"delay_s": term.coefficients[0]}

@@ -77,8 +77,8 @@ class TorqueLag(Effect):
         return passed
 
     def bends(self, s: Signals, term: Term) -> Array:
-        seen = s.applied if s.from_rate else s.command
-        return stack(s.slope(seen), s.slope(s.slope(seen)))
+        slope = s.slope(s.thrust)
+        return stack(slope, s.slope(slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}

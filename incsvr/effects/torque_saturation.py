@@ -100,8 +100,7 @@ class SoftSaturation(Effect):
         return stack(command * np.abs(command))
 
     def bends(self, s: Signals, term: Term) -> Array:
-        seen = s.applied if s.from_rate else s.command
-        return stack(seen**3)
+        return stack(s.thrust**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}
