@@ -128,8 +128,9 @@ class Signals:
         """
         found = act(values)
         before, after = values[:-2], values[2:]
-        usual = 1.4826 * float(np.median(np.abs(after - before)))
-        jump = np.flatnonzero(np.abs(after - before) > JUMP * usual + 1e-12 * float(np.max(np.abs(values))))
+        change = np.abs(after - before)
+        usual = 1.4826 * float(np.partition(change, change.size // 2)[change.size // 2])
+        jump = np.flatnonzero(change > JUMP * usual + 1e-12 * float(np.max(np.abs(values))))
         jump = jump[~np.isin(jump + 1, [self.start[1:-1] - 1, self.start[1:-1]])]  # not from one run to the next
         part = (values[jump + 1] - before[jump]) / (after[jump] - before[jump])
         inside = (part > 0.0) & (part < 1.0)

@@ -75,7 +75,7 @@ class Wave(Effect):
         amplitude = math.hypot(*term.coefficients)
         if _harmonic(s, term.inner[-1]):
             return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
-        _, commanded, above = _line(s, 1.0 / term.inner[-1])
+        commanded, above = _line(s, 1.0 / term.inner[-1])
         if above > LINE and commanded > 2.0 * amplitude:
             return "the command has a line of this period: that is the vehicle's own motion"
         return "the wave would exceed every command" if amplitude > 1.5 * float(np.max(np.abs(s.torque))) else ""
@@ -91,21 +91,26 @@ LINE = 12.0
 def _harmonic(s: Signals, period: float) -> bool:
     """Whether the command is a line and the period, as far as the recording resolves it, that of a harmonic."""
     finest = 1.0 / (s.origin[1] - s.origin[0])
+    a_fifth = np.sqrt(0.4 * np.var(s.torque))  # amplitude of a sine that holds as much of the variance
     for harmonic in range(1, HARMONICS + 1):
-        part, below, above = (_line(s, (1.0 / period + k * finest) / harmonic)[0] for k in (0, -1, 1))
-        if part > 0.2 and part >= max(below, above):
+        here = _tones(s, np.array([1.0 / period]) / harmonic)
+        if here > a_fifth and here >= max(_tones(s, (1.0 / period + np.array([-finest, finest])) / harmonic)):
             return True
     return False
 
 
-def _line(s: Signals, frequency: float) -> tuple[float, float, float]:
-    """Of the torque: the part of its variance in one sine, that sine's amplitude [N m], and its power over the mean of
-    its neighbourhood; `frequency` in Hz."""
-    hop = max(round(s.block / s.step), 1)
-    torque = (s.torque - np.mean(s.torque))[::hop]
+def _line(s: Signals, frequency: float) -> tuple[float, float]:
+    """Of the torque: its amplitude at a frequency [N m], and its power there over the mean of the neighbourhood."""
     length = s.origin[1] - s.origin[0]
     apart = np.array([k for k in range(-9, 10) if abs(k) > 2 and frequency + k / length > 0.0] or [3]) / length
-    phase = 2.0 * np.pi * (frequency + np.concatenate([[0.0], apart]))[:, None] * (s.time[::hop] - s.origin[0])
-    power = np.hypot(np.cos(phase) @ torque, np.sin(phase) @ torque) ** 2 * (2.0 / torque.size) ** 2
-    part = 0.5 * power[0] / max(float(np.var(torque)), 1e-300)
-    return float(part), float(np.sqrt(power[0])), float(power[0] / max(np.mean(power[1:]), 1e-300))
+    tones = _tones(s, frequency + np.concatenate([[0.0], apart]))
+    return float(tones[0]), float(tones[0] ** 2 / max(np.mean(tones[1:] ** 2), 1e-300))
+
+
+def _tones(s: Signals, frequency: Array) -> Array:
+    """(k,) amplitude of the torque at each frequency [N m]; `frequency` (k,) in Hz."""
+    hop = max(round(s.block / s.step), 1)
+    torque = (s.torque - np.mean(s.torque))[::hop]
+    phase = 2.0 * np.pi * frequency[:, None] * (s.time[::hop] - s.origin[0])
+    tones: Array = np.hypot(np.cos(phase) @ torque, np.sin(phase) @ torque) * 2.0 / torque.size
+    return tones

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from incsvr.effects import Effect
+from incsvr.effects import Effect, Signals
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
@@ -27,18 +27,31 @@ class Lead:
     gain: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What two scans over one base share.
+
+    Attributes:
+        columns: of each effect its starts and the block means of their columns, side by side.
+        turned: how those of one start answer the noise.
+    """
+
+    columns: dict[str, tuple[list[tuple[float, ...]], Array]] = field(default_factory=dict)
+    turned: dict[tuple[str, tuple[float, ...]], Array] = field(default_factory=dict)
+
+
 def scan(
     problem: Problem,
     base: Hypothesis,
     effects: Iterable[Effect],
     coloured: bool = True,
-    known: dict[tuple[str, tuple[float, ...]], Array] | None = None,
+    known: Known | None = None,
 ) -> list[Lead]:
     """Score test of every effect and every start of its inner parameter, best first.
 
     What the columns gain in 2 ℓ over `base`, its AR and weights held; with `coloured` off, as if the residual were
-    white (an AR estimated on a residual that still holds an effect hides it). `known` holds the block means of columns
-    from one scan over the same base to the next.
+    white (an AR estimated on a residual that still holds an effect hides it). `known` goes from one scan over the same
+    base to the next.
     """
     ar = base.fit.ar if coloured else np.zeros(3)
     root = np.sqrt(base.fit.weight)[:, None]
@@ -53,50 +66,64 @@ def scan(
         grown, held = (turned / stretch)[:, problem.blocks.whole].sum(axis=1)
         return np.asarray(grown - held)
 
-    def gained(effect: Effect, columns: Array, own: Array) -> float:
-        c = root * whiten(columns, ar, problem.blocks)
-        size = np.einsum("ij,ij->j", c, c)
-        along = q.T @ c
-        c = c - q @ along
-        # what the Jacobian adds to the score, less what the base's own columns would take of it
-        pull = pull_of(own) - np.linalg.solve(upright, along).T @ turned
-        return _gained(effect, c.T @ c, c.T @ z + pulled * pull, size)
-
     turned = pull_of(base.turned)
     upright = r + 1e-9 * (float(np.max(np.abs(np.diag(r)))) + 1e-300) * np.eye(r.shape[0])
     seen = views(problem, base)
-    known = {} if known is None else known
+    known = Known() if known is None else known
     leads = []
     for effect in effects:
-        s = seen.of(effect)
-        best: tuple[float, tuple[float, ...], Array] | None = None
-        for inner in effect.starts(s):
-            if (effect.key, inner) not in known:
-                known[effect.key, inner] = problem.blocks.mean(effect.columns(s, inner, ()))
-            columns = known[effect.key, inner]
-            if not np.all(np.isfinite(columns)):
-                continue
-            c = root * whiten(columns, ar, problem.blocks)
-            size = np.einsum("ij,ij->j", c, c)
-            c = c - q @ (q.T @ c)
-            if not np.all(np.diag(c.T @ c)[: effect.core] > TOLD * size[: effect.core] + 1e-300):
-                continue
-            # of an effect whose coefficient is one by nature what that one gains
-            fits = float(c[:, 0] @ (2.0 * z - c[:, 0])) if effect.whole else _gained(effect, c.T @ c, c.T @ z, size)
-            if best is None or fits > best[0]:
-                best = fits, inner, columns
-        if best is None:
+        if effect.key not in known.columns:
+            known.columns[effect.key] = _at_starts(problem, effect, seen.of(effect))
+        starts, columns = known.columns[effect.key]
+        if not starts:
             continue
-        _, inner, columns = best
-        own = seen.turned(effect, inner, (), columns)
-        gain = gained(effect, columns, own)
+        c = root * whiten(columns, ar, problem.blocks)
+        size = np.einsum("ij,ij->j", c, c)
+        along = q.T @ c
+        c -= q @ along
+        count = c.shape[1] // len(starts)
+        parts = [slice(k, k + count) for k in range(0, c.shape[1], count)]
+        fits = [_fits(effect, c[:, part], z, size[part]) for part in parts]
+        best = int(np.argmax(fits))
+        if fits[best] == -np.inf:
+            continue
+        inner, part = starts[best], parts[best]
+        if (effect.key, inner) not in known.turned:
+            known.turned[effect.key, inner] = seen.turned(effect, inner, (), columns[:, part])
+        # what the Jacobian adds to the score, less what the base's own columns would take of it
+        pull = pull_of(known.turned[effect.key, inner]) - np.linalg.solve(upright, along[:, part]).T @ turned
+        gain = _gained(effect, c[:, part].T @ c[:, part], c[:, part].T @ z + pulled * pull, size[part])
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
         leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain))
     return sorted(leads, key=lambda lead: -lead.score)
 
 
+def _at_starts(problem: Problem, effect: Effect, s: Signals) -> tuple[list[tuple[float, ...]], Array]:
+    """The starts with finite columns, and the block means of these side by side."""
+    starts, columns = [], [np.zeros((len(problem.blocks), 0))]
+    for inner in effect.starts(s):
+        mean = problem.blocks.mean(effect.columns(s, inner, ()))
+        if np.all(np.isfinite(mean)):
+            starts.append(inner)
+            columns.append(mean)
+    return starts, np.concatenate(columns, axis=1)
+
+
+def _fits(effect: Effect, c: Array, z: Array, size: Array) -> float:
+    """What a start explains of `z`; of an effect whose coefficient is one by nature what that one explains.
+
+    −inf where its columns are but sums of those that are there.
+    """
+    normal, score = c.T @ c, c.T @ z
+    if not np.all(np.diag(normal)[: effect.core] > TOLD * size[: effect.core] + 1e-300):
+        return -np.inf
+    return float(2.0 * score[0] - normal[0, 0]) if effect.whole else _gained(effect, normal, score, size)
+
+
 def _gained(effect: Effect, normal: Array, score: Array, size: Array) -> float:
     """Squares that the columns explain, less those that merely place the effect's zero."""
+    if score.size == 1:
+        return float(score[0] ** 2 / normal[0, 0])
     told = np.diag(normal) > TOLD * size + 1e-300
     normal, score = normal[np.ix_(told, told)], score[told]  # without an offset that another effect's column already is
     return _explained(normal, score) - _explained(normal[effect.core :, effect.core :], score[effect.core :])
@@ -131,7 +158,7 @@ def excepting(problem: Problem, base: Hypothesis, out: Sequence[int]) -> Hypothe
 
 def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], width: int) -> list[Lead]:
     """The `width` best of the coloured scan and a third as many of the white one, once each."""
-    known: dict[tuple[str, tuple[float, ...]], Array] = {}
+    known = Known()
     first = _spread(scan(problem, base, effects, known=known), width)
     second = _spread(scan(problem, base, effects, coloured=False, known=known), (width + 2) // 3)
     # an AR that has swallowed a tone hides its period: the same effect may come with another inner parameter

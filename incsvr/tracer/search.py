@@ -21,8 +21,8 @@ SIMPLER = 0.35
 CLIMBERS = 2
 """How many of the best additions to what the gates let pass are put before them in turn."""
 
-HOPELESS = -20.0
-"""Score below which a lead is not settled."""
+HOPELESS = (-20.0, 0.0)
+"""Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
 
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
@@ -145,7 +145,7 @@ class Search:
         for base in beam:
             fitting = [e for e in self.effects if e.name not in base.names()]
             leads = best_leads(self.problem, base, fitting, tries)
-            for lead in (lead for lead in leads if lead.score > HOPELESS):
+            for lead in (lead for lead in leads if lead.score > HOPELESS[bool(base.terms)]):
                 keys = frozenset(e.key for e in (*base.effects, lead.effect))
                 if keys in settled and len(keys) > 1:  # the same set came from another of its members
                     continue

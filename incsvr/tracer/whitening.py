@@ -6,7 +6,6 @@ statistical modeling using the t distribution", JASA 84 (1989), for the weights 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +68,10 @@ def burg(residual: Array, blocks: Blocks, order: int = 3) -> Array:
 
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p)."""
-    white: Array = values[3:] - ar[0] * values[2:-1] - ar[1] * values[1:-2] - ar[2] * values[:-3]
+    white: Array = values[3:] - ar[0] * values[2:-1]
+    part = ar[1] * values[1:-2]  # in place: fresh memory for every term would cost six times the arithmetic
+    white -= part
+    white -= np.multiply(values[:-3], ar[2], out=part)
     return white if blocks.whole.size == white.shape[0] else white[blocks.whole - 3]
 
 
@@ -114,14 +116,17 @@ def fit(
     innovation = y[3:]
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
+        weighted, curved = np.empty_like(white_x), None
         # least squares comes first; later rounds go on from where the Jacobian had led
         for step in range(2 * steps if corrected and turn == 0 else steps):
-            weighted = white_x * weight[:, None]
+            np.multiply(white_x, weight[:, None], out=weighted)
             normal, right = weighted.T @ white_x + ridge, weighted.T @ white_y
             found, most = np.linalg.solve(normal, right), np.inf
             if corrected and (turn > 0 or step >= steps):
                 most = FARTHEST * _scale(weight, white_y - white_x @ found)
-                pull, curved = _pull(own, theta)
+                pull = sum((sign * _pull(part, theta) for sign, part in own), np.zeros(p))
+                if curved is None:  # once a round: it bends the way to the maximum, not the maximum
+                    curved = sum((sign * _curvature(part, theta) for sign, part in own), np.zeros((p, p)))
                 found = np.linalg.solve(normal + scale**2 * curved, right + scale**2 * (pull + lost + curved @ theta))
             theta = found
             innovation = white_y - white_x @ theta
@@ -138,7 +143,7 @@ def fit(
 
 
 def _scale(weight: Array, innovation: Array) -> float:
-    return float(np.sqrt(np.mean(weight * innovation**2) + 1e-24))
+    return float(np.sqrt(float((weight * innovation) @ innovation) / innovation.size + 1e-24))
 
 
 def _whole(values: Array, blocks: Blocks) -> Array:
@@ -146,14 +151,17 @@ def _whole(values: Array, blocks: Blocks) -> Array:
     return values[3:] if blocks.whole.size == values.shape[0] - 3 else values[blocks.whole]
 
 
-def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Array]:
-    """(p,) derivative of the Jacobian by the coefficients, and (p, p) less the second."""
-    pull, curved = np.zeros(theta.size), np.zeros((theta.size, theta.size))
-    for sign, part in own:
-        relative = part / _stretch(part, theta)[:, None]
-        pull += sign * relative.sum(axis=0)
-        curved += sign * (relative.T @ relative)
-    return pull, curved
+def _pull(own: Array, theta: Array) -> Array:
+    """(p,) derivative of the Jacobian by the coefficients."""
+    pull: Array = (1.0 / _stretch(own, theta)) @ own
+    return pull
+
+
+def _curvature(own: Array, theta: Array) -> Array:
+    """(p, p) less its second derivative."""
+    relative = own / _stretch(own, theta)[:, None]
+    curvature: Array = relative.T @ relative
+    return curvature
 
 
 def _stretch(own: Array, theta: Array) -> Array:
