@@ -194,15 +194,19 @@ def _refined(
     start: Fit,
     most: int,
 ) -> tuple[float, ...]:
-    base = np.column_stack([*coarse[:k], *coarse[k + 1 :]])
-    turned = np.concatenate([*answers[:k], *answers[k + 1 :]], axis=2)
-    beside = np.concatenate([turned, answers[k]], axis=2)
+    at = sum(part.shape[1] for part in coarse[:k])
+    if effect.whole:
+        coarse, answers = [*coarse[:k], *coarse[k + 1 :]], [*answers[:k], *answers[k + 1 :]]
+        start = replace(start, theta=np.delete(start.theta, at))
+        base = np.concatenate(coarse, axis=1)
+    turned = np.concatenate(answers, axis=2)
 
     def lost(value: float) -> float:
         column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
         if effect.whole:
             return -fit(y - column[:, 0], base, problem.blocks, start, rounds=1, turned=turned).log_likelihood
-        return -fit(y, np.column_stack([base, column]), problem.blocks, start, rounds=1, turned=beside).log_likelihood
+        columns = np.concatenate([*coarse[:k], column, *coarse[k + 1 :]], axis=1)
+        return -fit(y, columns, problem.blocks, start, rounds=1, turned=turned).log_likelihood
 
     low, high = effect.bracket(seen, inner)
     if not low < high:

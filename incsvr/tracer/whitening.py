@@ -92,9 +92,9 @@ def fit(
     Args:
         y: (n_b,) left-hand side of every block.
         columns: (n_b, p).
-        start: an earlier fit whose AR and residual weights begin the search.
+        start: an earlier fit whose AR and residual weights begin the search; its θ, too, where it has as many.
         rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights) and
-            as many of Newton's steps with the Jacobian.
+            as many of Newton's steps with the Jacobian, or these alone where a θ is there to start from.
         turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
             that was taken out of what they see; None if they do not.
         feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr
@@ -108,6 +108,9 @@ def fit(
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
+    warm = start is not None and start.theta.size == p
+    if start is not None and warm:
+        theta, scale = start.theta, start.scale
     steps = 3 if start is None else 2
     answers = [] if turned is None else zip((1.0, -1.0), turned, strict=True)
     own = [(sign, _whole(part, blocks)) for sign, part in answers if part.any()]
@@ -118,11 +121,12 @@ def fit(
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
         weighted, curved = np.empty_like(white_x), None
         # least squares comes first; later rounds go on from where the Jacobian had led
-        for step in range(2 * steps if corrected and turn == 0 else steps):
+        plain = 0 if warm or turn > 0 or not corrected else steps
+        for step in range(plain + steps):
             np.multiply(white_x, weight[:, None], out=weighted)
             normal, right = weighted.T @ white_x + ridge, weighted.T @ white_y
             found, most = np.linalg.solve(normal, right), np.inf
-            if corrected and (turn > 0 or step >= steps):
+            if corrected and step >= plain:
                 most = FARTHEST * _scale(weight, white_y - white_x @ found)
                 pull = sum((sign * _pull(part, theta) for sign, part in own), np.zeros(p))
                 if curved is None:  # once a round: it bends the way to the maximum, not the maximum
