@@ -12,6 +12,9 @@ from incsvr.effects.signals import Array, Signals
 SHORTEST = 4.0
 """Blocks: what is forgotten within the reach of an AR(3) is told from the noise's colour by nothing."""
 
+LASTING = 0.75
+"""T_c: but what lasts as long is no inertia, however long the blocks are."""
+
 EDGE = 1.02
 """Of the shortest memory that is tried: a search that ends there would go on."""
 
@@ -41,7 +44,7 @@ class Memory(Effect):
         return [(usual, float(constant)) for constant in np.geomspace(low, high, 6)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        return max(0.3 * s.scale, SHORTEST * s.block), 10.0 * s.scale
+        return max(0.3 * s.scale, min(SHORTEST * s.block, LASTING * s.scale)), 10.0 * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])

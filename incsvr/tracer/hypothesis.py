@@ -194,19 +194,16 @@ def _refined(
     start: Fit,
     most: int,
 ) -> tuple[float, ...]:
-    at = sum(part.shape[1] for part in coarse[:k])
-    if effect.whole:
-        coarse, answers = [*coarse[:k], *coarse[k + 1 :]], [*answers[:k], *answers[k + 1 :]]
-        start = replace(start, theta=np.delete(start.theta, at))
-        base = np.concatenate(coarse, axis=1)
+    if effect.whole:  # taken off whole, it has no column
+        at = sum(part.shape[1] for part in coarse[:k])
+        answers, start = [*answers[:k], *answers[k + 1 :]], replace(start, theta=np.delete(start.theta, at))
     turned = np.concatenate(answers, axis=2)
 
     def lost(value: float) -> float:
         column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
-        if effect.whole:
-            return -fit(y - column[:, 0], base, problem.blocks, start, rounds=1, turned=turned).log_likelihood
-        columns = np.concatenate([*coarse[:k], column, *coarse[k + 1 :]], axis=1)
-        return -fit(y, columns, problem.blocks, start, rounds=1, turned=turned).log_likelihood
+        left = y - column[:, 0] if effect.whole else y
+        columns = np.concatenate([*coarse[:k], *([] if effect.whole else [column]), *coarse[k + 1 :]], axis=1)
+        return -fit(left, columns, problem.blocks, start, rounds=1, turned=turned, warm=True).log_likelihood
 
     low, high = effect.bracket(seen, inner)
     if not low < high:

@@ -28,6 +28,10 @@ VETOES = 3
 LEVEL = 1e-5
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
+FED_BACK = 1e-9
+"""The same where the torque may be feedback and no other recordings validate: it answers the noise, and no regressor is
+free of that."""
+
 FEIGNED = 0.85
 """Largest share of the noise in the torque that feedback of the rate may feign: a torque that answers the water within
 the block looks as noisy as if the noise were its own."""
@@ -138,9 +142,10 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
 def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
     """The effects whose own p-value, all others fitted beside them, is below LEVEL.
 
-    Where feedback may have feigned that noise is in the torque, also with all of it in the water.
+    Where feedback may have feigned that noise is in the torque, below FED_BACK, and also with all noise in the water.
     """
     feigned = maybe_closed_loop(case.problem) and case.problem.signals.share < FEIGNED
+    level = FED_BACK if feigned and case.court.validation is None else LEVEL
     while found.terms:
         p = [p_value_of(case, found, k) for k in range(len(found.terms))]
         if feigned:
@@ -150,7 +155,7 @@ def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothes
             p = [max(p[k], p_value_of(calm, other, k)) for k in range(len(p))]
         worst = int(np.argmax(p))
         # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
-        if p[worst] <= LEVEL or below_sampling(found.terms[worst], case.problem):
+        if p[worst] <= level or below_sampling(found.terms[worst], case.problem):
             return found
         refused[found.terms[worst].effect] = (
             f"noise of this colour{' or feedback' * feigned} brings forth as much: its p-value, corrected for the "

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from incsvr.effects import Effect, Signals
+from incsvr.effects import Effect, Signals, Term
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
@@ -19,12 +19,21 @@ TOLD = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Lead:
-    """A candidate that a scan holds for promising: its best inner parameters, its 2 Δℓ and that less its price."""
+    """A candidate that a scan holds for promising.
+
+    Attributes:
+        effect: the candidate.
+        inner: its best inner parameters.
+        score: its 2 Δℓ less its price.
+        gain: its 2 Δℓ.
+        doubtful: whether physics forbids the coefficients that would give as much.
+    """
 
     effect: Effect
     inner: tuple[float, ...]
     score: float
-    gain: float = 0.0
+    gain: float
+    doubtful: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +101,12 @@ def scan(
             known.turned[effect.key, inner] = seen.turned(effect, inner, (), columns[:, part])
         # what the Jacobian adds to the score, less what the base's own columns would take of it
         pull = pull_of(known.turned[effect.key, inner]) - np.linalg.solve(upright, along[:, part]).T @ turned
-        gain = _gained(effect, c[:, part].T @ c[:, part], c[:, part].T @ z + pulled * pull, size[part])
+        normal, score = c[:, part].T @ c[:, part], c[:, part].T @ z + pulled * pull
+        gain = _gained(effect, normal, score, size[part])
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
-        leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain))
+        term = Term(effect.name, effect.variant, tuple(_solved(normal, score).tolist()), inner)
+        doubtful = bool(effect.implausible(term, seen.of(effect)))
+        leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain, doubtful))
     return sorted(leads, key=lambda lead: -lead.score)
 
 
@@ -130,9 +142,11 @@ def _gained(effect: Effect, normal: Array, score: Array, size: Array) -> float:
 
 
 def _explained(normal: Array, score: Array) -> float:
-    if score.size == 0:
-        return 0.0
-    return float(score @ np.linalg.solve(normal + 1e-9 * np.diag(np.diag(normal)), score))
+    return float(score @ _solved(normal, score)) if score.size else 0.0
+
+
+def _solved(normal: Array, score: Array) -> Array:
+    return np.asarray(np.linalg.solve(normal + 1e-9 * np.diag(np.diag(normal)), score))
 
 
 def with_lead(problem: Problem, base: Hypothesis, lead: Lead) -> Hypothesis:
@@ -167,10 +181,13 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
 
 
 def _spread(leads: list[Lead], width: int) -> list[Lead]:
-    """The best, but of the many channels' modulations and couplings no more than half."""
+    """The best, but of the many channels' modulations and couplings no more than half, and a third of the doubtful:
+    what is not there takes many forms."""
     kept: list[Lead] = []
     for lead in leads:
         of_channels = sum(bool(other.effect.channels) for other in kept)
-        if len(kept) < width and not (lead.effect.channels and of_channels >= (width + 1) // 2):
+        doubtful = sum(other.doubtful for other in kept)
+        crowded = lead.effect.channels and of_channels >= (width + 1) // 2
+        if len(kept) < width and not crowded and not (lead.doubtful and doubtful >= (width + 2) // 3):
             kept.append(lead)
     return kept

@@ -6,6 +6,7 @@ statistical modeling using the t distribution", JASA 84 (1989), for the weights 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,6 +84,7 @@ def fit(
     rounds: int = 4,
     turned: Array | None = None,
     feigned: Array | None = None,
+    warm: bool = False,
 ) -> Fit:
     """Maximum likelihood of θ, the AR and s, each in turn.
 
@@ -92,9 +94,10 @@ def fit(
     Args:
         y: (n_b,) left-hand side of every block.
         columns: (n_b, p).
-        start: an earlier fit whose AR and residual weights begin the search; its θ, too, where it has as many.
+        start: an earlier fit whose AR and residual weights begin the search.
         rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights) and
-            as many of Newton's steps with the Jacobian, or these alone where a θ is there to start from.
+            as many of Newton's steps with the Jacobian.
+        warm: whether θ and scale of `start`, too, are near enough to go on from them without least squares.
         turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
             that was taken out of what they see; None if they do not.
         feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr
@@ -108,7 +111,6 @@ def fit(
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
-    warm = start is not None and start.theta.size == p
     if start is not None and warm:
         theta, scale = start.theta, start.scale
     steps = 3 if start is None else 2
@@ -119,7 +121,7 @@ def fit(
     innovation = y[3:]
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
-        weighted, curved = np.empty_like(white_x), None
+        weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
         plain = 0 if warm or turn > 0 or not corrected else steps
         for step in range(plain + steps):
@@ -128,9 +130,7 @@ def fit(
             found, most = np.linalg.solve(normal, right), np.inf
             if corrected and step >= plain:
                 most = FARTHEST * _scale(weight, white_y - white_x @ found)
-                pull = sum((sign * _pull(part, theta) for sign, part in own), np.zeros(p))
-                if curved is None:  # once a round: it bends the way to the maximum, not the maximum
-                    curved = sum((sign * _curvature(part, theta) for sign, part in own), np.zeros((p, p)))
+                pull, curved = _pull(own, theta)
                 found = np.linalg.solve(normal + scale**2 * curved, right + scale**2 * (pull + lost + curved @ theta))
             theta = found
             innovation = white_y - white_x @ theta
@@ -155,17 +155,19 @@ def _whole(values: Array, blocks: Blocks) -> Array:
     return values[3:] if blocks.whole.size == values.shape[0] - 3 else values[blocks.whole]
 
 
-def _pull(own: Array, theta: Array) -> Array:
-    """(p,) derivative of the Jacobian by the coefficients."""
-    pull: Array = (1.0 / _stretch(own, theta)) @ own
-    return pull
+def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Array]:
+    """(p,) derivative of the Jacobian by the coefficients, and (p, p) less the second of the part that grows.
 
-
-def _curvature(own: Array, theta: Array) -> Array:
-    """(p, p) less its second derivative."""
-    relative = own / _stretch(own, theta)[:, None]
-    curvature: Array = relative.T @ relative
-    return curvature
+    With that of the other part the curvature might have any sign, and Newton's steps go anywhere; without it they are
+    but shorter.
+    """
+    pull, curved = np.zeros(theta.size), np.zeros((theta.size, theta.size))
+    for sign, part in own:
+        relative = 1.0 / _stretch(part, theta)
+        pull += sign * (relative @ part)
+        if sign > 0.0:
+            curved += (part * (relative**2)[:, None]).T @ part
+    return pull, curved
 
 
 def _stretch(own: Array, theta: Array) -> Array:
