@@ -171,13 +171,20 @@ def excepting(problem: Problem, base: Hypothesis, out: Sequence[int]) -> Hypothe
 
 
 def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], width: int) -> list[Lead]:
-    """The `width` best of the coloured scan and a third as many of the white one, once each."""
+    """The `width` best of the coloured scan and a third as many of the white one, once each with the better score.
+
+    An AR that has swallowed a tone hides its period, so that an effect may come with two inner parameters; one that has
+    swallowed a constant hides that.
+    """
     known = Known()
     first = _spread(scan(problem, base, effects, known=known), width)
     second = _spread(scan(problem, base, effects, coloured=False, known=known), (width + 2) // 3)
-    # an AR that has swallowed a tone hides its period: the same effect may come with another inner parameter
-    keys = {(lead.effect.key, lead.inner) for lead in first}
-    return first + [lead for lead in second if (lead.effect.key, lead.inner) not in keys]
+    best: dict[tuple[str, tuple[float, ...]], Lead] = {}
+    for lead in (*first, *second):
+        key = lead.effect.key, lead.inner
+        if key not in best or lead.score > best[key].score:
+            best[key] = lead
+    return list(best.values())
 
 
 def _spread(leads: list[Lead], width: int) -> list[Lead]:

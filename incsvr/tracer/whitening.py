@@ -22,6 +22,9 @@ FARTHEST = 1.5
 """Scale of the innovations, in that of least squares, up to which the Jacobian pulls: the larger the scale, the further
 it pulls, and where hardly a command moves the vehicle without end."""
 
+LEAST = 0.1
+"""By which a block's noise may be stretched: a fit so far off the mark would have no density, and none pulls there."""
+
 RIDGE = 1e-7
 """Of the mean squared column: holds spline coefficients where the vehicle hardly was."""
 
@@ -163,7 +166,8 @@ def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Arra
     """
     pull, curved = np.zeros(theta.size), np.zeros((theta.size, theta.size))
     for sign, part in own:
-        relative = 1.0 / _stretch(part, theta)
+        stretch = 1.0 + part @ theta
+        relative = np.where(stretch > LEAST, 1.0 / np.maximum(stretch, LEAST), 0.0)
         pull += sign * (relative @ part)
         if sign > 0.0:
             curved += (part * (relative**2)[:, None]).T @ part
@@ -171,8 +175,8 @@ def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Arra
 
 
 def _stretch(own: Array, theta: Array) -> Array:
-    """(m,) the factor; held above a tenth, where a fit that far off the mark would have no density."""
-    stretch: Array = np.maximum(1.0 + own @ theta, 0.1)
+    """(m,) the factor, held above the least."""
+    stretch: Array = np.maximum(1.0 + own @ theta, LEAST)
     return stretch
 
 

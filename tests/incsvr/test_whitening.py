@@ -94,3 +94,16 @@ def _waves(seed: int) -> Array:
         band = lfilter([1.0], [1.0, -2.0 * radius * np.cos(turn), radius**2], noise)[4000:]
         total = total + amplitude * band / np.std(band)
     return total
+
+
+def test_the_fit_holds_where_the_thrust_answers_the_noise_more_than_once() -> None:
+    """Two nearly equal columns, answers beyond one: the Jacobian leads to the likelihood's maximum, not out of it."""
+    for seed in range(6):
+        y, mean, blocks, turned = driven(seed, 30.0)
+        random = np.random.default_rng(seed)
+        command = random.normal(size=len(blocks))
+        columns = np.column_stack([mean, command, command + 0.02 * random.normal(size=len(blocks))])
+        thrust = 1.5 * np.abs(command)[:, None] - np.array([0.75, 0.7])
+        answers = np.concatenate([turned, np.stack([thrust, thrust])], axis=2)
+        first, last = (fit(y, columns, blocks, rounds=rounds, turned=answers) for rounds in (1, 5))
+        assert last.log_likelihood > first.log_likelihood
