@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 FASTEST = 5.0
 """A free run is held within this many times the fastest rate of the fitted recordings: divergence stays finite."""
 
+CELLS = 1000
+"""Of the table of d(r), to either side."""
+
 
 def rub(rate: Array, loss: float, width: float) -> Array:
     """Dry friction for half a step, exactly: it slows the turn, ends it, and never turns the vehicle (G. Strang's
@@ -62,9 +65,9 @@ class Plan:
         cells = (self._cells(values) for values in (outside, factor, thrust))
         self._drive, self._factor, self._thrust = (np.concatenate([each, each], axis=1) for each in cells)
         # d(r) in even cells: the one in which a rate lies is known without a search
-        fastest, self._middle = FASTEST * float(np.max(np.abs(model.rate))), 1000.0
-        self._finer, self._last = self._middle / fastest, 2.0 * self._middle - 1e-9
-        self._drag = model.damping_at(np.linspace(-fastest, fastest, 2001))
+        fastest = FASTEST * float(np.max(np.abs(model.rate)))
+        self._cells_per_rate = CELLS / fastest
+        self._drag = model.damping_at(np.linspace(-fastest, fastest, 2 * CELLS + 1))
         self._drag_step = np.diff(self._drag)
 
     def _cells(self, values: Array) -> Array:
@@ -84,7 +87,7 @@ class Plan:
         """(runs,) at the rate of each run and at one that is larger by `nudge`; in one go: calls are what costs."""
         runs = rate.size
         both = np.concatenate([rate, rate + nudge])
-        at = np.minimum(np.maximum(both * self._finer + self._middle, 0.0), self._last)
+        at = np.fmin(np.fmax(both * self._cells_per_rate + CELLS, 0.0), 2.0 * CELLS - 1e-9)  # no number: any cell
         cell = at.astype(np.intp)
         moment = self._drive[k] - self._factor[k] * (self._drag[cell] + (at - cell) * self._drag_step[cell])
         if self._motion:
