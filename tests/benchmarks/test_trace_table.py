@@ -73,7 +73,7 @@ def test_a_peer_sees_a_strong_effect_and_names_others_beside_it() -> None:
 
 
 def test_the_real_tracer_finds_what_is_hidden_and_nothing_where_nothing_is() -> None:
-    for effects in (("heading_current",), ("coupling:sway",), ()):
+    for effects in (("coupling:sway",), ()):
         trial = Trial(seed=41, effects=effects, excitation="multisine", duration=300.0)
         record = examine("one" if effects else "quiet", trial, in_depth=False)
         assert record["failure"] is None
@@ -85,7 +85,7 @@ def test_a_small_table_is_written_with_command_and_date(tmp_path: Path, capsys: 
     add_arguments(parser)
     counts = ["--one", "1", "--half", "1", "--two", "1", "--quiet", "2", "--deep-every", "2"]
     args = parser.parse_args(
-        [*counts, "--processes", "1", "--first-seed", "50", "--minutes", "2", "--out", str(tmp_path)]
+        [*counts, "--processes", "1", "--first-seed", "50", "--minutes", "1", "--out", str(tmp_path)]
     )
     assert run(args) == 0
     document = json.loads((tmp_path / "trace_table.json").read_text(encoding="utf-8"))
