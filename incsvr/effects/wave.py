@@ -93,7 +93,7 @@ def _harmonic(s: Signals, period: float) -> bool:
     finest = 1.0 / (s.origin[1] - s.origin[0])
     a_fifth = np.sqrt(0.4 * np.var(s.torque))  # amplitude of a sine that holds as much of the variance
     for harmonic in range(1, HARMONICS + 1):
-        here = _tones(s, np.array([1.0 / period]) / harmonic)
+        (here,) = _tones(s, np.array([1.0 / period]) / harmonic)
         if here > a_fifth and here >= max(_tones(s, (1.0 / period + np.array([-finest, finest])) / harmonic)):
             return True
     return False

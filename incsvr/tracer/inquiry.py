@@ -142,7 +142,8 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
 def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
     """The effects whose own p-value, all others fitted beside them, is below LEVEL.
 
-    Where feedback may have feigned that noise is in the torque, below FED_BACK, and also with all noise in the water.
+    Where feedback may have feigned that noise is in the torque, also with all of it in the water, and below FED_BACK
+    where no recordings validate.
     """
     feigned = maybe_closed_loop(case.problem) and case.problem.signals.share < FEIGNED
     level = FED_BACK if feigned and case.court.validation is None else LEVEL
@@ -159,7 +160,7 @@ def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothes
             return found
         refused[found.terms[worst].effect] = (
             f"noise of this colour{' or feedback' * feigned} brings forth as much: its p-value, corrected for the "
-            f"search, is {p[worst]:.2g}"
+            f"search, is {p[worst]:.2g}, below {level:.0e} is asked"
         )
         found = without(case.problem, found, worst)
     return found

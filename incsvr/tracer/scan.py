@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.effects import Effect, Signals, Term
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, settle, views
@@ -103,9 +104,11 @@ def scan(
         pull = pull_of(known.turned[effect.key, inner]) - np.linalg.solve(upright, along[:, part]).T @ turned
         normal, score = c[:, part].T @ c[:, part], c[:, part].T @ z + pulled * pull
         gain = _gained(effect, normal, score, size[part])
+        # a column that is but a sum of others has no coefficient of its own
+        told, promised = _told(normal, size[part]), np.zeros(count)
+        promised[told] = _solved(normal[np.ix_(told, told)], score[told])
+        doubtful = bool(effect.implausible(Term(effect.name, effect.variant, tuple(promised), inner), seen.of(effect)))
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
-        term = Term(effect.name, effect.variant, tuple(_solved(normal, score).tolist()), inner)
-        doubtful = bool(effect.implausible(term, seen.of(effect)))
         leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain, doubtful))
     return sorted(leads, key=lambda lead: -lead.score)
 
@@ -127,16 +130,22 @@ def _fits(effect: Effect, c: Array, z: Array, size: Array) -> float:
     −inf where its columns are but sums of those that are there.
     """
     normal, score = c.T @ c, c.T @ z
-    if not np.all(np.diag(normal)[: effect.core] > TOLD * size[: effect.core] + 1e-300):
+    if not np.all(_told(normal, size)[: effect.core]):
         return -np.inf
     return float(2.0 * score[0] - normal[0, 0]) if effect.whole else _gained(effect, normal, score, size)
+
+
+def _told(normal: Array, size: Array) -> NDArray[np.bool_]:
+    """(c,) which of the columns are more than sums of those that are there."""
+    told: NDArray[np.bool_] = np.diag(normal) > TOLD * size + 1e-300
+    return told
 
 
 def _gained(effect: Effect, normal: Array, score: Array, size: Array) -> float:
     """Squares that the columns explain, less those that merely place the effect's zero."""
     if score.size == 1:
         return float(score[0] ** 2 / normal[0, 0])
-    told = np.diag(normal) > TOLD * size + 1e-300
+    told = _told(normal, size)
     normal, score = normal[np.ix_(told, told)], score[told]  # without an offset that another effect's column already is
     return _explained(normal, score) - _explained(normal[effect.core :, effect.core :], score[effect.core :])
 
