@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from incsvr.effects import Effect, Term
-from incsvr.tracer.hypothesis import Hypothesis, views
+from incsvr.effects import Effect, Signals, Term
+from incsvr.effects.torque_delay import TorqueDelay
+from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
-from incsvr.tracer.whitening import DEGREES, fit, whiten
+from incsvr.tracer.whitening import DEGREES, Fit, fit, whiten
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""
@@ -48,6 +49,44 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Arra
     return 2.0 * (whole - _likelihood(problem, hypothesis, others, core, beside))
 
 
+def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """`gain_of` where torque and yaw rate may be apart by part of a sample: what that explains needs no effect.
+
+    An effect that itself is a delay, or stands beside one, is spared.
+    """
+    if hypothesis.effects[k].lingers or "torque_delay" in hypothesis.names():
+        return gain_of(problem, hypothesis, k)
+    seen, delay = views(problem, hypothesis), TorqueDelay()
+    slope = problem.blocks.mean(_slope(seen.of(delay)))
+    slip = slope, seen.answers(delay, _slope, slope)
+    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
+    others = [offset for j, offset in enumerate(hypothesis.offsets) if j != k]
+    none = np.zeros(0, dtype=np.intp)
+    whole = max(hypothesis.fit.log_likelihood, _slipped(problem, hypothesis, hypothesis.offsets, none, slip))
+    return 2.0 * (whole - _slipped(problem, hypothesis, others, core, slip))
+
+
+def _slope(s: Signals) -> Array:
+    """(n, 1) change of the thrust with time [N m/s]."""
+    return s.slope(s.thrust)[:, None]
+
+
+def _slipped(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    offsets: Sequence[Array],
+    out: NDArray[np.intp],
+    slip: tuple[Array, Array],
+) -> float:
+    """`_likelihood` with the streams apart by what fits best, at most what lies within the sampling."""
+    found = _fitted(problem, hypothesis, offsets, out, slip)
+    most = SAMPLING * problem.resolution
+    apart = float(np.clip(found.theta[-1], -most, most))
+    if apart == found.theta[-1]:
+        return found.log_likelihood
+    return _likelihood(problem, hypothesis, [*offsets, apart * slip[0][:, 0]], out, None)
+
+
 def _likelihood(
     problem: Problem,
     hypothesis: Hypothesis,
@@ -55,18 +94,29 @@ def _likelihood(
     out: NDArray[np.intp],
     beside: tuple[Array, Array] | None,
 ) -> float:
-    """ℓ after a fit from the start: the offsets taken off, without the columns `out`, with those `beside`."""
+    """ℓ of that fit."""
+    return _fitted(problem, hypothesis, offsets, out, beside).log_likelihood
+
+
+def _fitted(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    offsets: Sequence[Array],
+    out: NDArray[np.intp],
+    beside: tuple[Array, Array] | None,
+) -> Fit:
+    """A fit from the start: the offsets taken off, without the columns `out`, with those `beside`."""
     none = np.zeros((len(problem.blocks), 0)), np.zeros((2, len(problem.blocks), 0))
     more, answers = none if beside is None else beside
     columns = np.concatenate([np.delete(hypothesis.columns, out, axis=1), more], axis=1)
     turned = np.concatenate([np.delete(hypothesis.turned, out, axis=2), answers], axis=2)
     feigned = np.concatenate([np.delete(hypothesis.feigned, out), np.zeros(more.shape[1])])
     y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
-    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned).log_likelihood
+    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned)
 
 
 def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
-    """`gain_of`, judged against the noise at the effect's own frequencies.
+    """`gain_of` beside others, else `gain_beside_slip`, judged against the noise at the effect's own frequencies.
 
     The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher
     at the frequencies of the effect than in the mean, the gain is divided by as much: the sandwich estimator of W. K.
@@ -84,7 +134,8 @@ def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Arr
     window = np.concatenate([np.ones(NEIGHBOURS), np.zeros(3), np.ones(NEIGHBOURS)])
     near = np.convolve(noise, window, "same") / np.convolve(np.ones_like(noise), window, "same")
     inflation = float(power @ near / max(power.sum() * np.mean(noise), 1e-300))
-    return gain_of(problem, hypothesis, k, beside) / max(inflation, 1.0)
+    gain = gain_beside_slip(problem, hypothesis, k) if beside is None else gain_of(problem, hypothesis, k, beside)
+    return gain / max(inflation, 1.0)
 
 
 def p_value(gain: float, freedom: int, looks: float) -> float:

@@ -56,6 +56,7 @@ class Effect(ABC):
             searched with that, or the two would stand for each other.
         dry: whether it is a friction of constant size, which can hold the vehicle.
         slow: whether it answers a change of the rate only later.
+        lingers: whether what it takes from the thrust depends on the command's past.
         brief: whether it may act for instants only, between which the damping takes it over.
         needs_clock: whether it refers to the recording's absolute time.
     """
@@ -74,6 +75,7 @@ class Effect(ABC):
     whole: ClassVar[bool] = False
     dry: ClassVar[bool] = False
     slow: ClassVar[bool] = False
+    lingers: ClassVar[bool] = False
     brief: ClassVar[bool] = False
     needs_clock: bool = False
 

@@ -17,6 +17,7 @@ class TorqueDelay(Effect):
     acts = "thrust"
     stage = 0
     curved = True
+    lingers = True
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         later = [(float(delay),) for delay in np.geomspace(0.25 * s.step, 0.8 * s.scale, 6)]

@@ -25,6 +25,7 @@ class TorqueLag(Effect):
     acts = "thrust"
     stage = 5
     curved = True
+    lingers = True
 
     def __init__(self, variant: Literal["moment", "rotor speed", "rotor speed, commanded"]) -> None:
         self.variant = variant

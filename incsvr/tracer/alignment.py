@@ -11,7 +11,7 @@ from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
-from incsvr.tracer.noise import MOST_GYRO, gyro_noise, noise_share, white_noise
+from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import best_leads, with_lead
@@ -47,10 +47,10 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     return held if explains_more or needs_nothing else linear
 
 
-def noise_beside(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> tuple[float, float]:
-    """Where the noise sits, as it is read beside these effects: the torque's share and the gyro's part, 0…1 each.
+def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
+    """The equations with the noise as it is read beside these effects: its share in the torque, the gyro's, feedback.
 
-    The share is read from how the residual follows the torque, and what an effect leaves in it follows the torque, too.
+    All three are read from how the residual goes with torque and rate, and what an effect leaves in it does so, too.
     """
     deviation = gyro_noise(runs)
     draw = np.random.default_rng(0)
@@ -58,22 +58,28 @@ def noise_beside(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> tu
     gyro = left_over(pose_like(problem, shaken), found)[0] - left_over(problem, found)[0]
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
     part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
-    return noise_share(problem.blocks, problem.signals.torque, found.fit.residual, gyro), min(part, MOST_GYRO)
+    problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
+    share = problem.share_beside(found.fit.residual, gyro)
+    return replace(problem, signals=replace(problem.signals, share=share, gyro=min(part, MOST_GYRO)))
 
 
-def with_share(problem: Problem, share: float, gyro: float | None = None) -> Problem:
-    """The equations with another share of the noise in the torque (and another part of the gyro's)."""
-    gyro = problem.signals.gyro if gyro is None else gyro
-    return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro))
+def with_share(problem: Problem, share: float) -> Problem:
+    """The equations with another share of the noise in the torque."""
+    return replace(problem, signals=replace(problem.signals, share=share))
+
+
+def misread(before: Problem, after: Problem, change: float) -> bool:
+    """Whether the noise is another on second reading: its share by more than `change`, or feedback or none."""
+    moved = abs(after.signals.share - before.signals.share) > change
+    return moved or (after.feedback > 0.0) != (before.feedback > 0.0)
 
 
 def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
-    """The equations with the noise's share as it is beside the best single effect."""
+    """The equations with the noise as it is beside the best single effect."""
     best = _best(problem, channels)
     for _ in range(2):
-        share, gyro = noise_beside(runs, problem, best)
-        before, problem = problem.signals.share, with_share(problem, share, gyro)
-        if abs(share - before) < SAME_SHARE:
+        before, problem = problem, reread(runs, problem, best)
+        if not misread(before, problem, SAME_SHARE):
             break
         best = _best(problem, channels)
     return problem

@@ -9,14 +9,14 @@ import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import evidence, p_value
-from incsvr.tracer.alignment import aligned, noise_beside, with_share
+from incsvr.tracer.alignment import aligned, misread, reread, with_share
 from incsvr.tracer.excitation import closed_loop, demand, maybe_closed_loop
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.problem import Problem, pose_finer
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
-from incsvr.tracer.scan import without
+from incsvr.tracer.scan import scan, without
 from incsvr.tracer.search import Search
 
 HARM = 0.03
@@ -65,9 +65,9 @@ def inquire(
     """What was asked, the effects that are proven, and why others are not among them."""
     problem = aligned(runs, inertia, names)
     case, found, refused = _searched(problem, validate, names)
-    share, gyro = noise_beside(runs, problem, found)
-    if abs(share - problem.signals.share) > MISREAD:
-        problem = with_share(problem, share, gyro)
+    again = reread(runs, problem, found)
+    if misread(problem, again, MISREAD):
+        problem = again
         case, found, refused = _searched(problem, validate, names)
     found = _proven(case, _evident(case, found, refused), refused)
     case, found = _looked_closer(case, found, refused, runs, validate)
@@ -101,7 +101,11 @@ def _searched(
 def _looked_closer(
     case: Case, found: Hypothesis, refused: dict[str, str], runs: Sequence[Run], validate: Sequence[Run] | None
 ) -> tuple[Case, Hypothesis]:
-    """What lasts but an instant, found beside `found` in shorter blocks; with it these are the equations."""
+    """What lasts but an instant, found beside `found` in shorter blocks; with it these are the equations.
+
+    Where another effect, for which the longer blocks hold no evidence, would explain more in the shorter ones, it is
+    their own noise that is explained there: they are not believed.
+    """
     brief = [effect for effect in case.effects if effect.brief and effect.name not in found.names()]
     finer = pose_finer(runs, case.problem, case.channels) if brief else case.problem
     if finer is case.problem:
@@ -109,7 +113,11 @@ def _looked_closer(
     court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
     hunt = Search(finer, brief, pieces, closed_loop(finer), refused=dict[str, str]())
     terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
-    grown = hunt.climbed(settle(finer, terms, nothing(finer)) if terms else nothing(finer))
+    base = settle(finer, terms, nothing(finer)) if terms else nothing(finer)
+    promising = scan(finer, base, [effect for effect in case.effects if effect.name not in found.names()])
+    if not promising or not promising[0].effect.brief:
+        return case, found
+    grown = hunt.climbed(base)
     if court.validation:
         grown = _surviving(finer, court, grown, hunt.refused)
     # the shorter blocks had the last word on these

@@ -53,8 +53,10 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
     return white_noise(runs) * float(np.sqrt(max(1.0 - period / block, 0.0)))
 
 
-def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None) -> float:
-    """Which part of the equation's noise sits in the recorded torque, 0…1.
+def noise_share(
+    blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None, answer: Array | None = None
+) -> float | None:
+    """Which part of the equation's noise sits in the recorded torque, 0…1; None where it cannot be read.
 
     With e = n − w (torque noise n, disturbance in the water w) and both cut to their fast part by differences F, where
     no excitation is left but jumps: cov(F e, F τ)/var(F e) = var n/(var n + var w). Where the command jumps is left
@@ -64,33 +66,39 @@ def noise_share(blocks: Blocks, torque: Array, residual: Array, gyro: Array | No
 
     Args:
         gyro: (n_b,) a draw of what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
+        answer: (n_b,) what of the torque is a controller's answer to the rate: with the water in it, it is no noise.
     """
     mean = blocks.mean(torque)
-    return max(_share(blocks, torque, mean, residual, gyro, order) for order in (1, 2, 3))
+    if answer is not None:
+        mean = mean - answer
+    read = [_share(blocks, torque, mean, residual, gyro, order) for order in (1, 2, 3)]
+    return max((share for share in read if share is not None), default=None)
 
 
-def _share(blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int) -> float:
-    """`noise_share` as differences of one order tell it; 0 where they hold the command."""
-    e, t = _differences(blocks, residual, order), _differences(blocks, mean, order)
-    steady = _steady(blocks, torque, order)
-    usual = [JUMP * 1.4826 * float(np.median(np.abs(x[steady]))) + 1e-12 for x in (e, t)]
-    calm = steady & (np.abs(e) <= usual[0]) & (np.abs(t) <= usual[1])
+def _share(
+    blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int
+) -> float | None:
+    """`noise_share` as differences of one order tell it; None where they hold the command."""
+    e, t = differences(blocks, residual, order), differences(blocks, mean, order)
+    calm = steady(blocks, torque, order)
+    usual = [JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12 for x in (e, t)]
+    calm &= (np.abs(e) <= usual[0]) & (np.abs(t) <= usual[1])
     power = float(e[calm] @ e[calm])
     moved = float(t[calm] @ t[calm])
     # neighbouring differences share half of what they are: there are half as many
     if power <= 0.0 or (order < 3 and moved > QUIET * power) or moved > power * UNREAD**2 * np.count_nonzero(calm) / 2:
-        return 0.0
+        return None
     if gyro is not None:
-        power -= min(float(np.sum(_differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)
+        power -= min(float(np.sum(differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)
     return float(np.clip((e[calm] @ t[calm]) / power, 0.0, 1.0))
 
 
-def _differences(blocks: Blocks, values: Array, order: int) -> Array:
+def differences(blocks: Blocks, values: Array, order: int) -> Array:
     """Of block values, run by run."""
-    return np.concatenate([np.diff(values[run], order) for run in _runs(blocks)])
+    return np.concatenate([np.diff(values[run], order) for run in _runs(blocks, order)])
 
 
-def _steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
+def steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
     """Which differences see no jump of the command; all, where nearly all see one."""
     # a cell in which the command jumps holds a part of the jump, and so does its neighbour's difference
     step = np.abs(torque[2:] - torque[:-2])
@@ -98,12 +106,12 @@ def _steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
     # a coarse torque mostly stays where it is, and any step of its resolution would be one
     total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + COARSE * float(np.std(torque)))])
     jumped = total[np.minimum(blocks.first + blocks.size, total.size - 1)] > total[blocks.first]
-    calm = np.concatenate([np.convolve(jumped[run], np.ones(order + 1), "valid") < 0.5 for run in _runs(blocks)])
+    calm = np.concatenate([np.convolve(jumped[run], np.ones(order + 1), "valid") < 0.5 for run in _runs(blocks, order)])
     return calm if np.count_nonzero(calm) >= FEWEST_STEADY else np.ones(calm.size, dtype=bool)
 
 
-def _runs(blocks: Blocks) -> list[slice]:
-    return [slice(int(a), int(b)) for a, b in pairwise(blocks.start) if b - a > 4]
+def _runs(blocks: Blocks, order: int) -> list[slice]:
+    return [slice(int(a), int(b)) for a, b in pairwise(blocks.start) if b - a > order + 1]
 
 
 def calmed(signals: Signals, size: int) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.damping import Damping
+from incsvr.tracer.feedback import controller_gain, held_back
 from incsvr.tracer.noise import MOST_GYRO, calmed, foretell, gyro_noise, noise_share, white_noise
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.weak_form import (
@@ -56,6 +57,7 @@ class Problem:
         held: whether the torque is taken as held between its stamps (else as linear).
         width: of the Gaussian derivative that gives ṙ [fine steps].
         white: deviation of the torque's white noise in a block [N m].
+        feedback: K, by which the torque goes against the yaw rate, 0 in open loop [N m s/rad].
         calm: (n,) the torque without what is noise within a block, its steps kept [N m].
         foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
         stays: whether the command stays between its jumps.
@@ -76,6 +78,7 @@ class Problem:
     held: bool
     width: float
     white: float
+    feedback: float = 0.0
 
     @property
     def one_sine(self) -> bool:
@@ -100,10 +103,28 @@ class Problem:
     def turned(self) -> Array:
         """(2, n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
 
-        A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I).
+        A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I), less what
+        a controller holds back.
         """
-        turned: Array = self.signals.turning * 0.5 * self.blocks.period / self.signals.inertia * self.steep
+        turned: Array = self.turning * 0.5 * self.blocks.period / self.signals.inertia * self.steep
         return np.stack([turned, np.zeros_like(turned)])
+
+    @property
+    def turning(self) -> float:
+        """Part of the noise that turns the vehicle within its own block."""
+        return self.signals.turning * (1.0 - held_back(self.feedback, self.blocks.period, self.signals.inertia))
+
+    def feedback_beside(self, residual: Array) -> float:
+        """K [N m s/rad] of a controller, as a residual (n_b,) and the streams tell; 0 in open loop."""
+        s = self.signals
+        return controller_gain(self.blocks, s.torque, s.rate, residual, s.inertia)
+
+    def share_beside(self, residual: Array, gyro: Array | None = None) -> float:
+        """Part of the noise that sits in the torque, as a residual (n_b,) and what the gyro does to it tell; as it was
+        where they do not."""
+        torque, rate = self.signals.torque, self.signals.rate
+        read = noise_share(self.blocks, torque, residual, gyro, -self.feedback * self.blocks.mean(rate))
+        return self.signals.share if read is None else read
 
 
 def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False) -> Problem:
@@ -130,8 +151,8 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
             break
         block = longer
     problem = _differentiated(problem, sigma, period, base.scale)
-    share = noise_share(problem.blocks, problem.signals.torque, base.residual)
-    gyro = min((noise / base.scale) ** 2, MOST_GYRO)
+    problem = replace(problem, feedback=problem.feedback_beside(base.residual))
+    share, gyro = problem.share_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
     return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro))
 
 
@@ -149,7 +170,7 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
     base, sigma = fit(finer.y, finer.coarse, finer.blocks), gyro_noise(runs)
     gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
-    finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro))
+    finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro), feedback=problem.feedback)
     return _differentiated(finer, sigma, period, base.scale)
 
 

@@ -24,6 +24,12 @@ CLIMBERS = 2
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
 
+PLAINLY = 0.8
+"""Of a free-run error: what is below needs no statistics to be better."""
+
+REFORMS = 2
+"""How many other forms of an effect are tried beside the others."""
+
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
 
@@ -65,7 +71,7 @@ class Search:
             seen += grown
         best = base
         for finalist in self._finalists(seen):
-            cleaned = self._clean(finalist)
+            cleaned = self._clean(self._reformed(finalist))
             if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
         best = self._one_of_phase(self._simpler(self.climbed(best)))
@@ -81,6 +87,18 @@ class Search:
             if best is base:
                 break
             base = best
+        return base
+
+    def _reformed(self, base: Hypothesis) -> Hypothesis:
+        """`base` with the forms of its effects that are best beside each other: each was chosen beside fewer."""
+        for k, effect in enumerate(base.effects):
+            forms = [e for e in self.effects if e.name == effect.name and e.key != effect.key]
+            if len(base.terms) > 1 and forms:
+                others = without(self.problem, base, k)
+                leads = scan(self.problem, others, forms)[:REFORMS]
+                better = [with_lead(self.problem, others, lead) for lead in leads]
+                allowed = [h for h in better if not against_physics(self.problem, h)]
+                base = max((base, *allowed), key=worth)
         return base
 
     def _simpler(self, base: Hypothesis) -> Hypothesis:
@@ -130,9 +148,12 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none.
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none,
+        unless it is plainly better.
         """
-        if not self.closed_loop and abs(worth(new) - worth(old)) > STRONG:
+        errors = self.free_run(new), self.free_run(old)
+        plain = min(errors) < PLAINLY * max(errors)
+        if not self.closed_loop and not plain and abs(worth(new) - worth(old)) > STRONG:
             return worth(new) > worth(old)
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)

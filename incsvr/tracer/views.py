@@ -66,33 +66,52 @@ class Views:
         The first by which the residual grows with the noise, the second by which it is held back: a thrust effect sees
         torque and motion without their part of the residual, so that the residual is in what it sees.
         """
+        if effect.acts == "thrust" and effect.curved and len(coefficients) == 1 and coefficients[0] != 0.0:
+            # its columns are but tangents: what answers is the loss itself
+            def lost(s: Signals) -> Array:
+                bend = effect.offset(s, coefficients)
+                return effect.columns(s, inner, coefficients) + (0.0 if bend is None else bend[:, None] / coefficients)
+
+            return self._passed_on(effect, lambda s: effect.columns(s, inner, coefficients), mean, lost)
         return self.answers(effect, lambda s: effect.columns(s, inner, coefficients), mean)
 
     def answers(self, effect: Effect, columns: Callable[[Signals], Array], mean: Array) -> Array:
         """`turned` of any columns that are made of the signals as the effect sees them."""
         s, blocks = self._plain, self._problem.blocks
         if effect.acts == "inertia":
-            return np.stack([np.full_like(mean, s.turning / s.inertia), np.zeros_like(mean)])
+            return np.stack([np.full_like(mean, self._problem.turning / s.inertia), np.zeros_like(mean)])
         if effect.acts == "thrust":
             return self._passed_on(effect, columns, mean)
         if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
             return np.zeros((2, *mean.shape))
-        index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
-        since = np.zeros(len(s))
-        since[index.ravel()] = np.tile(np.arange(blocks.size) / blocks.size, len(blocks))
+        since = self._since()
         nudge = 1e-3 * float(np.std(s.rate))
         rate = s.rate + nudge * since
-        there = replace(s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve))
+        answered = s.turning * self._problem.feedback * nudge * since
+        there = replace(
+            s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve), applied=s.applied - answered
+        )
         moved = blocks.mean(columns(there))
-        turned: Array = s.turning * blocks.period / s.inertia * (moved - mean) / nudge
+        turned: Array = self._problem.turning * blocks.period / s.inertia * (moved - mean) / nudge
         return np.stack([turned, np.zeros_like(turned)])
+
+    def _since(self) -> Array:
+        """(n,) from 0 to 1 over each block, as the rate answers a disturbance there; the edge is both blocks'."""
+        blocks = self._problem.blocks
+        index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
+        since = np.zeros(len(self._plain))
+        since[index.ravel()] = np.tile((np.arange(blocks.size) + 0.5) / blocks.size, len(blocks))
+        return since
 
     def feigned(self, effect: Effect, columns: Array) -> Array:
         """(c,) for `whitening.fit`: what the gyro mistakes for a turn is in Δr as much as what is one."""
         s = self._plain
         return np.full(columns.shape[1], s.share * s.gyro / s.inertia if effect.acts == "inertia" else 0.0)
 
-    def _passed_on(self, effect: Effect, columns: Callable[[Signals], Array], mean: Array) -> Array:
+    def _passed_on(
+        self, effect: Effect, columns: Callable[[Signals], Array], mean: Array,
+        lost: Callable[[Signals], Array] | None = None,
+    ) -> Array:  # fmt: skip
         """`turned` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or half
         the thrust, half the inertia and half the drag would explain everything with half the noise."""
         s = self.of(effect)
@@ -105,7 +124,31 @@ class Views:
             foretold=s.foretold - (0.0 if told else s.share * nudge),
         )
         passed: Array = (self._problem.blocks.mean(columns(there)) - mean) / nudge
-        return np.stack([passed, passed])
+        return np.stack([passed + self._fed_back(effect, lost or columns), passed])
+
+    def _fed_back(self, effect: Effect, columns: Callable[[Signals], Array]) -> Array | float:
+        """(n_b, c) how a thrust effect's columns answer the noise of their own block through a controller; 0 if none."""
+        problem, s = self._problem, self.of(effect)
+        if problem.feedback == 0.0 or s.turning == 0.0:
+            return 0.0
+        nudge = 1e-3 * float(np.std(s.rate))
+        if effect.lingers:
+            # every second block turns the vehicle and the next turns it back, to either side by chance: so what earlier
+            # blocks left behind is told from the own
+            blocks = problem.blocks
+            sign = np.random.default_rng(0).choice([-1.0, 1.0], len(blocks))
+            sign[1::2] = 0.0
+            since = np.interp(np.arange(len(s)), blocks.first + blocks.size, sign)
+        else:
+            sign, since = np.ones(len(problem.blocks)), self._since()
+        answered = problem.feedback * nudge * since
+        there = replace(
+            s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered
+        )
+        moved = problem.blocks.mean(columns(there) - columns(s)) / nudge
+        if effect.lingers:
+            moved = np.tile((sign @ moved) / np.count_nonzero(sign), (len(sign), 1))
+        return np.asarray(problem.turning * problem.blocks.period / s.inertia * moved)
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""

@@ -1,0 +1,83 @@
+"""Whether the torque is feedback of the yaw rate, and how much of a disturbance it holds back within a block.
+
+A controller answers what the water does to the vehicle while it does it. Noise of the water then looks as if it were in
+the torque, and a regressor that is made of the torque holds the noise of its own block.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from incsvr.tracer.noise import JUMP, differences, steady
+from incsvr.tracer.run import Array
+from incsvr.tracer.weak_form import Blocks
+
+ORDERS = (3, 4, 5, 6, 7, 8)
+"""Of the differences in which a controller is looked for: the higher, the less of a smooth reference is left."""
+
+SURE = 4.0
+"""Standard errors by which a gain must differ from none."""
+
+REFUTED = 2.0
+"""Standard errors by which the answer to the disturbances alone may fall short of it."""
+
+
+def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array, inertia: float) -> float:
+    """K [N m s/rad] by which the torque goes against the yaw rate, as a controller's does; 0 where it does not.
+
+    Both are cut to their fast part by differences F, where no reference is left but jumps: these are left out. There
+    the torque of an open loop is noise, and the rate knows nothing of it; what is left of a command turns the vehicle
+    its own way. Only a controller opposes the rate: K = −cov(F τ, F r)/var(F r). The order counts at which that stands
+    out most.
+
+    A thrust that comes late may oppose a fast command, too. A controller answers a rate whatever caused it: were the
+    gain as large, the part of the rate that the residual caused must be answered with it (that part as an instrument).
+
+    Args:
+        blocks: of the equations.
+        torque, rate: (n,) on the fine grid.
+        residual: (n_b,) of the equations, without the effects that are known [N m].
+        inertia: I₀ [kg m²].
+    """
+    means = blocks.mean(torque), blocks.mean(rate)
+    found = [(*_opposed(blocks, torque, means, means[1], order), order) for order in ORDERS]
+    gain, error, order = max(found, key=lambda each: each[0] / each[1])
+    if gain <= SURE * error:
+        return 0.0
+    driven, doubt = _opposed(blocks, torque, means, _caused(blocks, residual, inertia), order)
+    return 0.0 if driven + REFUTED * doubt < gain else gain
+
+
+def held_back(gain: float, period: float, inertia: float) -> float:
+    """Part of a disturbance that the mean torque of its own block answers, 0…1: the rate has risen by half by then."""
+    answered = gain * 0.5 * period / inertia
+    return answered / (1.0 + answered)
+
+
+def _opposed(
+    blocks: Blocks, torque: Array, means: tuple[Array, Array], instrument: Array, order: int
+) -> tuple[float, float]:
+    """K as differences of one order tell it, and its standard error."""
+    moved, turned, told = (differences(blocks, values, order) for values in (*means, instrument))
+    calm = steady(blocks, torque, order)
+    for x in (moved, turned, told):
+        calm = calm & (np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12)
+    moved, turned, told = moved[calm], turned[calm], told[calm]
+    together = float(told @ turned)
+    if together <= 0.0:
+        return 0.0, np.inf
+    gain = -float(told @ moved) / together
+    # neighbouring differences are of the same samples: there are fewer of them than it seems
+    left = float(np.mean((moved + gain * turned) ** 2)) * order
+    return gain, float(np.sqrt(left * float(told @ told))) / together + 1e-300
+
+
+def _caused(blocks: Blocks, residual: Array, inertia: float) -> Array:
+    """(n_b,) mean rate that disturbances −u caused. What of u is noise of the torque is in quadrature to its integral."""
+    caused = np.zeros(residual.size)
+    for begin, end in pairwise(blocks.start):
+        piece = residual[begin:end]
+        caused[begin:end] = -(np.cumsum(piece) - 0.5 * piece) * blocks.period / inertia
+    return caused
