@@ -68,7 +68,7 @@ class Effect(ABC):
     acts: Literal["outside", "motion", "damping", "thrust", "inertia"]
     stage: ClassVar[int] = 0
     core: int = 1
-    searched: ClassVar[bool] = False
+    searched: bool = False
     looks: float = 1.0
     curved: ClassVar[bool] = False
     channels: tuple[str, ...] = ()
@@ -137,6 +137,10 @@ class Effect(ABC):
     def implausible(self, term: Term, s: Signals) -> str:
         """Why physics forbids this term; empty if it does not."""
         return ""
+
+    def must_prove(self, term: Term, s: Signals) -> bool:
+        """Whether the noise's colour might be taken for it, so that only a free run that is plainly better counts."""
+        return False
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         """Moment after this stage of the actuators; for `acts == "thrust"`."""

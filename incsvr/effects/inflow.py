@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
@@ -9,7 +11,10 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Inflow(Effect):
-    """Eq. 2: thrust falls by K² v |ω|. For a turning vehicle v = ℓ r and |ω| ~ √|a|: τ − a = c r √|a|."""
+    """Eq. 2: thrust falls by K² v |ω|. For a turning vehicle v = ℓ r and |ω| ~ √|a|: τ − a = c r √|a|.
+
+    A propeller that is driven at constant power keeps less of its speed under load: there the loss is nearer c r |a|.
+    """
 
     name = "inflow"
     sentence = (
@@ -19,11 +24,16 @@ class Inflow(Effect):
     acts = "motion"
     brief = True
 
+    def __init__(self, variant: Literal["", "loaded"]) -> None:
+        self.variant = variant
+
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.rate * np.sqrt(np.abs(s.applied)))
+        thrust = np.abs(s.applied)
+        return stack(s.rate * (thrust if self.variant else np.sqrt(thrust)))
 
     def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.rate * np.abs(s.applied))
+        thrust = np.abs(s.applied)
+        return stack(s.rate * (np.sqrt(thrust) if self.variant else thrust))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}

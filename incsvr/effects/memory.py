@@ -9,8 +9,11 @@ import numpy as np
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
-SHORTEST = 4.0
-"""Blocks: what is forgotten within the reach of an AR(3) is told from the noise's colour by nothing."""
+SHORTEST = 1.5
+"""Blocks: what is forgotten within one is, in its means, an inertia."""
+
+REACH = 4.0
+"""Blocks: what is forgotten within the reach of an AR(3) is told from the noise's colour by the free run alone."""
 
 LASTING = 0.75
 """T_c: but what lasts as long is no inertia, however long the blocks are."""
@@ -41,10 +44,13 @@ class Memory(Effect):
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
         usual = float(np.sqrt(np.mean(s.rate**2)))
-        return [(usual, float(constant)) for constant in np.geomspace(low, high, 6)]
+        return [(usual, float(constant)) for constant in np.geomspace(low, high, 7)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        return max(0.3 * s.scale, min(SHORTEST * s.block, LASTING * s.scale)), 10.0 * s.scale
+        return max(0.1 * s.scale, SHORTEST * s.block), 10.0 * s.scale
+
+    def must_prove(self, term: Term, s: Signals) -> bool:
+        return term.inner[-1] < max(0.3 * s.scale, min(REACH * s.block, LASTING * s.scale))
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
@@ -11,7 +13,8 @@ from incsvr.effects.signals import Array, Signals
 class Tether(Effect):
     """I ṙ + d(r) + k (ψ − ψ₀) = τ, untwisted at ψ₀: where the recording began, or at heading zero.
 
-    Any other ψ₀ is, in the equation, the same tether beside a constant moment.
+    Any other ψ₀ is, in the equation, the same tether beside a constant moment. A `slack` one gives nothing up to a twist
+    of s to either side, and k (|ψ − ψ₀| − s) beyond.
     """
 
     name = "tether"
@@ -20,18 +23,33 @@ class Tether(Effect):
     acts = "motion"
     looks = 2.0
 
+    def __init__(self, variant: Literal["", "slack"]) -> None:
+        self.variant = variant
+        self.searched = variant == "slack"
+        self.looks = 6.0 if self.searched else 2.0
+
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(float(s.heading[0]),), (0.0,)]
+        neutral = (float(s.heading[0]), 0.0)
+        if not self.searched:
+            return [(angle,) for angle in neutral]
+        low, high = self.bounds(s)
+        return [(angle, float(slack)) for angle in neutral for slack in np.linspace(low, high, 4)]
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        twist = float(np.quantile(np.abs(s.heading - s.heading[0]), 0.99))
+        return 0.1 * twist, 0.7 * twist
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.heading - inner[-1])
+        twist = s.heading - inner[0]
+        return stack(twist if not self.searched else twist - np.clip(twist, -inner[1], inner[1]))
 
     def bends(self, s: Signals, term: Term) -> Array:
-        twist = s.heading - term.inner[-1]
+        twist = s.heading - term.inner[0]
         return stack(twist * np.abs(twist), twist**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"stiffness_nm_per_rad": term.coefficients[0], "neutral_rad": term.inner[-1]}
+        found = {"stiffness_nm_per_rad": term.coefficients[0], "neutral_rad": term.inner[0]}
+        return found | ({"slack_rad": term.inner[1]} if self.searched else {})
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the moment would grow in the direction of the turn" if term.coefficients[0] <= 0.0 else ""

@@ -95,9 +95,11 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
         k = min(phased, key=lambda j: gains[j])
         if gains[k] < ON_ONE_SINE * (base.criterion - excepting(problem, base, phased).criterion):
             return "a command of one sine cannot tell it from the shape error of another effect of the motion", k
-    for k in range(len(base.terms)):
+    for k, (effect, term) in enumerate(zip(base.effects, base.terms, strict=True)):
         less = without(problem, base, k)
         proven = free_run(base) < PROVEN * free_run(less)
+        if not proven and effect.must_prove(term, problem.signals):
+            return "it is so short that the noise's colour may pass for it, and the free run is not plainly better", k
         if _rose(base, less) and not proven:
             return "with it the residual grows: it explains the residual's colour, not its size", k
         if not pays(problem, free_run, base, less):

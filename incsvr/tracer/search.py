@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 from incsvr.effects import Effect
@@ -23,12 +23,6 @@ CLIMBERS = 2
 
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
-
-PLAINLY = 0.8
-"""Of a free-run error: what is below needs no statistics to be better."""
-
-REFORMS = 2
-"""How many other forms of an effect are tried beside the others."""
 
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
@@ -71,7 +65,7 @@ class Search:
             seen += grown
         best = base
         for finalist in self._finalists(seen):
-            cleaned = self._clean(self._reformed(finalist))
+            cleaned = self._clean(finalist)
             if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
         best = self._one_of_phase(self._simpler(self.climbed(best)))
@@ -89,34 +83,30 @@ class Search:
             base = best
         return base
 
-    def _reformed(self, base: Hypothesis) -> Hypothesis:
-        """`base` with the forms of its effects that are best beside each other: each was chosen beside fewer."""
-        for k, effect in enumerate(base.effects):
-            forms = [e for e in self.effects if e.name == effect.name and e.key != effect.key]
-            if len(base.terms) > 1 and forms:
-                others = without(self.problem, base, k)
-                leads = scan(self.problem, others, forms)[:REFORMS]
-                better = [with_lead(self.problem, others, lead) for lead in leads]
-                allowed = [h for h in better if not against_physics(self.problem, h)]
-                base = max((base, *allowed), key=worth)
-        return base
-
     def _simpler(self, base: Hypothesis) -> Hypothesis:
         """`base` without an effect that another form of one of the others explains as well.
 
-        A thrust scaled by a channel about another level is the same about the channel's mean, and another inertia.
+        A thrust scaled by a channel about another level is the same about the channel's mean, and another inertia; a
+        tether untwisted at another heading, and a constant moment.
         """
         for k, less in permutations(range(len(base.terms)), 2):
-            forms = [e for e in self.effects if e.name == base.effects[k].name and e.key != base.effects[k].key]
+            forms = [e for e in self.effects if e.name == base.effects[k].name and self._otherwise(e, base.effects[k])]
             if not forms:
                 continue
             others = excepting(self.problem, base, (k, less))
             allowed = SIMPLER * (base.criterion - without(self.problem, base, less).criterion)
             for lead in scan(self.problem, others, forms):
-                one = with_lead(self.problem, others, lead)
-                if one.criterion >= base.criterion - allowed and not sound(self.problem, one)[0]:
-                    return self._simpler(one)
+                same = lead.effect.key == base.effects[k].key
+                for inner in lead.effect.starts(self.problem.signals) if same else [lead.inner]:
+                    one = with_lead(self.problem, others, replace(lead, inner=inner))
+                    if one.criterion >= base.criterion - allowed and not sound(self.problem, one)[0]:
+                        return self._simpler(one)
         return base
+
+    def _otherwise(self, form: Effect, effect: Effect) -> bool:
+        """Whether `form` may stand for the effect in another way: another form, or the same from elsewhere."""
+        settles = form.searched or form.curved  # to one value, wherever it began
+        return form.key != effect.key or (not settles and len(form.starts(self.problem.signals)) > 1)
 
     def _one_of_phase(self, base: Hypothesis) -> Hypothesis:
         """`base`, on one sine with a single effect of the motion where that explains nearly what its several do.
@@ -148,12 +138,9 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none,
-        unless it is plainly better.
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none.
         """
-        errors = self.free_run(new), self.free_run(old)
-        plain = min(errors) < PLAINLY * max(errors)
-        if not self.closed_loop and not plain and abs(worth(new) - worth(old)) > STRONG:
+        if not self.closed_loop and abs(worth(new) - worth(old)) > STRONG:
             return worth(new) > worth(old)
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)

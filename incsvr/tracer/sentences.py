@@ -20,6 +20,7 @@ LABELS = {
     "harmonic": ("periods in a turn", ""),
     "stiffness_nm_per_rad": ("stiffness", "N m/rad"),
     "neutral_rad": ("neutral heading", "rad"),
+    "slack_rad": ("slack to either side", "rad"),
     "period_s": ("period", "s"),
     "fraction": ("relative change", ""),
     "at_s": ("at", "s"),
