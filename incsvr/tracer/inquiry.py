@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import evidence, p_value
-from incsvr.tracer.alignment import aligned, misread, reread, with_share
-from incsvr.tracer.excitation import closed_loop, demand, maybe_closed_loop
+from incsvr.tracer.alignment import aligned, misread, reread
+from incsvr.tracer.excitation import closed_loop, demand
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.problem import Problem, pose_finer
@@ -27,14 +27,6 @@ VETOES = 3
 
 LEVEL = 1e-5
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
-
-FED_BACK = 1e-9
-"""The same where the torque may be feedback and no other recordings validate: it answers the noise, and no regressor is
-free of that."""
-
-FEIGNED = 0.85
-"""Largest share of the noise in the torque that feedback of the rate may feign: a torque that answers the water within
-the block looks as noisy as if the noise were its own."""
 
 MISREAD = 0.1
 """Change of the noise's share, as read beside all effects, that asks for another search: beside one it was misread."""
@@ -148,27 +140,16 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
 
 
 def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects whose own p-value, all others fitted beside them, is below LEVEL.
-
-    Where feedback may have feigned that noise is in the torque, also with all of it in the water, and below FED_BACK
-    where no recordings validate.
-    """
-    feigned = maybe_closed_loop(case.problem) and case.problem.signals.share < FEIGNED
-    level = FED_BACK if feigned and case.court.validation is None else LEVEL
+    """The effects whose own p-value, all others fitted beside them, is below LEVEL."""
     while found.terms:
         p = [p_value_of(case, found, k) for k in range(len(found.terms))]
-        if feigned:
-            calm = replace(case, problem=with_share(case.problem, 0.0))
-            terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
-            other = settle(calm.problem, terms, nothing(calm.problem))
-            p = [max(p[k], p_value_of(calm, other, k)) for k in range(len(p))]
         worst = int(np.argmax(p))
         # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
-        if p[worst] <= level or below_sampling(found.terms[worst], case.problem):
+        if p[worst] <= LEVEL or below_sampling(found.terms[worst], case.problem):
             return found
         refused[found.terms[worst].effect] = (
-            f"noise of this colour{' or feedback' * feigned} brings forth as much: its p-value, corrected for the "
-            f"search, is {p[worst]:.2g}, below {level:.0e} is asked"
+            f"noise of this colour brings forth as much: its p-value, corrected for the search, is {p[worst]:.2g}, "
+            f"below {LEVEL:.0e} is asked"
         )
         found = without(case.problem, found, worst)
     return found
