@@ -13,8 +13,8 @@ from incsvr.effects.signals import Array, Signals
 class Tether(Effect):
     """I ṙ + d(r) + k (ψ − ψ₀) = τ, untwisted at ψ₀: where the recording began, or at heading zero.
 
-    Any other ψ₀ is, in the equation, the same tether beside a constant moment. A `slack` one gives nothing up to a twist
-    of s to either side, and k (|ψ − ψ₀| − s) beyond.
+    Any other ψ₀ is, in the equation, the same tether beside a constant moment. A `slack` one gives nothing up to a
+    twist of s to either side, and k (|ψ − ψ₀| − s) beyond.
     """
 
     name = "tether"

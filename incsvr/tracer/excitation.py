@@ -8,10 +8,8 @@ import numpy as np
 
 from incsvr.effects import Effect
 from incsvr.errors import BadInput
-from incsvr.tracer.hypothesis import nothing
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Run, stream
-from incsvr.tracer.whitening import burg, whiten
 
 OF_HEADING = ("heading_current", "tether")
 """What, beside a moment from outside, turns a vehicle whose thrusters do not: the rest only shapes a motion."""
@@ -101,34 +99,3 @@ def _check_sign(problem: Problem) -> None:
             "torque and yaw rate count in opposite directions (the vehicle turns against its thrust): multiply torque "
             "by −1, it must be positive the way yaw_rate is"
         )
-
-
-UNSURE = 0.3
-"""Share of the torque's noise above which a noisy torque that foretells itself hides whether it is feedback."""
-
-
-def maybe_closed_loop(problem: Problem) -> bool:
-    """Whether it cannot be ruled out that the torque is feedback of the yaw rate."""
-    return problem.signals.share > UNSURE or closed_loop(problem)
-
-
-def closed_loop(problem: Problem) -> bool:
-    """Whether the torque is feedback of the yaw rate: today's disturbance foretells tomorrow's command.
-
-    Only where the disturbances turn the vehicle (a noisy torque foretells itself). Of the recordings seen, open loops
-    reach a correlation of 0.3 between an innovation and one of the next six of the torque, closed loops begin at 0.5.
-    """
-    if problem.feedback > 0.0:
-        return True
-    if problem.signals.share > UNSURE:
-        return False
-    base = nothing(problem).fit
-    torque = problem.blocks.mean(problem.signals.torque)
-    torque = torque - np.mean(torque)
-    moved, struck = np.zeros(torque.size), np.zeros(torque.size)
-    moved[problem.blocks.whole] = whiten(torque, burg(torque, problem.blocks), problem.blocks)
-    struck[problem.blocks.whole] = base.innovation * np.sqrt(base.weight)
-    limit = 2.0 * float(np.std(moved))
-    moved = np.clip(moved, -limit, limit)
-    size = float(np.linalg.norm(moved) * np.linalg.norm(struck))
-    return any(abs(float(struck[:-k] @ moved[k:])) > 0.4 * size for k in range(1, 7))

@@ -75,7 +75,7 @@ def _opposed(
 
 
 def _caused(blocks: Blocks, residual: Array, inertia: float) -> Array:
-    """(n_b,) mean rate that disturbances −u caused. What of u is noise of the torque is in quadrature to its integral."""
+    """(n_b,) mean rate that disturbances −u caused; noise of the torque is in quadrature to its own part of that."""
     caused = np.zeros(residual.size)
     for begin, end in pairwise(blocks.start):
         piece = residual[begin:end]

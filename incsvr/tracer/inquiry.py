@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import evidence, p_value
 from incsvr.tracer.alignment import aligned, misread, reread
-from incsvr.tracer.excitation import closed_loop, demand
+from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.problem import Problem, pose_finer
@@ -81,7 +81,7 @@ def _searched(
     vetoes = VETOES if validate else 0
     while True:
         effects = [effect for effect in case.effects if effect.name not in refused]
-        hunt = Search(problem, effects, pieces, closed_loop(problem), refused=dict(refused))
+        hunt = Search(problem, effects, pieces, problem.closed_loop, refused=dict(refused))
         best = hunt.run()
         found = _surviving(problem, court, best, hunt.refused) if court.validation else best
         if found.terms or not best.terms or not vetoes:
@@ -103,7 +103,7 @@ def _looked_closer(
     if finer is case.problem:
         return case, found
     court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
-    hunt = Search(finer, brief, pieces, closed_loop(finer), refused=dict[str, str]())
+    hunt = Search(finer, brief, pieces, finer.closed_loop, refused=dict[str, str]())
     terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
     base = settle(finer, terms, nothing(finer)) if terms else nothing(finer)
     promising = scan(finer, base, [effect for effect in case.effects if effect.name not in found.names()])

@@ -75,9 +75,7 @@ def noise_share(
     return max((share for share in read if share is not None), default=None)
 
 
-def _share(
-    blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int
-) -> float | None:
+def _share(blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int) -> float | None:
     """`noise_share` as differences of one order tell it; None where they hold the command."""
     e, t = differences(blocks, residual, order), differences(blocks, mean, order)
     calm = steady(blocks, torque, order)

@@ -81,6 +81,11 @@ class Problem:
     feedback: float = 0.0
 
     @property
+    def closed_loop(self) -> bool:
+        """Whether the torque is feedback of the yaw rate."""
+        return self.feedback > 0.0
+
+    @property
     def one_sine(self) -> bool:
         """Whether nearly all of the command's variance lies in one line of its spectrum."""
         held = total = 0.0

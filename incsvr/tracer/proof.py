@@ -11,7 +11,6 @@ from scipy.special import erf
 
 from incsvr.effects import Term
 from incsvr.evidence import rms
-from incsvr.tracer.excitation import maybe_closed_loop
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
 from incsvr.tracer.problem import Problem, pose_like
@@ -93,7 +92,7 @@ class Court:
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
         others = pose_like(problem, validate) if validate else None
-        weighs = not (maybe_closed_loop(problem) or problem.one_sine)
+        weighs = not (problem.closed_loop or problem.one_sine)
         return Court(problem, others, tuple(pieces), weighs, quick)
 
     @property

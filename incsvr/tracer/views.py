@@ -127,7 +127,7 @@ class Views:
         return np.stack([passed + self._fed_back(effect, lost or columns), passed])
 
     def _fed_back(self, effect: Effect, columns: Callable[[Signals], Array]) -> Array | float:
-        """(n_b, c) how a thrust effect's columns answer the noise of their own block through a controller; 0 if none."""
+        """(n_b, c) how a thrust effect's columns answer the noise of their own block through a controller, if any."""
         problem, s = self._problem, self.of(effect)
         if problem.feedback == 0.0 or s.turning == 0.0:
             return 0.0
@@ -142,9 +142,7 @@ class Views:
         else:
             sign, since = np.ones(len(problem.blocks)), self._since()
         answered = problem.feedback * nudge * since
-        there = replace(
-            s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered
-        )
+        there = replace(s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered)
         moved = problem.blocks.mean(columns(there) - columns(s)) / nudge
         if effect.lingers:
             moved = np.tile((sign @ moved) / np.count_nonzero(sign), (len(sign), 1))

@@ -1,25 +1,36 @@
-"""How short a memory may be before it is but another inertia."""
+"""How short a memory may be before the noise's colour could pass for it."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from incsvr.effects import Signals, catalogue
+from incsvr.effects import Signals, Term, catalogue
 
 MEMORY = catalogue([])["memory/linear"]
 
 
-def shortest(block: float, scale: float) -> float:
+def signals(block: float, scale: float) -> Signals:
     time = np.linspace(0.0, 10.0, 101)
-    signals = Signals(0.1, np.array([0, 101]), time, np.sin(time), np.cos(time), block=block, scale=scale)
-    return MEMORY.bounds(signals)[0]
+    return Signals(0.1, np.array([0, 101]), time, np.sin(time), np.cos(time), block=block, scale=scale)
 
 
-def test_four_blocks_where_blocks_are_short() -> None:
-    assert shortest(block=0.07, scale=0.4) == pytest.approx(0.28)
+@pytest.mark.parametrize(
+    ("block", "scale", "shortest"),
+    [
+        pytest.param(0.07, 0.4, 0.28, id="four blocks where blocks are short"),
+        pytest.param(1.34, 6.5, 0.75 * 6.5, id="most of T_c where a noisy gyro made them long"),
+        pytest.param(0.36, 6.5, 0.3 * 6.5, id="a third of T_c where they are short beside it"),
+    ],
+)
+def test_what_is_forgotten_within_the_reach_of_the_noises_colour_must_prove_itself(
+    block: float, scale: float, shortest: float
+) -> None:
+    s = signals(block, scale)
+    brief, lasting = (Term("memory", "linear", (-1.0,), (0.2, part * shortest)) for part in (0.99, 1.01))
+    assert MEMORY.must_prove(brief, s)
+    assert not MEMORY.must_prove(lasting, s)
 
 
-def test_three_quarters_of_the_motion_where_a_noisy_gyro_made_them_long() -> None:
-    """Four of these blocks last nearly as long as the motion: a memory of 5 s was taken for an inertia."""
-    assert shortest(block=1.34, scale=6.5) == pytest.approx(0.75 * 6.5)
+def test_what_is_forgotten_within_a_block_is_not_tried() -> None:
+    assert signals(0.36, 1.0).block < MEMORY.bounds(signals(0.36, 1.0))[0] == pytest.approx(0.54)

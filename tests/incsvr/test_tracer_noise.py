@@ -28,6 +28,8 @@ def test_the_share_of_the_torque_is_read_beside_the_gyros_noise(share: float) ->
     gyro, again = (0.3 * fastest * np.diff(draw.normal(size=n + 1)) for _ in range(2))
     residual = torque - water + gyro
     found, blind = noise_share(blocks, fine, residual, again), noise_share(blocks, fine, residual)
+    assert found is not None
+    assert blind is not None
     assert found == pytest.approx(share, abs=0.05)
     assert blind < found - 0.2 * share**2
 
