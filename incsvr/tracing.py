@@ -69,7 +69,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
-        notes=(*notes, *doubts(problem)),
+        notes=(*notes, *doubts(problem), *_loop(problem)),
         declared_model=model_of(problem, base),
         model=model,
         pictures=Pictures(
@@ -121,6 +121,16 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
     if {"tether", "bias_torque"} <= set(found.names()):
         notes.append("a constant moment beside a tether is, in the equation, a tether untwisted at another heading")
     return findings, notes
+
+
+def _loop(problem: Problem) -> tuple[str, ...]:
+    """The note that a controller was at work; empty in open loop."""
+    if not problem.closed_loop:
+        return ()
+    return (
+        f"the torque answers the yaw rate with {problem.feedback:.3g} N m s/rad: a controller closed the loop here, and "
+        "the evidence allows for it",
+    )
 
 
 def _rejected(case: Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:

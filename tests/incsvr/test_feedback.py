@@ -65,8 +65,8 @@ def test_an_open_loop_has_none(seed: int, fast: bool) -> None:
 def test_a_late_thrust_under_a_fast_command_is_no_controller(seed: int) -> None:
     """It turns the vehicle against the command of the moment, but what the water does nobody answers."""
     torque, rate = turned(seed, 0.0, late=SIZE, fast=True)
-    fast = [np.diff(values[: N // SIZE * SIZE].reshape(-1, SIZE).mean(axis=1), 4) for values in (torque, rate)]
-    assert np.corrcoef(*fast)[0, 1] < -0.1
+    pushed, came = (np.diff(values.reshape(-1, SIZE).mean(axis=1), 4) for values in (torque, rate))
+    assert np.corrcoef(pushed, came)[0, 1] < -0.1
     assert read(torque, rate, late=SIZE) == 0.0
 
 
@@ -83,7 +83,7 @@ def test_what_a_controller_answers_is_no_evidence(seed: int, effect: str) -> Non
     """It answers the water within the block: to a likelihood that ignores it, the thrust seems to come late."""
     torque, rate = turned(seed, 700.0)
     seen = rate + 5e-4 * np.random.default_rng(seed).normal(size=N)
-    problem = pose([Run("loop", PERIOD * np.arange(N), seen, torque, {})], INERTIA, [])
+    problem = pose([Run("loop", PERIOD * np.arange(N, dtype=np.float64), seen, torque, {})], INERTIA, [])
     assert problem.closed_loop
     known, ignored = (gained(each, effect) for each in (problem, replace(problem, feedback=0.0)))
     assert ignored > 40.0
