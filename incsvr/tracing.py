@@ -128,8 +128,8 @@ def _loop(problem: Problem) -> tuple[str, ...]:
     if not problem.closed_loop:
         return ()
     return (
-        f"the torque answers the yaw rate with {problem.feedback:.3g} N m s/rad: a controller closed the loop here, and "
-        "the evidence allows for it",
+        f"the torque answers the yaw rate with {problem.feedback:.3g} N m s/rad: a controller closed the loop, and the "
+        "evidence allows for it",
     )
 
 

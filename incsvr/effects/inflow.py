@@ -13,7 +13,7 @@ from incsvr.effects.signals import Array, Signals
 class Inflow(Effect):
     """Eq. 2: thrust falls by K² v |ω|. For a turning vehicle v = ℓ r and |ω| ~ √|a|: τ − a = c r √|a|.
 
-    A propeller that is driven at constant power keeps less of its speed under load: there the loss is nearer c r |a|.
+    How fast the loss grows with the thrust depends on propeller, duct and drive: `loaded` is c r |a|.
     """
 
     name = "inflow"

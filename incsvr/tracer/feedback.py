@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from incsvr.tracer.noise import JUMP, differences, steady
+from incsvr.tracer.noise import FEWEST_STEADY, JUMP, differences, steady
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import Blocks
 
@@ -61,6 +61,8 @@ def _opposed(
 ) -> tuple[float, float]:
     """K as differences of one order tell it, and its standard error."""
     moved, turned, told = (differences(blocks, values, order) for values in (*means, instrument))
+    if moved.size < FEWEST_STEADY:
+        return 0.0, np.inf
     calm = steady(blocks, torque, order)
     for x in (moved, turned, told):
         calm = calm & (np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12)

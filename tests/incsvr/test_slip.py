@@ -1,0 +1,57 @@
+"""Torque and yaw rate that are apart by part of a sample are no effect of the vehicle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.effects import catalogue
+from incsvr.evidence import gain_beside_slip, gain_of
+from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracer.problem import pose
+from incsvr.tracer.run import Array, Run
+
+INERTIA, PERIOD, FINE = 350.0, 0.05, 0.005
+
+
+def played(seed: int, late: float, loss: float = 0.0) -> Run:
+    """A telegraph through a filter of 0.6 s, recorded at 20 Hz; the thrust comes `late` and loses `loss` r √|a|."""
+    random = np.random.default_rng(seed)
+    count = round(500.0 / FINE)
+    asked = np.repeat(random.choice([-60.0, 60.0], count), round(4.0 / FINE))[:count]
+    command: Array = np.empty(count)
+    rate: Array = np.zeros(count)
+    value = 0.0
+    for k in range(count):
+        value += FINE / 0.6 * (asked[k] - value)
+        command[k] = value
+    behind = round(late / FINE)
+    for k in range(count - 1):
+        thrust = command[max(k - behind, 0)]
+        thrust -= loss * rate[k] * np.sqrt(abs(thrust))
+        rate[k + 1] = rate[k] + FINE / INERTIA * (thrust - 130.0 * rate[k] - 400.0 * rate[k] * abs(rate[k]))
+    every = round(PERIOD / FINE)
+    torque = command[::every] + 2.0 * random.normal(size=count // every)
+    seen = rate[::every] + 1e-4 * random.normal(size=count // every)
+    return Run("slip", PERIOD * np.arange(count // every, dtype=np.float64), seen, torque, {})
+
+
+def inflow(run: Run) -> tuple[float, float]:
+    """2 Δℓ of inflow as it is, and beside a slip."""
+    problem = pose([run], INERTIA, [])
+    found: Hypothesis = settle(problem, [(catalogue()["inflow"], (), ())], nothing(problem))
+    return gain_of(problem, found, 0), gain_beside_slip(problem, found, 0)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_slip_within_a_sample_is_no_inflow(seed: int) -> None:
+    plain, beside = inflow(played(seed, late=0.02))
+    assert plain > 30.0
+    assert beside < 0.3 * plain
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_inflow_is_no_slip(seed: int) -> None:
+    """Under two levels of thrust a slip explains a good part of it, but not all."""
+    _, beside = inflow(played(seed, late=0.0, loss=5.0))
+    assert beside > 100.0
