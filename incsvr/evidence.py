@@ -52,10 +52,12 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Arra
 def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     """`gain_of` where torque and yaw rate may be apart by part of a sample: what that explains needs no effect.
 
-    It can but pass for another effect of the motion; one that itself is a delay, or stands beside one, is spared.
+    It can but pass for another effect of the motion; one that itself is a delay, or stands beside one, is spared. On
+    one sine it may pass for any, and the class that is named says so.
     """
-    effect, still = hypothesis.effects[k], float(np.ptp(problem.signals.torque)) == 0.0
-    if still or effect.lingers or not effect.of_phase or "torque_delay" in hypothesis.names():
+    effect = hypothesis.effects[k]
+    told = effect.lingers or not effect.of_phase or "torque_delay" in hypothesis.names()
+    if told or problem.one_sine or float(np.ptp(problem.signals.torque)) == 0.0:
         return gain_of(problem, hypothesis, k)
     seen, delay = views(problem, hypothesis), TorqueDelay()
     slope = problem.blocks.mean(_slope(seen.of(delay)))

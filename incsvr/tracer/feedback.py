@@ -1,4 +1,4 @@
-"""Whether the torque is feedback of the yaw rate, and how much of a disturbance it holds back within a block.
+"""Whether the torque is feedback of the yaw rate, and how the rate then answers a disturbance.
 
 A controller answers what the water does to the vehicle while it does it. Noise of the water then looks as if it were in
 the torque, and a regressor that is made of the torque holds the noise of its own block.
@@ -6,6 +6,8 @@ the torque, and a regressor that is made of the torque holds the noise of its ow
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +24,9 @@ SURE = 4.0
 
 REFUTED = 2.0
 """Standard errors by which the answer to the disturbances alone may fall short of it."""
+
+SLOWEST = 1e-4
+"""Fading below which the rate runs as if none: of less, numbers would not be left."""
 
 
 def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array, inertia: float) -> float:
@@ -50,10 +55,39 @@ def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array,
     return 0.0 if driven + REFUTED * doubt < gain else gain
 
 
-def held_back(gain: float, period: float, inertia: float) -> float:
-    """Part of a disturbance that the mean torque of its own block answers, 0…1: the rate has risen by half by then."""
-    answered = gain * 0.5 * period / inertia
-    return answered / (1.0 + answered)
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """How the yaw rate answers a disturbance that lasts for a block, with a controller against it: I ṙ = w − K r.
+
+    Attributes:
+        gain: K [N m s/rad]; 0 in open loop.
+        period: of a block [s].
+        inertia: I₀ [kg m²].
+    """
+
+    gain: float
+    period: float
+    inertia: float
+
+    @property
+    def end(self) -> float:
+        """The rate at the end of the block, per N m of disturbance [rad/s]."""
+        return self.period / self.inertia * -math.expm1(-self._fading) / self._fading
+
+    @property
+    def mean(self) -> float:
+        """The same in the mean over the block."""
+        return self.end * (-1.0 / math.expm1(-self._fading) - 1.0 / self._fading)
+
+    def after(self, part: Array) -> Array:
+        """The rate after a `part` of the block, 0…1, in parts of that at its end."""
+        after: Array = np.expm1(-self._fading * part) / math.expm1(-self._fading)
+        return after
+
+    @property
+    def _fading(self) -> float:
+        """Block lengths in units of the time in which the controller takes the rate back."""
+        return max(self.gain * self.period / self.inertia, SLOWEST)
 
 
 def _opposed(

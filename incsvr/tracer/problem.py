@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.damping import Damping
-from incsvr.tracer.feedback import controller_gain, held_back
+from incsvr.tracer.feedback import Swing, controller_gain
 from incsvr.tracer.noise import MOST_GYRO, calmed, foretell, gyro_noise, noise_share, white_noise
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.weak_form import (
@@ -109,15 +109,15 @@ class Problem:
         """(2, n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
 
         A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I), less what
-        a controller holds back.
+        a controller takes back.
         """
-        turned: Array = self.turning * 0.5 * self.blocks.period / self.signals.inertia * self.steep
+        turned: Array = self.signals.turning * self.swing.mean * self.steep
         return np.stack([turned, np.zeros_like(turned)])
 
     @property
-    def turning(self) -> float:
-        """Part of the noise that turns the vehicle within its own block."""
-        return self.signals.turning * (1.0 - held_back(self.feedback, self.blocks.period, self.signals.inertia))
+    def swing(self) -> Swing:
+        """How the rate answers a disturbance within its block."""
+        return Swing(self.feedback, self.blocks.period, self.signals.inertia)
 
     def feedback_beside(self, residual: Array) -> float:
         """K [N m s/rad] of a controller, as a residual (n_b,) and the streams tell; 0 in open loop."""

@@ -79,28 +79,29 @@ class Views:
         """`turned` of any columns that are made of the signals as the effect sees them."""
         s, blocks = self._plain, self._problem.blocks
         if effect.acts == "inertia":
-            return np.stack([np.full_like(mean, self._problem.turning / s.inertia), np.zeros_like(mean)])
+            risen = s.turning * self._problem.swing.end / blocks.period
+            return np.stack([np.full_like(mean, risen), np.zeros_like(mean)])
         if effect.acts == "thrust":
             return self._passed_on(effect, columns, mean)
         if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
             return np.zeros((2, *mean.shape))
-        since = self._since()
-        nudge = 1e-3 * float(np.std(s.rate))
+        nudge, since = 1e-3 * float(np.std(s.rate)), self._since()
         rate = s.rate + nudge * since
         answered = s.turning * self._problem.feedback * nudge * since
         there = replace(
             s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve), applied=s.applied - answered
         )
         moved = blocks.mean(columns(there))
-        turned: Array = self._problem.turning * blocks.period / s.inertia * (moved - mean) / nudge
+        turned: Array = s.turning * self._problem.swing.end * (moved - mean) / nudge
         return np.stack([turned, np.zeros_like(turned)])
 
     def _since(self) -> Array:
-        """(n,) from 0 to 1 over each block, as the rate answers a disturbance there; the edge is both blocks'."""
+        """(n,) from 0 to 1 over each block, as the rate answers a disturbance there; the edge is half each block's."""
         blocks = self._problem.blocks
         index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
         since = np.zeros(len(self._plain))
-        since[index.ravel()] = np.tile((np.arange(blocks.size) + 0.5) / blocks.size, len(blocks))
+        course = self._problem.swing.after((np.arange(blocks.size) + 0.5) / blocks.size)
+        since[index.ravel()] = np.tile(course, len(blocks))
         return since
 
     def feigned(self, effect: Effect, columns: Array) -> Array:
@@ -138,7 +139,8 @@ class Views:
             blocks = problem.blocks
             sign = np.random.default_rng(0).choice([-1.0, 1.0], len(blocks))
             sign[1::2] = 0.0
-            since = np.interp(np.arange(len(s)), blocks.first + blocks.size, sign)
+            ramp = np.interp(np.arange(len(s)), blocks.first + blocks.size, sign)
+            since = np.sign(ramp) * problem.swing.after(np.abs(ramp))
         else:
             sign, since = np.ones(len(problem.blocks)), self._since()
         answered = problem.feedback * nudge * since
@@ -146,7 +148,7 @@ class Views:
         moved = problem.blocks.mean(columns(there) - columns(s)) / nudge
         if effect.lingers:
             moved = np.tile((sign @ moved) / np.count_nonzero(sign), (len(sign), 1))
-        return np.asarray(problem.turning * problem.blocks.period / s.inertia * moved)
+        return np.asarray(s.turning * problem.swing.end * moved)
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""
