@@ -174,6 +174,13 @@ def settle(
     )
 
 
+def resettled(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """The same effects, settled on other equations."""
+    pairs = zip(hypothesis.effects, hypothesis.terms, strict=True)
+    terms = [(effect, term.inner, term.coefficients) for effect, term in pairs]
+    return settle(problem, terms, nothing(problem)) if terms else nothing(problem)
+
+
 def _mean(problem: Problem, effect: Effect, fine: Array) -> Array:
     """Block means; the acceleration's is Δr/T_b, as in y."""
     if effect.acts == "inertia":

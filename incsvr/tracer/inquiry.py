@@ -12,7 +12,7 @@ from incsvr.evidence import evidence, p_value
 from incsvr.tracer.alignment import aligned, misread, reread
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, resettled
 from incsvr.tracer.problem import Problem, pose_finer
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
@@ -60,7 +60,7 @@ def inquire(
     again = reread(runs, problem, found)
     if misread(problem, again, MISREAD):
         problem = again
-        case, found, refused = _searched(problem, validate, names)
+        case, found, refused = _searched(problem, validate, names, found)
     found = _proven(case, _evident(case, found, refused), refused)
     case, found = _looked_closer(case, found, refused, runs, validate)
     found = _proven(case, _evident(case, found, refused), refused)
@@ -68,12 +68,13 @@ def inquire(
 
 
 def _searched(
-    problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str]
+    problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str], before: Hypothesis | None = None
 ) -> tuple[Case, Hypothesis, dict[str, str]]:
     """What is asked, the best set of effects, and why others are not in it.
 
     Effects are chosen on pieces held out of the fitted recordings: validation recordings never choose. Where they threw
-    everything out, the search goes on without what they refused.
+    everything out, the search goes on without what they refused. What was found `before`, when the noise was read
+    otherwise, is tried again.
     """
     court, pieces = Court.of(problem, validate), Court.of(problem, None, quick=True)
     case = Case(problem, demand(problem, candidates(channels)), court, pieces, channels)
@@ -81,7 +82,10 @@ def _searched(
     vetoes = VETOES if validate else 0
     while True:
         effects = [effect for effect in case.effects if effect.name not in refused]
-        hunt = Search(problem, effects, pieces, problem.closed_loop, refused=dict(refused))
+        given = None
+        if before is not None and before.terms and not set(before.names()) & set(refused):
+            given = resettled(problem, before)
+        hunt = Search(problem, effects, pieces, problem.closed_loop, given=given, refused=dict(refused))
         best = hunt.run()
         found = _surviving(problem, court, best, hunt.refused) if court.validation else best
         if found.terms or not best.terms or not vetoes:
@@ -104,8 +108,7 @@ def _looked_closer(
         return case, found
     court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
     hunt = Search(finer, brief, pieces, finer.closed_loop, refused=dict[str, str]())
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
-    base = settle(finer, terms, nothing(finer)) if terms else nothing(finer)
+    base = resettled(finer, found)
     promising = scan(finer, base, [effect for effect in case.effects if effect.name not in found.names()])
     if not promising or not promising[0].effect.brief:
         return case, found

@@ -38,6 +38,7 @@ class Search:
         free_run: the judge of every effect: what improves the equation alone is not added.
         closed_loop: whether the torque is feedback of the yaw rate.
         most: effects that may stand at once.
+        given: a set that was found before, when the noise was read otherwise: it stands among the finalists.
         refused: effect → why it was not added though the equation asked for it.
         judged: keys of a set of effects → what the gates left of it: itself, or one effect less.
     """
@@ -47,6 +48,7 @@ class Search:
     free_run: FreeRun
     closed_loop: bool = False
     most: int = 5
+    given: Hypothesis | None = None
     refused: dict[str, str] = field(default_factory=dict)
     judged: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
 
@@ -64,7 +66,7 @@ class Search:
                 break
             seen += grown
         best = base
-        for finalist in self._finalists(seen):
+        for finalist in [*self._finalists(seen), *([self.given] if self.given else [])]:
             cleaned = self._clean(finalist)
             if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
