@@ -1,7 +1,8 @@
 """Whether the torque is feedback of the yaw rate, and how the rate then answers a disturbance.
 
 A controller answers what the water does to the vehicle while it does it. Noise of the water then looks as if it were in
-the torque, and a regressor that is made of the torque holds the noise of its own block.
+the torque, and a regressor that is made of the torque holds the noise of its own block. Why that must be in the
+likelihood: U. Forssell, L. Ljung, "Closed-loop identification revisited", Automatica 35 (1999).
 """
 
 from __future__ import annotations
