@@ -106,3 +106,11 @@ def test_thrust_that_falls_short_at_the_top_is_no_lighter_vehicle(seed: int) -> 
     gain = np.minimum(1.0, 55.0 / np.abs(levels))
     found = parameters(search(turning(seed, levels, gain=gain)).run())
     assert {key.split("/")[0] for key in found} == {"torque_saturation"}
+
+
+def test_what_was_found_before_stands_among_the_finalists(sagging: Problem) -> None:
+    """Another reading of the noise may lead the search past a set that is right."""
+    court = Court.of(sagging, None, quick=True)
+    found = search(sagging).run()
+    assert Search(sagging, (), court).run().terms == ()
+    assert Search(sagging, (), court, given=found).run().names() == found.names() == ("modulation:voltage",)
