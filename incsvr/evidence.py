@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from incsvr.effects import Effect, Signals, Term
@@ -41,12 +40,8 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Arra
     With `beside`, (n_b, c) columns and (2, n_b, c) their answers to the noise, what they gain where these are in the
     regression, too.
     """
-    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
-    whole = hypothesis.fit.log_likelihood
-    if beside is not None:
-        whole = _likelihood(problem, hypothesis, hypothesis.offsets, np.zeros(0, dtype=np.intp), beside)
-    others = [offset for j, offset in enumerate(hypothesis.offsets) if j != k]
-    return 2.0 * (whole - _likelihood(problem, hypothesis, others, core, beside))
+    whole = hypothesis.fit if beside is None else _fitted(problem, hypothesis, None, beside)
+    return 2.0 * (whole.log_likelihood - _fitted(problem, hypothesis, k, beside).log_likelihood)
 
 
 def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
@@ -62,11 +57,8 @@ def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     seen, delay = views(problem, hypothesis), TorqueDelay()
     slope = problem.blocks.mean(_slope(seen.of(delay)))
     slip = slope, seen.answers(delay, _slope, slope)
-    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
-    others = [offset for j, offset in enumerate(hypothesis.offsets) if j != k]
-    none = np.zeros(0, dtype=np.intp)
-    whole = max(hypothesis.fit.log_likelihood, _slipped(problem, hypothesis, hypothesis.offsets, none, slip))
-    return 2.0 * (whole - _slipped(problem, hypothesis, others, core, slip))
+    whole = max(hypothesis.fit.log_likelihood, _slipped(problem, hypothesis, None, slip))
+    return 2.0 * (whole - _slipped(problem, hypothesis, k, slip))
 
 
 def _slope(s: Signals) -> Array:
@@ -74,47 +66,33 @@ def _slope(s: Signals) -> Array:
     return s.slope(s.thrust)[:, None]
 
 
-def _slipped(
-    problem: Problem,
-    hypothesis: Hypothesis,
-    offsets: Sequence[Array],
-    out: NDArray[np.intp],
-    slip: tuple[Array, Array],
-) -> float:
-    """`_likelihood` with the streams apart by what fits best, at most what lies within the sampling."""
-    found = _fitted(problem, hypothesis, offsets, out, slip)
+def _slipped(problem: Problem, hypothesis: Hypothesis, out: int | None, slip: tuple[Array, Array]) -> float:
+    """ℓ with the streams apart by what fits best, at most what lies within the sampling."""
+    found = _fitted(problem, hypothesis, out, slip)
     most = SAMPLING * problem.resolution
     apart = float(np.clip(found.theta[-1], -most, most))
-    if apart == found.theta[-1]:
-        return found.log_likelihood
-    return _likelihood(problem, hypothesis, [*offsets, apart * slip[0][:, 0]], out, None)
-
-
-def _likelihood(
-    problem: Problem,
-    hypothesis: Hypothesis,
-    offsets: Sequence[Array],
-    out: NDArray[np.intp],
-    beside: tuple[Array, Array] | None,
-) -> float:
-    """ℓ of that fit."""
-    return _fitted(problem, hypothesis, offsets, out, beside).log_likelihood
+    if apart != found.theta[-1]:
+        found = _fitted(problem, hypothesis, out, None, apart * slip[0][:, 0])
+    return found.log_likelihood
 
 
 def _fitted(
     problem: Problem,
     hypothesis: Hypothesis,
-    offsets: Sequence[Array],
-    out: NDArray[np.intp],
+    out: int | None,
     beside: tuple[Array, Array] | None,
+    taken: Array | float = 0.0,
 ) -> Fit:
-    """A fit from the start: the offsets taken off, without the columns `out`, with those `beside`."""
-    none = np.zeros((len(problem.blocks), 0)), np.zeros((2, len(problem.blocks), 0))
-    more, answers = none if beside is None else beside
-    columns = np.concatenate([np.delete(hypothesis.columns, out, axis=1), more], axis=1)
-    turned = np.concatenate([np.delete(hypothesis.turned, out, axis=2), answers], axis=2)
-    feigned = np.concatenate([np.delete(hypothesis.feigned, out), np.zeros(more.shape[1])])
-    y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
+    """A fit from the start, without the effect `out` if there is one, with the columns `beside`, `taken` off y."""
+    core, blocks = np.zeros(0, dtype=np.intp), len(problem.blocks)
+    if out is not None:
+        core = hypothesis.position[out] + np.arange(hypothesis.effects[out].core)
+    more, answers = (np.zeros((blocks, 0)), np.zeros((2, blocks, 0))) if beside is None else beside
+    columns = np.concatenate([np.delete(hypothesis.columns, core, axis=1), more], axis=1)
+    turned = np.concatenate([np.delete(hypothesis.turned, core, axis=2), answers], axis=2)
+    feigned = np.concatenate([np.delete(hypothesis.feigned, core), np.zeros(more.shape[1])])
+    offsets = [offset for j, offset in enumerate(hypothesis.offsets) if j != out]
+    y = problem.y - (sum(offsets, np.zeros(blocks)) + taken)
     return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned)
 
 
