@@ -13,7 +13,7 @@ from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
-from incsvr.tracer.whitening import DEGREES, Fit, fit, whiten
+from incsvr.tracer.whitening import DEGREES, Fit, fit, loudness, whiten
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""
@@ -152,7 +152,8 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
                 loss = effect.columns(s, inner, coefficients) @ np.array(coefficients)
                 sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
             design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
-    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks)
+    loud = loudness(hypothesis.fit, problem.blocks)[:, None]
+    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks) / loud
     scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-100
     information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
     covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)

@@ -28,15 +28,17 @@ class Inflow(Effect):
         self.variant = variant
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        thrust = np.abs(s.applied)
-        return stack(s.rate * (thrust if self.variant else np.sqrt(thrust)))
+        return stack(s.rate * s.over_jumps(s.applied, np.abs if self.variant else _root))
 
     def bends(self, s: Signals, term: Term) -> Array:
-        thrust = np.abs(s.applied)
-        return stack(s.rate * (np.sqrt(thrust) if self.variant else thrust))
+        return stack(s.rate * s.over_jumps(s.applied, _root if self.variant else np.abs))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "motion along the thrust would add to it" if term.coefficients[0] <= 0.0 else ""
+
+
+def _root(thrust: Array) -> Array:
+    return np.sqrt(np.abs(thrust))

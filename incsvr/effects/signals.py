@@ -45,6 +45,7 @@ class Signals:
         residual: (n,) what the model so far leaves of the torque, held over each block [N m].
         share: part of the noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
         gyro: part of the equation's noise that is neither but the gyro's, 0…1.
+        known: whether `command` is free of the torque's noise.
         inertia: I₀, the declared moment of inertia [kg m²].
         scale: T_c, the time in which the yaw rate forgets itself [s].
         block: T_b [s].
@@ -69,6 +70,7 @@ class Signals:
     residual: Array = field(default_factory=_empty)
     share: float = 0.0
     gyro: float = 0.0
+    known: bool = False
     inertia: float = 1.0
     scale: float = 1.0
     block: float = 1.0
@@ -77,7 +79,7 @@ class Signals:
     @property
     def from_rate(self) -> bool:
         """Whether thrust effects are to be built from the rate side: most of the noise sits in the recorded torque."""
-        return self.share > MOSTLY_TORQUE
+        return self.share > MOSTLY_TORQUE and not self.known
 
     @property
     def thrust(self) -> Array:

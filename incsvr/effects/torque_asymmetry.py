@@ -20,9 +20,9 @@ class TorqueAsymmetry(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         if s.from_rate:
-            return stack(np.minimum(s.applied, 0.0))
+            return stack(_reverse(s.applied))
         theta = max(coefficients[0], -0.8) if coefficients else 0.0
-        return stack(np.minimum(s.command, 0.0) / (1.0 + theta))
+        return stack(s.over_jumps(s.command, _reverse) / (1.0 + theta))
 
     def bends(self, s: Signals, term: Term) -> Array:
         return stack(np.minimum(s.thrust, 0.0) ** 2)
@@ -40,3 +40,7 @@ class TorqueAsymmetry(Effect):
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         return np.where(command < 0.0, command / (1.0 + term.coefficients[0]), command)
+
+
+def _reverse(thrust: Array) -> Array:
+    return np.minimum(thrust, 0.0)

@@ -71,7 +71,7 @@ class TorqueLag(Effect):
 
     def passed(self, term: Term, s: Signals) -> Array | None:
         """From the command side the torque's noise passes the lag; from the rate side nothing is lowered."""
-        if self._from_rate(s):
+        if s.known or self._from_rate(s):
             return None
         frequency = np.pi / s.block * (np.arange(64, dtype=np.float64) + 0.5) / 64.0
         passed: Array = 1.0 / (1.0 + np.square(frequency * max(term.coefficients[0], 0.0)))

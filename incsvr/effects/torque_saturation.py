@@ -93,7 +93,7 @@ class SoftSaturation(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         if not s.from_rate:
-            return stack(s.command * np.abs(s.command))
+            return stack(s.over_jumps(s.command, lambda command: command * np.abs(command)))
         c = min(max(coefficients[0], -0.2), 1.0) if coefficients else 0.0
         root = np.sqrt(np.maximum(1.0 - 4.0 * c * np.abs(s.applied), 0.04))
         command = 2.0 * s.applied / (1.0 + root)  # inverse of a = τ (1 − c |τ|)

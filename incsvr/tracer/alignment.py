@@ -59,8 +59,13 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
     part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
     problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
-    share = problem.share_beside(found.fit.residual, gyro)
-    return replace(problem, signals=replace(problem.signals, share=share, gyro=min(part, MOST_GYRO)))
+    # seen from the rate side no effect filters the torque's noise: a delay, say, would leave it at another time
+    whole = with_share(problem, 1.0)
+    residual = left_over(whole, found)[0]
+    gyro = left_over(pose_like(whole, shaken), found)[0] - residual
+    share = problem.share_beside(residual, gyro)
+    known = problem.knows_command(residual)
+    return replace(problem, signals=replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known))
 
 
 def with_share(problem: Problem, share: float) -> Problem:

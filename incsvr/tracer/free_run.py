@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -119,3 +119,7 @@ class _Instant:
     def lowpass(self, values: Array, time_constant: float) -> Array:
         """The moving water's rate: of the simulated rate, the only signal that an effect filters while it moves."""
         return self.water[time_constant]
+
+    def over_jumps(self, values: Array, act: Callable[[Array], Array]) -> Array:
+        """act(values): an instant holds no jump of the command."""
+        return act(values)

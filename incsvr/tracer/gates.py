@@ -139,16 +139,18 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
     if forbidden:
         return forbidden
     alone = [unique_share(problem, hypothesis, k) for k in range(len(hypothesis.terms))]
-    order = sorted(range(len(alone)), key=lambda k: alone[k])
-    if order and alone[order[0]] < CONTRIBUTION:
+    # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
+    white = alone
+    if any(effect.brief for effect in hypothesis.effects):
+        white = [unique_share(problem, hypothesis, k, white=True) for k in range(len(hypothesis.terms))]
+    size = [w if e.brief else a for e, w, a in zip(hypothesis.effects, white, alone, strict=True)]
+    order = sorted(range(len(alone)), key=lambda k: size[k])
+    if order and size[order[0]] < CONTRIBUTION:
         return "what it alone explains is lost in the noise", order[0]
     terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
     phased = [e.of_phase and not below_sampling(t, problem) for e, t in terms]
     for k in order:
-        told = alone
-        if hypothesis.effects[k].brief:
-            # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
-            told = [unique_share(problem, hypothesis, j, white=True) for j in range(len(alone))]
+        told = white if hypothesis.effects[k].brief else alone
         if phased[k] and told[k] < SHAPE * max(told[j] for j in order if phased[j]):
             return "what it alone explains is within the shape error of a larger effect", k
     return "", 0

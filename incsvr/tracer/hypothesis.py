@@ -12,11 +12,15 @@ from incsvr.effects import Effect, Signals, Term
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.views import Views
-from incsvr.tracer.whitening import Fit, fit
+from incsvr.tracer.whitening import Fit, deafened, fit
 
 ALIGNMENT = 30.0
 """What a delay within the sampling pays in 2 ℓ: any effect that explains as much is the better explanation."""
 
+
+TIMED = 2
+"""Passes in which the jumps of the command are taken as on time: where a new effect is far from its value, what it does
+there would pass for the noise of their instants."""
 
 SAMPLING = 0.7
 """Of a sample period: half of one lies between a torque that is held from stamp to stamp and a linear one."""
@@ -110,9 +114,11 @@ def settle(
     zero = np.zeros(len(problem.signals))
     losses = [known.get(effect.key, zero) for effect in effects]
     fitted, before = start.fit, -np.inf
-    if any(effect.key not in known for effect in effects):
-        # What a new effect explains is in the residual, and its tones are in the AR: neither tells the noise.
-        fitted = replace(fitted, ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
+    new = any(effect.key not in known for effect in effects)
+    if new:
+        # What a new effect explains is in the residual, its tones are in the AR, and what it does at the command's
+        # jumps passes for their noise: none of them tells the noise.
+        fitted = replace(deafened(fitted), ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
     columns = problem.coarse
     turned, feigned = problem.turned, np.zeros(columns.shape[1])
     position: list[int] = []
@@ -142,7 +148,8 @@ def settle(
         turned = np.concatenate([problem.turned, *answers], axis=2)
         none = np.zeros(base.shape[1])
         feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
-        fitted = fit(y, columns, problem.blocks, fitted, rounds=2, turned=turned, feigned=feigned)
+        blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
+        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
@@ -152,6 +159,8 @@ def settle(
             bend = bends[k]
             losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
             at += part.shape[1]
+        if new and turn < TIMED:
+            continue
         settled = abs(fitted.log_likelihood - before) < 0.05 and turn > 1
         if settled or (turn > 0 and not any(e.curved or e.searched for e in effects) and problem.signals.share >= 1.0):
             break

@@ -11,8 +11,8 @@ from incsvr.effects import Effect, candidates
 from incsvr.evidence import evidence, p_value
 from incsvr.tracer.alignment import aligned, misread, reread
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, resettled
+from incsvr.tracer.gates import THRESHOLD, against_physics
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
 from incsvr.tracer.problem import Problem, pose_finer
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
@@ -27,6 +27,9 @@ VETOES = 3
 
 LEVEL = 1e-5
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
+
+FEIGNED = 3
+"""Effects that the noise of shorter blocks feigns, beside which what lasts but an instant must stand."""
 
 MISREAD = 0.1
 """Change of the noise's share, as read beside all effects, that asks for another search: beside one it was misread."""
@@ -99,8 +102,8 @@ def _looked_closer(
 ) -> tuple[Case, Hypothesis]:
     """What lasts but an instant, found beside `found` in shorter blocks; with it these are the equations.
 
-    Where another effect, for which the longer blocks hold no evidence, would explain more in the shorter ones, it is
-    their own noise that is explained there: they are not believed.
+    What other effects, for which the longer blocks hold no evidence, would explain in the shorter ones is noise of
+    their own: they are believed as far as evidence is left beside these.
     """
     brief = [effect for effect in case.effects if effect.brief and effect.name not in found.names()]
     finer = pose_finer(runs, case.problem, case.channels) if brief else case.problem
@@ -109,12 +112,10 @@ def _looked_closer(
     court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
     hunt = Search(finer, brief, pieces, finer.closed_loop, refused=dict[str, str]())
     base = resettled(finer, found)
-    promising = scan(finer, base, [effect for effect in case.effects if effect.name not in found.names()])
-    if not promising or not promising[0].effect.brief:
-        return case, found
     grown = hunt.climbed(base)
     if court.validation:
         grown = _surviving(finer, court, grown, hunt.refused)
+    grown = _beside_feigned(finer, case, base, grown, hunt.refused)
     # the shorter blocks had the last word on these
     refused |= {effect.name: hunt.refused[effect.name] for effect in brief if effect.name in hunt.refused}
     if not set(grown.names()) > set(found.names()):
@@ -122,6 +123,29 @@ def _looked_closer(
     for name in grown.names():
         refused.pop(name, None)
     return Case(finer, case.effects, court, pieces, case.channels), grown
+
+
+def _beside_feigned(
+    finer: Problem, case: Case, base: Hypothesis, grown: Hypothesis, refused: dict[str, str]
+) -> Hypothesis:
+    """`grown`, or `base` where too little is left of one of its new effects beside what the shorter blocks feign."""
+    others = [effect for effect in case.effects if not effect.brief and effect.name not in base.names()]
+    feigned = [lead for lead in scan(finer, base, others) if lead.score > THRESHOLD][:FEIGNED]
+    if not feigned:
+        return grown
+    seen = views(finer, base)
+    columns = [finer.blocks.mean(lead.effect.columns(seen.of(lead.effect), lead.inner, ())) for lead in feigned]
+    answers = [seen.turned(lead.effect, lead.inner, (), mean) for lead, mean in zip(feigned, columns, strict=True)]
+    beside = np.concatenate(columns, axis=1), np.concatenate(answers, axis=2)
+    for k, effect in enumerate(grown.effects):
+        asked = price(effect, effect.core, finer) + THRESHOLD
+        if effect.name not in base.names() and evidence(finer, grown, k, beside) < asked:
+            refused[effect.name] = (
+                f"in blocks of {finer.blocks.period:.2g} s, where {feigned[0].effect.name} seems to act as well, too "
+                "little evidence for it is left beside that"
+            )
+            return base
+    return grown
 
 
 def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:

@@ -7,9 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
-from incsvr.effects import Signals
 from incsvr.tracer.run import Array, Run, sample_period, stream
 from incsvr.tracer.weak_form import Blocks, despiked, scatter
 
@@ -30,6 +28,9 @@ UNREAD = 0.25
 
 MOST_GYRO = 0.8
 """Part of the residual's power that may be the gyro's noise."""
+
+LATE = 4
+"""Blocks in which the thrust answers a jump of the command: what the equations do not know of that is no noise."""
 
 FEWEST_STEADY = 60
 """Differences from which the noise's share is read."""
@@ -97,94 +98,40 @@ def differences(blocks: Blocks, values: Array, order: int) -> Array:
 
 
 def steady(blocks: Blocks, torque: Array, order: int) -> NDArray[np.bool_]:
-    """Which differences see no jump of the command; all, where nearly all see one."""
+    """Which differences see no jump of the command, nor a thrust that comes LATE after one.
+
+    Where too few are left, which see no jump; all, where nearly all see one.
+    """
+    jumped = jumps(blocks, torque) > 0.0
+    for late in (LATE, 0):
+        seen = np.ones(order + 1 + late)
+        calm = np.concatenate(
+            [np.convolve(jumped[run], seen)[order : jumped[run].size] < 0.5 for run in _runs(blocks, order)]
+        )
+        if np.count_nonzero(calm) >= FEWEST_STEADY:
+            return calm
+    return np.ones(calm.size, dtype=bool)
+
+
+def jumps(blocks: Blocks, torque: Array) -> Array:
+    """(n_b,) how far the command jumps in each block; zero where it does not [N m]."""
+    total = np.concatenate([[0.0], np.cumsum(leaps(torque)[0][:-1])])
+    jumped = np.flatnonzero(total[np.minimum(blocks.first + blocks.size, total.size - 1)] > total[blocks.first])
+    cells = np.clip(blocks.first[jumped, None] + np.arange(-1, blocks.size + 2), 0, torque.size - 1)
+    far = np.zeros(len(blocks))
+    far[jumped] = np.ptp(torque[cells], axis=1)
+    return far
+
+
+def leaps(torque: Array) -> tuple[NDArray[np.bool_], float]:
+    """(n,) at which cells the command jumps, and what is usual there [N m]."""
     # a cell in which the command jumps holds a part of the jump, and so does its neighbour's difference
-    step = np.abs(torque[2:] - torque[:-2])
-    usual = 1.4826 * float(np.median(step))
+    step = np.zeros(torque.size)
+    step[1:-1] = np.abs(torque[2:] - torque[:-2])
     # a coarse torque mostly stays where it is, and any step of its resolution would be one
-    total = np.concatenate([[0.0, 0.0], np.cumsum(step > LEAP * usual + COARSE * float(np.std(torque)))])
-    jumped = total[np.minimum(blocks.first + blocks.size, total.size - 1)] > total[blocks.first]
-    calm = np.concatenate([np.convolve(jumped[run], np.ones(order + 1), "valid") < 0.5 for run in _runs(blocks, order)])
-    return calm if np.count_nonzero(calm) >= FEWEST_STEADY else np.ones(calm.size, dtype=bool)
+    usual = LEAP * 1.4826 * float(np.median(step)) + COARSE * float(np.std(torque))
+    return step > usual, usual
 
 
 def _runs(blocks: Blocks, order: int) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in pairwise(blocks.start) if b - a > order + 1]
-
-
-def calmed(signals: Signals, size: int) -> Array:
-    """(n,) running median of the torque over a block."""
-    pieces = [median_filter(signals.torque[run], size | 1, mode="nearest") for run in signals.runs()]
-    return np.concatenate(pieces)
-
-
-def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
-    """(n_b,) each block's mean torque as foretold from earlier blocks; its own where the command has just jumped.
-
-    A command that moves is foretold by least squares from six blocks, one that stays between its jumps by the mean
-    since the last: whichever misses less. The block just before is never looked at: it shares an edge, and its noise,
-    with the next.
-
-    Args:
-        stays: whether the command stays between its jumps, where that is known.
-
-    Returns:
-        the torque foretold, and whether the command stays.
-    """
-    position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
-    moving = _moving(torque, position)
-    limit = JUMP * 1.4826 * float(np.median(np.abs(torque - moving)))
-    staying, moving = _since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving)
-
-    def missed(found: Array) -> float:
-        # where a block's own had to be taken, it has missed
-        return float(np.mean(np.where(found == torque, limit, np.abs(torque - found))))
-
-    stays = missed(staying) <= missed(moving) if stays is None else stays
-    return (staying if stays else moving), stays
-
-
-ORDER = 6
-"""Blocks from which a moving command is foretold."""
-
-LATER = 8
-"""Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
-
-
-def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
-    """(n_b,) by least squares from earlier blocks; with jumps in the fit a part of one would be expected always."""
-    guess = torque.copy()
-    usable = np.flatnonzero(position > ORDER)
-    if not usable.size:
-        return guess
-    past = np.stack([torque[usable - k] for k in range(2, ORDER + 2)], axis=1)
-    ridge = (1e-6 * float(np.sum(past**2)) + 1e-300) * np.eye(ORDER)
-    steady = np.ones(usable.size, dtype=bool)
-    for _ in range(4):
-        weights = np.linalg.solve(past[steady].T @ past[steady] + ridge, past[steady].T @ torque[usable[steady]])
-        missed = np.abs(torque[usable] - past @ weights)
-        steady = missed <= JUMP * 1.4826 * float(np.median(missed))
-    guess[usable] = past @ weights
-    return guess
-
-
-def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Array:
-    """(n_b,) the mean since the last jump; of a jump the block's own."""
-    total = np.concatenate([[0.0], np.cumsum(torque)])
-    found = torque.copy()
-    jumped = 0
-    for k in range(torque.size):
-        if position[k] == 0:
-            jumped = k
-        age = k - jumped
-        if age == LATER:
-            # the first two blocks after a jump have none before them: they are told from those a little later
-            found[jumped + 1 : jumped + 3] = (total[k + 1] - total[jumped + 4]) / (LATER - 3)
-        if age < 3:
-            continue
-        guess = (total[k - 1] - total[jumped + 1]) / (age - 2)
-        if abs(torque[k] - guess) > limit:
-            jumped = k
-        else:
-            found[k] = guess
-    return found

@@ -9,9 +9,10 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.tracer.command import Command, is_noise, told
 from incsvr.tracer.damping import Damping
 from incsvr.tracer.feedback import Swing, controller_gain
-from incsvr.tracer.noise import MOST_GYRO, calmed, foretell, gyro_noise, noise_share, white_noise
+from incsvr.tracer.noise import MOST_GYRO, gyro_noise, jumps, noise_share, white_noise
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.weak_form import (
     FEWEST_BLOCKS,
@@ -58,9 +59,7 @@ class Problem:
         width: of the Gaussian derivative that gives ṙ [fine steps].
         white: deviation of the torque's white noise in a block [N m].
         feedback: K, by which the torque goes against the yaw rate, 0 in open loop [N m s/rad].
-        calm: (n,) the torque without what is noise within a block, its steps kept [N m].
-        foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
-        stays: whether the command stays between its jumps.
+        command: what is known of it beside the torque's noise.
     """
 
     signals: Signals
@@ -71,9 +70,7 @@ class Problem:
     grid_columns: Array
     coarse: Array
     steep: Array
-    calm: Array
-    foretold: Array
-    stays: bool
+    command: Command
     resolution: float
     held: bool
     width: float
@@ -96,6 +93,12 @@ class Problem:
             held += float(power[max(peak - 2, 0) : peak + 3].sum())
             total += float(power.sum())
         return held > 0.9 * total
+
+    def knows_command(self, residual: Array) -> bool:
+        """Whether the torque is a plain command, noise and no controller's answer, as a residual (n_b,) tells."""
+        if self.command.plain is None or self.closed_loop:
+            return False
+        return is_noise(self.blocks, self.blocks.mean(self.signals.torque - self.command.plain), residual)
 
     def noisy(self, fitted: Fit) -> Array:
         """(64,) the torque's white noise in parts of the residual's spectrum, from zero to π/T_b [rad/s]."""
@@ -158,7 +161,8 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
     problem = _differentiated(problem, sigma, period, base.scale)
     problem = replace(problem, feedback=problem.feedback_beside(base.residual))
     share, gyro = problem.share_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
-    return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro))
+    known = problem.knows_command(base.residual)
+    return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro, known=known))
 
 
 def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
@@ -175,7 +179,9 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
     base, sigma = fit(finer.y, finer.coarse, finer.blocks), gyro_noise(runs)
     gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
-    finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro), feedback=problem.feedback)
+    finer = replace(finer, feedback=problem.feedback)
+    known = s.known and finer.knows_command(base.residual)
+    finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro, known=known))
     return _differentiated(finer, sigma, period, base.scale)
 
 
@@ -219,17 +225,17 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
     signals = on_fine_grid(runs, s.step, names, problem.held)
     blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
+    blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * problem.resolution / blocks.period)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
+    command = told(signals, blocks)
     signals = replace(
         signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share, gyro=s.gyro,
-        acceleration=acceleration,
+        acceleration=acceleration, known=s.known and command.plain is not None,
     )  # fmt: skip
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)
-    foretold, stays = foretell(blocks.mean(signals.torque), blocks)
     return replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
-        steep=_steep(problem.damping, signals.rate, blocks), calm=calmed(signals, blocks.size),
-        foretold=foretold, stays=stays,
+        steep=_steep(problem.damping, signals.rate, blocks), command=command,
     )  # fmt: skip
 
 
@@ -259,6 +265,8 @@ def _equations(
     size = max(round(block / step), 1)
     signals = on_fine_grid(runs, step, ["heading", *channels] if _has_heading(runs) else channels, held)
     blocks = split(signals.start, size, step, scale)
+    resolution = _resolution(runs)
+    blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * resolution / blocks.period)
     if len(blocks) < FEWEST_BLOCKS:
         raise BadInput(
             f"the recordings hold {len(blocks)} time scales' worth of motion (blocks of {blocks.period:.2g} s), too "
@@ -272,15 +280,13 @@ def _equations(
         signals, inertia=inertia, scale=scale, block=blocks.period,
         origin=(float(np.min(spans[0])), float(np.max(spans[1]))),
     )  # fmt: skip
-    foretold, stays = foretell(blocks.mean(signals.torque), blocks)
     grid = np.linspace(float(np.min(rate)), float(np.max(rate)), 201)
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
     steep = _steep(damping, rate, blocks)
     white = white_noise(runs) * float(np.sqrt(min(sample_period(runs, "torque") / blocks.period, 1.0)))
-    calm = calmed(signals, size)
     return Problem(
-        signals, blocks, y, damping, grid, table, coarse, steep, calm, foretold, stays, _resolution(runs), held,
+        signals, blocks, y, damping, grid, table, coarse, steep, told(signals, blocks), resolution, held,
         width=0.0, white=white,
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from incsvr.effects import Effect, Signals, Term
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
-from incsvr.tracer.whitening import whiten
+from incsvr.tracer.whitening import deafened, whiten
 
 TOLD = 1e-9
 """Of a column's square: less than that is left where it is but a sum of others."""
@@ -60,11 +60,11 @@ def scan(
     """Score test of every effect and every start of its inner parameter, best first.
 
     What the columns gain in 2 ℓ over `base`, its AR and weights held; with `coloured` off, as if the residual were
-    white (an AR estimated on a residual that still holds an effect hides it). `known` goes from one scan over the same
-    base to the next.
+    white and no larger where the command jumps (an AR estimated on a residual that still holds an effect hides it).
+    `known` goes from one scan over the same base to the next.
     """
     ar = base.fit.ar if coloured else np.zeros(3)
-    root = np.sqrt(base.fit.weight)[:, None]
+    root = np.sqrt(base.fit.weight if coloured else deafened(base.fit).weight)[:, None]
     q, r = np.linalg.qr(root * whiten(base.columns, ar, problem.blocks))
     z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
     variance = float(z @ z) / z.size

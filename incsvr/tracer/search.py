@@ -24,6 +24,9 @@ CLIMBERS = 2
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
 
+SWAPS = 3
+"""How many leads are tried in the place of one of several effects."""
+
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
 
@@ -68,9 +71,11 @@ class Search:
         best = base
         for finalist in [*self._finalists(seen), *([self.given] if self.given else [])]:
             cleaned = self._clean(finalist)
-            if self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
+            # the proof will ask for a free run that is better as it is, whatever the weighed one says
+            proves = self.free_run(cleaned) < self.free_run(base)
+            if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._one_of_phase(self._simpler(self.climbed(best)))
+        best = self._one_of_phase(self._simpler(self._swapped(self.climbed(best))))
         for name in best.names():
             self.refused.pop(name, None)
         return best
@@ -84,6 +89,19 @@ class Search:
                 break
             base = best
         return base
+
+    def _swapped(self, base: Hypothesis) -> Hypothesis:
+        """`base` with one of several effects replaced by what explains more in its place, if the beam missed that."""
+        best = base
+        for k in range(len(base.terms) if len(base.terms) > 1 else 0):
+            less = without(self.problem, base, k)
+            others = [effect for effect in self.effects if effect.name not in base.names()]
+            for lead in best_leads(self.problem, less, others, SWAPS):
+                new = with_lead(self.problem, less, lead)
+                if worth(new) > worth(best) and not against_physics(self.problem, new):
+                    best = new
+        cleaned = self._clean(best)
+        return base if best is base or not self._beats(cleaned, base) else self._swapped(self.climbed(cleaned))
 
     def _simpler(self, base: Hypothesis) -> Hypothesis:
         """`base` without an effect that another form of one of the others explains as well.
@@ -140,9 +158,12 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none.
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
+        nor is it one against fewer effects that the equation prefers.
         """
-        if not self.closed_loop and abs(worth(new) - worth(old)) > STRONG:
+        more, fewer = (new, old) if len(new.terms) > len(old.terms) else (old, new)
+        spared = bool(fewer.terms) and len(more.terms) > len(fewer.terms) and worth(fewer) >= worth(more)
+        if not self.closed_loop and (spared or abs(worth(new) - worth(old)) > STRONG):
             return worth(new) > worth(old)
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)

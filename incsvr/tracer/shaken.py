@@ -12,8 +12,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from incsvr.evidence import gain_of
+from incsvr.tracer.command import told
 from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
-from incsvr.tracer.noise import calmed, foretell
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 
@@ -42,10 +42,9 @@ def shaken(problem: Problem, hypothesis: Hypothesis, seed: int) -> Problem:
     torque = s.torque + np.sqrt(ADDED) * _noise(problem, hypothesis, np.random.default_rng(seed))
     signals = replace(s, torque=torque, share=s.share * (1.0 + ADDED) / (1.0 + ADDED * s.share))
     mean = problem.blocks.mean(torque)
-    foretold, _ = foretell(mean, problem.blocks, problem.stays)
     return replace(
         problem, signals=signals, y=problem.y + mean - problem.blocks.mean(s.torque),
-        calm=calmed(signals, problem.blocks.size), foretold=foretold,
+        command=told(signals, problem.blocks, problem.command.stays),
         white=problem.white * float(np.sqrt(1.0 + ADDED)),
     )  # fmt: skip
 

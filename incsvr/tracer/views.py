@@ -36,26 +36,32 @@ class Views:
         damping = np.interp(s.rate, problem.grid, curve)
         lost = sum((loss for _, loss in self._stages), np.zeros(len(s)))
         self._needed = inertia * s.acceleration + damping + outside
-        self._problem = problem
-        given = s.torque - lost
+        self._problem, self._loud = problem, fitted.loud
         # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
-        self._noise, self._driven = share * residual, (1.0 - share) * residual
+        self._driven = (1.0 - share) * residual
+        command = problem.command
+        known = command.plain if s.known else None
+        self._command = s.torque - share * residual if known is None else known
+        given = (s.torque if known is None else known) - lost
         # Without its part of u the torque shares nothing with u. But an effect that is not yet known is in u as well:
         # were all of u taken off, what is left would be the model's own opinion.
         told = min(share, TOLD)
-        self._expected = problem.calm - told * residual
+        self._expected = command.course - told * residual
         doubt = float(np.sqrt(told * (1.0 - told))) * fitted.scale
         self._foretold = self._expected
-        if share > TOLD:
+        if known is not None:
+            self._expected = self._foretold = known
+            doubt = 0.0
+        elif share > TOLD:
             # the command's course within the block stays
-            moved = problem.foretold - problem.blocks.mean(problem.calm)
-            self._foretold = problem.calm + problem.blocks.spread(moved, len(s))
-            if problem.stays:
+            moved = command.foretold - problem.blocks.mean(command.course)
+            self._foretold = command.course + problem.blocks.spread(moved, len(s))
+            if command.stays:
                 # at rest within a dead band nothing else tells the command from a noise that lasts
                 self._expected, doubt = self._foretold, 0.0
         self._plain = replace(
             s, damping=damping, residual=residual, doubt=doubt,
-            applied=share * self._needed + (1.0 - share) * given,
+            applied=given if s.known else share * self._needed + (1.0 - share) * given,
         )  # fmt: skip
         self._cache: dict[int, Signals] = {}
         self._curve = curve
@@ -115,17 +121,35 @@ class Views:
     ) -> Array:  # fmt: skip
         """`turned` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or half
         the thrust, half the inertia and half the drag would explain everything with half the noise."""
-        s = self.of(effect)
+        s, stays = self.of(effect), self._problem.command.stays
+        if s.known:  # nothing of the noise is in what the effect sees
+            return np.zeros((2, *mean.shape))
         nudge, told = 1e-3 * float(np.std(s.torque)), s.share > TOLD
         there = replace(
             s,
             applied=s.applied + s.turning * nudge,
             command=s.command - s.share * nudge,
-            expected=s.expected - (0.0 if told and self._problem.stays else min(s.share, TOLD) * nudge),
+            expected=s.expected - (0.0 if told and stays else min(s.share, TOLD) * nudge),
             foretold=s.foretold - (0.0 if told else s.share * nudge),
         )
         passed: Array = (self._problem.blocks.mean(columns(there)) - mean) / nudge
-        return np.stack([passed + self._fed_back(effect, lost or columns), passed])
+        grown = passed + self._fed_back(effect, lost or columns)
+        return np.stack([grown - self._mistimed(s, columns, mean) if told else grown, passed])
+
+    def _mistimed(self, s: Signals, columns: Callable[[Signals], Array], mean: Array) -> Array:
+        """(n_b, c) of the torque's noise what is lost with the thrust in blocks where the command jumped.
+
+        No earlier block foretells it there, and what passes for noise is the jump's instant, between two samples.
+        """
+        blocks, soon = self._problem.blocks, 0.1 * s.step
+        moved = blocks.mean(s.later(s.torque, soon) - s.torque)
+        there = replace(s, foretold=s.later(s.foretold, soon))
+        if self._problem.command.stays:
+            there = replace(there, expected=s.later(s.expected, soon))
+        jumped = (blocks.mistimed > 0.0) & (np.abs(moved) > 1e-9 * np.max(np.abs(moved)))
+        lost = (blocks.mean(columns(there)) - mean) / np.where(jumped, moved, 1.0)[:, None]
+        instant = self._loud * np.square(blocks.mistimed) / (1.0 + self._loud * np.square(blocks.mistimed))
+        return np.where(jumped[:, None], s.share * instant[:, None] * np.clip(lost, -1.0, 1.0), 0.0)
 
     def _fed_back(self, effect: Effect, columns: Callable[[Signals], Array]) -> Array | float:
         """(n_b, c) how a thrust effect's columns answer the noise of their own block through a controller, if any."""
@@ -160,8 +184,8 @@ class Views:
             after = sum((loss for stage, loss in self._stages if stage > effect.stage), np.zeros(len(s)))
             self._cache[effect.stage] = replace(
                 self._plain,
-                applied=self._needed + after + self._driven,
-                command=s.torque - before - self._noise,
+                applied=after + (self._plain.applied if s.known else self._needed + self._driven),
+                command=self._command - before,
                 expected=self._expected - before,
                 foretold=self._foretold - before,
             )

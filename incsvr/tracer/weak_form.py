@@ -42,6 +42,7 @@ class Blocks:
         previous: (3, m) those predecessors.
         start: (runs + 1,) first block of each run, and the end.
         used: (n_b,) whether a block counts in a fit.
+        mistimed: (n_b,) what a sample period too early or late makes of the command's jump in it [N m].
     """
 
     first: NDArray[np.intp]
@@ -51,6 +52,7 @@ class Blocks:
     previous: NDArray[np.intp]
     start: NDArray[np.intp]
     used: NDArray[np.bool_]
+    mistimed: Array
 
     def __len__(self) -> int:
         return self.first.size
@@ -59,6 +61,11 @@ class Blocks:
         """The same blocks where only some count in a fit, (n_b,); the others are held out."""
         keep = used[self.whole] & used[self.previous].all(axis=0)
         return replace(self, whole=self.whole[keep], previous=self.previous[:, keep], used=used)
+
+    @property
+    def on_time(self) -> Blocks:
+        """The same blocks where the command's jumps are as recorded."""
+        return replace(self, mistimed=np.zeros(len(self)))
 
     def mean(self, values: Array) -> Array:
         """Trapezoid mean over every block; `values` (n,) or (n, k) on the fine grid."""
@@ -106,6 +113,7 @@ def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0
         np.stack([whole - 1, whole - 2, whole - 3]),
         edges,
         np.ones(position.size, dtype=bool),
+        np.zeros(position.size),
     )
 
 
@@ -125,8 +133,9 @@ def despiked(values: Array, threshold: float = 6.0) -> Array:
     away = np.abs(values - calm)
     # where the values run faster than they scatter most are their own median: the third differences know the scatter
     scale = max(1.4826 * float(np.median(away)), scatter(np.diff(values, 3)))
-    if scale <= 0.0:  # a held command: its usual deviation is zero, take that of the deviating samples
-        scale = float(np.quantile(away, 0.995)) / threshold
+    if scale <= 0.0:  # a held command deviates by nothing but its resolution
+        steps = np.abs(np.diff(values))
+        scale = float(np.min(steps[steps > 0.0], initial=np.inf))
     spike = away > max(threshold * scale, 0.02 * float(np.std(values)))  # the top of a smooth sine is no spike
     spike[1:] &= ~(spike[:-1] & (away[:-1] > 0.5 * away[1:]))  # two in a row are no spike
     return np.where(spike, calm, values)

@@ -7,7 +7,7 @@ statistical modeling using the t distribution", JASA 84 (1989), for the weights 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import gammaln
@@ -25,6 +25,15 @@ it pulls, and where hardly a command moves the vehicle without end."""
 LEAST = 0.1
 """By which a block's noise may be stretched: a fit so far off the mark would have no density, and none pulls there."""
 
+FEWEST_CALM = 0.2
+"""Of the blocks: fewer without a jump among the last would not tell the noise's colour."""
+
+FEWEST_JUMPS = 20
+"""Of the command, from which the variance of their instants is told."""
+
+INSTANT = 1.0 / 3.0
+"""Most of that: as likely anywhere from a sample period too early to one too late. What is more is no noise."""
+
 RIDGE = 1e-7
 """Of the mean squared column: holds spline coefficients where the vehicle hardly was."""
 
@@ -40,7 +49,8 @@ class Fit:
         log_likelihood: of the innovations.
         residual: (n_b,) u.
         innovation: (m,) e of the blocks with three predecessors.
-        weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier.
+        weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier or where it is `loud`.
+        loud: variance of a jump's instant [sample periods²], in that of the innovations [1/(N m)²].
     """
 
     theta: Array
@@ -50,23 +60,34 @@ class Fit:
     residual: Array
     innovation: Array
     weight: Array
+    loud: float
 
 
 def burg(residual: Array, blocks: Blocks, order: int = 3) -> Array:
-    """AR coefficients of `residual`, pooled over the runs; outliers are drawn in to four deviations first."""
+    """AR coefficients of `residual`, pooled over the runs; outliers are drawn in to four deviations first.
+
+    What a jump of the command adds to its block is no part of the colour: where enough is left, it is left out.
+    """
     limit = 4.0 * max(1.4826 * float(np.median(np.abs(residual[blocks.used]))), 1e-12)
     forward = np.where(blocks.used, np.clip(residual, -limit, limit), 0.0)
     backward = forward.copy()
     position = np.arange(residual.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
+    calm = np.cumsum(blocks.mistimed > 0.0)
+    # the blocks t − order … t hold no jump
+    calm = calm == np.concatenate([np.zeros(order + 1, dtype=calm.dtype), calm])[: calm.size]
+    told = calm & (position >= order)
+    told = told if np.count_nonzero(told) >= FEWEST_CALM * position.size else np.ones(position.size, dtype=bool)
     ar = np.zeros(0)
     for k in range(1, order + 1):
-        here = np.flatnonzero(position >= k)
+        here = np.flatnonzero((position >= k) & told)
         f, b = forward[here], backward[here - 1]
         power = float(f @ f + b @ b)
         reflection = 2.0 * float(f @ b) / power if power > 0.0 else 0.0
         ar = np.concatenate([ar - reflection * ar[::-1], [reflection]])
+        every = np.flatnonzero(position >= k)
+        f, b = forward[every], backward[every - 1]
         forward, backward = forward.copy(), backward.copy()
-        forward[here], backward[here] = f - reflection * b, b - reflection * f
+        forward[every], backward[every] = f - reflection * b, b - reflection * f
     return ar
 
 
@@ -117,6 +138,9 @@ def fit(
     if start is not None and warm:
         theta, scale = start.theta, start.scale
     steps = 3 if start is None else 2
+    jumped = blocks.mistimed[blocks.whole] > 0.0
+    several = bool(np.count_nonzero(jumped) >= FEWEST_JUMPS)
+    loud = start.loud if start is not None and several else 0.0
     answers = [] if turned is None else zip((1.0, -1.0), turned, strict=True)
     own = [(sign, _whole(part, blocks)) for sign, part in answers if part.any()]
     lost = np.zeros(p) if feigned is None else feigned * blocks.whole.size
@@ -124,6 +148,8 @@ def fit(
     innovation = y[3:]
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
+        heard = _heard(ar, blocks)
+        level = 1.0 + loud * heard
         weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
         plain = 0 if warm or turn > 0 or not corrected else steps
@@ -138,15 +164,39 @@ def fit(
             theta = found
             innovation = white_y - white_x @ theta
             scale = min(_scale(weight, innovation), most)
-            weight = (DEGREES + 1.0) / (DEGREES + (innovation / scale) ** 2)
+            square = (innovation / scale) ** 2
+            if several:
+                usual = level * (DEGREES + 1.0) / (DEGREES + square / level) * square / level
+                loud = float(np.sum(usual[jumped] - 1.0) / np.sum(heard[jumped]))
+                loud = min(max(loud, 0.0), INSTANT / scale**2)
+                level = 1.0 + loud * heard
+            weight = (DEGREES + 1.0) / (DEGREES * level + square)
         residual = y - columns @ theta
         if turn + 1 < rounds:
             ar = burg(residual, blocks)
     scale = _scale(weight, innovation)
-    likelihood = log_likelihood(innovation, scale)
+    likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)
     likelihood += sum(sign * float(np.sum(np.log(_stretch(part, theta)))) for sign, part in own)
-    return Fit(theta, ar, scale, likelihood, residual, innovation, weight)
+    return Fit(theta, ar, scale, likelihood, residual, innovation, weight, loud)
+
+
+def deafened(fitted: Fit) -> Fit:
+    """The fit with the weights as they are where a jump of the command adds nothing to its block."""
+    weight = (DEGREES + 1.0) / (DEGREES + np.square(fitted.innovation / fitted.scale))
+    return replace(fitted, weight=weight, loud=0.0)
+
+
+def loudness(fitted: Fit, blocks: Blocks) -> Array:
+    """(m,) by how much an innovation is larger for the jumps of the command in its block and the three before."""
+    return np.sqrt(1.0 + fitted.loud * _heard(fitted.ar, blocks))
+
+
+def _heard(ar: Array, blocks: Blocks) -> Array:
+    """(m,) variance that jumps a sample period too early or late, in its block and the three before, add [(N m)²]."""
+    square = np.square(blocks.mistimed)
+    heard: Array = square[blocks.whole] + np.square(ar) @ square[blocks.previous]
+    return heard
 
 
 def _scale(weight: Array, innovation: Array) -> float:

@@ -34,14 +34,15 @@ def pulses(seed: int) -> Array:
     return np.asarray(levels[np.searchsorted(jumps, TIME)])
 
 
-def recorded(seed: int, command: Array, width: float = 0.0, memory: float = 0.9) -> Run:
-    """I ṙ + 150 r + 600 r|r| = what a dead band of this half width [N m] leaves of the command.
+def recorded(seed: int, command: Array, width: float = 0.0, memory: float = 0.9, late: int = 0) -> Run:
+    """I ṙ + 150 r + 600 r|r| = what a dead band of this half width [N m] leaves of the command, `late` samples later.
 
     The torque is recorded with noise of 3.5 N m whose autocorrelation over a sample is `memory`, the rate with 0.002
     rad/s; the water is calm.
     """
     random = np.random.default_rng([seed, 1])
     acting = np.sign(command) * np.maximum(np.abs(command) - width, 0.0)
+    acting = np.concatenate([np.full(late, acting[0]), acting[: acting.size - late]])
     rate, now = np.empty(TIME.size), 0.0
     for k, moment in enumerate(acting.tolist()):
         rate[k] = now
@@ -70,6 +71,14 @@ def test_the_noise_is_read_where_the_command_stays_however_often_it_jumps(
     command: Callable[[int], Array], memory: float
 ) -> None:
     assert aligned([recorded(2, command(2), memory=memory)], INERTIA, []).signals.share > 0.8
+
+
+def test_the_noise_is_read_where_the_thrust_comes_late() -> None:
+    """It is in the torque when it is recorded: a residual that held it as late as the thrust would tell of none."""
+    run = recorded(2, telegraph(2), late=3)
+    assert aligned([run], INERTIA, []).signals.share > 0.8
+    (found,) = trace([run], inertia=INERTIA).effects
+    assert found.effect == "torque_delay"
 
 
 def test_a_command_without_noise_has_none() -> None:

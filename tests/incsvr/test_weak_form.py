@@ -56,6 +56,14 @@ def test_spikes_go_and_steps_stay() -> None:
     np.testing.assert_array_equal(despiked(steps), steps)
 
 
+def test_what_drops_out_of_a_coarse_command_goes() -> None:
+    """A command that mostly stays where it is deviates by nothing: one drop-out in a hundred is no usual deviation."""
+    coarse = np.repeat([40.0, -40.0, 20.0, -20.0], 100) + 1.5 * (np.random.default_rng(3).random(400) < 0.1)
+    dropped = coarse.copy()
+    dropped[[20, 130, 250, 377]] = 0.0
+    assert np.max(np.abs(despiked(dropped) - coarse)) <= 1.5
+
+
 def test_a_command_that_runs_faster_than_it_scatters_is_no_spike() -> None:
     """Half of it hardly moves and half of it runs: there most samples are the median of their neighbourhood."""
     time = np.asarray(np.arange(0.0, 400.0, 0.05), dtype=np.float64)

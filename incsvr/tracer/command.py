@@ -1,0 +1,156 @@
+"""The command behind a noisy torque: as foretold from other blocks, so that a block's own noise is not in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from incsvr.effects import Signals
+from incsvr.tracer.noise import JUMP, differences, leaps
+from incsvr.tracer.run import Array
+from incsvr.tracer.tones import as_tones
+from incsvr.tracer.weak_form import Blocks
+
+ORDER = 6
+"""Blocks from which a moving command is foretold."""
+
+RECORDED = 0.2
+"""Part of the torque that may stand in a plain command as it was recorded."""
+
+WIDEST = 4
+"""Cells that a single jump touches at most: of more, which hold several, the torque is taken as it is."""
+
+LATER = 8
+"""Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
+
+DRIVES = 0.5
+"""Slope of the residual over what the torque holds beside the command, above which that is noise: of thrust it is 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What is known of the command.
+
+    Attributes:
+        course: (n,) the torque without what is noise within a block, its steps kept [N m].
+        foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
+        stays: whether it stays between its jumps.
+        plain: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it likes.
+    """
+
+    course: Array
+    foretold: Array
+    stays: bool
+    plain: Array | None
+
+
+def told(signals: Signals, blocks: Blocks, stays: bool | None = None) -> Command:
+    """The command that explains most of the torque; `stays` says whether it stays between its jumps, where known."""
+    torque = blocks.mean(signals.torque)
+    foretold, stays = foretell(torque, blocks, stays)
+    plain: Array | None = None
+    least = _missed(torque, foretold)
+    for found in (as_levels(signals), as_tones(signals, blocks)):
+        missed = float(np.mean(np.abs(torque - blocks.mean(found))))
+        if missed < least and np.mean(found == signals.torque) < RECORDED:
+            plain, least = found, missed
+    pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
+    return Command(np.concatenate(pieces), foretold, stays, plain)
+
+
+def as_levels(signals: Signals) -> Array:
+    """(n,) a torque that stays between its jumps as the mean of each stay; a cell that holds a jump is between both."""
+    found = signals.torque.copy()
+    for run in signals.runs():
+        torque, level = signals.torque[run], found[run]
+        edges, usual = leaps(torque)
+        still = np.concatenate([[False], ~edges, [False]])
+        begins, ends = np.flatnonzero(still[1:] & ~still[:-1]), np.flatnonzero(still[:-1] & ~still[1:])
+        means = [float(np.mean(torque[a:b])) for a, b in zip(begins, ends, strict=True)]
+        for a, b, mean in zip(begins, ends, means, strict=True):
+            level[a:b] = mean
+        for a, b, before, after in zip(ends[:-1], begins[1:], means[:-1], means[1:], strict=True):
+            if b - a <= WIDEST:
+                inside = np.clip(torque[a:b], min(before, after), max(before, after))
+                inside = np.where(np.abs(inside - before) < usual, before, inside)
+                level[a:b] = np.where(np.abs(inside - after) < usual, after, inside)
+    return found
+
+
+def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
+    """(n_b,) each block's mean torque as foretold from earlier blocks; its own where the command has just jumped.
+
+    A command that moves is foretold by least squares from six blocks, one that stays between its jumps by the mean
+    since the last: whichever misses less. The block just before is never looked at: it shares an edge, and its noise,
+    with the next.
+
+    Args:
+        stays: whether the command stays between its jumps, where that is known.
+
+    Returns:
+        the torque foretold, and whether the command stays.
+    """
+    position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
+    moving = _moving(torque, position)
+    limit = JUMP * 1.4826 * float(np.median(np.abs(torque - moving)))
+    staying, moving = _since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving)
+    stays = _missed(torque, staying, limit) <= _missed(torque, moving, limit) if stays is None else stays
+    return (staying if stays else moving), stays
+
+
+def _missed(torque: Array, found: Array, limit: float | None = None) -> float:
+    """By how much in the mean; where a block's own had to be taken, it has missed."""
+    missed = np.abs(torque - found)
+    own = found == torque
+    most = limit if limit is not None else float(np.max(missed, initial=0.0))
+    return float(np.mean(np.where(own, most, missed)))
+
+
+def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
+    """Whether what the torque holds beside the command, (n_b,), is in the equation's residual: as thrust it is not."""
+    moved, left = differences(blocks, beside, 3), differences(blocks, residual, 3)
+    usual = JUMP * 1.4826 * float(np.median(np.abs(left))) + 1e-300
+    calm = np.abs(left) <= usual
+    return float(moved[calm] @ left[calm]) > DRIVES * float(moved[calm] @ moved[calm])
+
+
+def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
+    """(n_b,) by least squares from earlier blocks; with jumps in the fit a part of one would be expected always."""
+    guess = torque.copy()
+    usable = np.flatnonzero(position > ORDER)
+    if not usable.size:
+        return guess
+    past = np.stack([torque[usable - k] for k in range(2, ORDER + 2)], axis=1)
+    ridge = (1e-6 * float(np.sum(past**2)) + 1e-300) * np.eye(ORDER)
+    steady = np.ones(usable.size, dtype=bool)
+    for _ in range(4):
+        weights = np.linalg.solve(past[steady].T @ past[steady] + ridge, past[steady].T @ torque[usable[steady]])
+        missed = np.abs(torque[usable] - past @ weights)
+        steady = missed <= JUMP * 1.4826 * float(np.median(missed))
+    guess[usable] = past @ weights
+    return guess
+
+
+def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Array:
+    """(n_b,) the mean since the last jump; of a jump the block's own."""
+    total = np.concatenate([[0.0], np.cumsum(torque)])
+    found = torque.copy()
+    jumped = 0
+    for k in range(torque.size):
+        if position[k] == 0:
+            jumped = k
+        age = k - jumped
+        if age == LATER:
+            # the first two blocks after a jump have none before them: they are told from those a little later
+            found[jumped + 1 : jumped + 3] = (total[k + 1] - total[jumped + 4]) / (LATER - 3)
+        if age < 3:
+            continue
+        guess = (total[k - 1] - total[jumped + 1]) / (age - 2)
+        if abs(torque[k] - guess) > limit:
+            jumped = k
+        else:
+            found[k] = guess
+    return found

@@ -1,0 +1,102 @@
+"""The command behind a noisy torque: foretold from other blocks, or told from its tones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.effects import Signals
+from incsvr.tracer.command import foretell, is_noise, told
+from incsvr.tracer.run import Array
+from incsvr.tracer.weak_form import split
+
+
+def correlation(a: Array, b: Array) -> float:
+    return float(np.corrcoef(a, b)[0, 1])
+
+
+class TestForetelling:
+    """A command is told from earlier blocks alone, so that no noise of its own is in it."""
+
+    blocks = split(np.array([0, 6001, 12002]), 4, 0.1)
+    noise = np.random.default_rng(5).normal(size=len(blocks))
+
+    def test_a_command_that_stays_is_its_mean_since_the_last_jump(self) -> None:
+        command = np.repeat(np.random.default_rng(6).choice([-40.0, -20.0, 20.0, 40.0], 100), 30)
+        torque = command + self.noise
+        foretold, _ = foretell(torque, self.blocks)
+        told = foretold != torque
+        assert 0.95 < told.mean() < 0.98  # all but the jumps themselves, three in four of every thirtieth block
+        error = (foretold - command)[told]
+        assert abs(error.mean()) < 0.05  # with jumps in a fit, a part of one would always be expected
+        assert error.std() < 0.5
+        assert abs(correlation(error, self.noise[told])) < 0.05
+
+    def test_a_command_that_moves_is_foretold_by_least_squares(self) -> None:
+        command = 40.0 * np.sin(0.2 * np.arange(len(self.blocks)))
+        torque = command + self.noise
+        foretold, _ = foretell(torque, self.blocks)
+        told = np.flatnonzero(foretold != torque)
+        assert told.size > 0.9 * torque.size
+        error = (foretold - command)[told]
+        assert error.std() < 1.2
+        # neither its own noise nor that of the block before, whose edge it shares
+        assert abs(correlation(error, self.noise[told])) < 0.05
+        assert abs(correlation(error, self.noise[told - 1])) < 0.05
+
+    def test_runs_too_short_to_tell_from_hold_their_own(self) -> None:
+        short = split(np.arange(0, 200, 13), 4, 0.1)
+        torque = np.random.default_rng(7).normal(size=len(short))
+        np.testing.assert_array_equal(foretell(torque, short)[0], torque)
+
+
+class TestTones:
+    """A command of a few tones is told from the whole run: next to none of a block's own noise is in it."""
+
+    STEP, SIZE = 0.05, 8
+    TIME = np.asarray(0.05 * np.arange(14_401), dtype=np.float64)
+    START = np.array([0, 7000, 14_401])
+    BLOCKS = split(START, SIZE, STEP)
+
+    def signals(self, command: Array, noise: float) -> Signals:
+        torque = command + noise * np.random.default_rng(8).normal(size=command.size)
+        return Signals(self.STEP, self.START, self.TIME, np.zeros_like(torque), torque)
+
+    def tones(self, count: int) -> Array:
+        """Periods of 7 to 60 s; each run begins with phases of its own."""
+        draw = np.random.default_rng(count)
+        total = np.zeros_like(self.TIME)
+        for a, b in zip(self.START[:-1], self.START[1:], strict=True):
+            for period in np.geomspace(7.0, 60.0, count):
+                total[a:b] += 20.0 * np.sin(2.0 * np.pi * self.TIME[a:b] / period + draw.uniform(0.0, 6.0))
+        return total + 3.0
+
+    @pytest.mark.parametrize("count", [1, 4, 8])
+    def test_they_are_told_from_all_blocks(self, count: int) -> None:
+        command = self.tones(count)
+        signals = self.signals(command, 5.0)
+        found = told(signals, self.BLOCKS)
+        assert found.plain is not None
+        assert np.std(found.plain - command) < 0.25 * np.std(self.BLOCKS.mean(signals.torque - command))
+        own = self.BLOCKS.mean(signals.torque - command)
+        error = self.BLOCKS.mean(found.plain - command)
+        assert abs(float(error @ own)) < 0.06 * float(own @ own)
+
+    def test_a_command_that_moves_as_it_likes_is_none(self) -> None:
+        steps = np.random.default_rng(9).normal(size=self.TIME.size)
+        walk = np.asarray(np.convolve(np.cumsum(steps), np.ones(40) / 40.0, "same"), dtype=np.float64)
+        assert told(self.signals(walk, 1.0), self.BLOCKS).plain is None
+
+    def test_a_command_that_jumps_is_none(self) -> None:
+        jumps = np.repeat(np.random.default_rng(9).choice([-40.0, 40.0], 145), 100)[: self.TIME.size]
+        found = told(self.signals(jumps, 1.0), self.BLOCKS)
+        assert found.stays
+        assert found.plain is not None
+        assert np.std(found.plain - jumps) < 0.25
+
+    def test_thrust_beside_the_tones_is_no_noise(self) -> None:
+        """Noise of the torque is in the equation's residual as it is; thrust turned the vehicle, and is not."""
+        draw = np.random.default_rng(10)
+        beside, water = draw.normal(size=len(self.BLOCKS)), draw.normal(size=len(self.BLOCKS))
+        assert is_noise(self.BLOCKS, beside, beside + water)
+        assert not is_noise(self.BLOCKS, beside, water)
