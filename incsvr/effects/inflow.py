@@ -41,4 +41,5 @@ class Inflow(Effect):
 
 
 def _root(thrust: Array) -> Array:
-    return np.sqrt(np.abs(thrust))
+    root: Array = np.sqrt(np.abs(thrust))
+    return root

@@ -18,6 +18,9 @@ BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
 
+ONE_FOR_SEVERAL = 0.07
+"""Part of the gain of several effects of the motion that is given away for one that is none of them."""
+
 CLIMBERS = 2
 """How many of the best additions to what the gates let pass are put before them in turn."""
 
@@ -129,18 +132,21 @@ class Search:
         return form.key != effect.key or (not settles and len(form.starts(self.problem.signals)) > 1)
 
     def _one_of_phase(self, base: Hypothesis) -> Hypothesis:
-        """`base`, on one sine with a single effect of the motion where that explains nearly what its several do.
+        """`base` with a single effect of the motion where that explains nearly what its several do.
 
-        All of them are functions of one phase there: two wrong ones fit the shape of a third that is not among them.
+        Two wrong ones fit the shape of a third that is not among them. On one sine, where all are functions of one
+        phase, it may be one of them.
         """
         phased = [k for k, effect in enumerate(base.effects) if effect.of_phase]
-        if not self.problem.one_sine or len(phased) < 2:
+        if len(phased) < 2:
             return base
         others = excepting(self.problem, base, phased)
-        enough = others.criterion + (1.0 - ON_ONE_SINE) * (base.criterion - others.criterion)
+        given = ON_ONE_SINE if self.problem.one_sine else ONE_FOR_SEVERAL
+        enough = others.criterion + (1.0 - given) * (base.criterion - others.criterion)
         for one in self._grown([others], BEAM[0][1]):
-            explains = one.effects[-1].of_phase and one.criterion >= enough
-            if explains and self._clean(one).names() == one.names():
+            effect = one.effects[-1]
+            stands = effect.of_phase and (self.problem.one_sine or effect.name not in base.names())
+            if stands and one.criterion >= enough and self._clean(one).names() == one.names():
                 return one
         return base
 

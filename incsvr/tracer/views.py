@@ -122,8 +122,10 @@ class Views:
         """`turned` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or half
         the thrust, half the inertia and half the drag would explain everything with half the noise."""
         s, stays = self.of(effect), self._problem.command.stays
-        if s.known:  # nothing of the noise is in what the effect sees
-            return np.zeros((2, *mean.shape))
+        # what lingers moves the noise of a jump to other blocks, and takes none
+        instant = np.zeros_like(mean) if effect.lingers else self._mistimed(s, columns, mean)
+        if s.known:  # of the noise nothing but the instants of jumps is in what the effect sees
+            return np.stack([-instant, np.zeros_like(mean)])
         nudge, told = 1e-3 * float(np.std(s.torque)), s.share > TOLD
         there = replace(
             s,
@@ -134,7 +136,7 @@ class Views:
         )
         passed: Array = (self._problem.blocks.mean(columns(there)) - mean) / nudge
         grown = passed + self._fed_back(effect, lost or columns)
-        return np.stack([grown - self._mistimed(s, columns, mean) if told else grown, passed])
+        return np.stack([grown - instant if told else grown, passed])
 
     def _mistimed(self, s: Signals, columns: Callable[[Signals], Array], mean: Array) -> Array:
         """(n_b, c) of the torque's noise what is lost with the thrust in blocks where the command jumped.
@@ -144,8 +146,10 @@ class Views:
         blocks, soon = self._problem.blocks, 0.1 * s.step
         moved = blocks.mean(s.later(s.torque, soon) - s.torque)
         there = replace(s, foretold=s.later(s.foretold, soon))
-        if self._problem.command.stays:
+        if s.known or self._problem.command.stays:
             there = replace(there, expected=s.later(s.expected, soon))
+        if s.known:
+            there = replace(there, command=s.later(s.command, soon))
         jumped = (blocks.mistimed > 0.0) & (np.abs(moved) > 1e-9 * np.max(np.abs(moved)))
         lost = (blocks.mean(columns(there)) - mean) / np.where(jumped, moved, 1.0)[:, None]
         instant = self._loud * np.square(blocks.mistimed) / (1.0 + self._loud * np.square(blocks.mistimed))

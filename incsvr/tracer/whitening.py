@@ -25,9 +25,6 @@ it pulls, and where hardly a command moves the vehicle without end."""
 LEAST = 0.1
 """By which a block's noise may be stretched: a fit so far off the mark would have no density, and none pulls there."""
 
-FEWEST_CALM = 0.2
-"""Of the blocks: fewer without a jump among the last would not tell the noise's colour."""
-
 FEWEST_JUMPS = 20
 """Of the command, from which the variance of their instants is told."""
 
@@ -63,31 +60,25 @@ class Fit:
     loud: float
 
 
-def burg(residual: Array, blocks: Blocks, order: int = 3) -> Array:
+def burg(residual: Array, blocks: Blocks, loud: float = 0.0, order: int = 3) -> Array:
     """AR coefficients of `residual`, pooled over the runs; outliers are drawn in to four deviations first.
 
-    What a jump of the command adds to its block is no part of the colour: where enough is left, it is left out.
+    What the instant of a jump adds to its block is no part of the colour: there the residual is drawn in by as much.
     """
+    residual = residual / np.sqrt(1.0 + loud * np.square(blocks.mistimed))
     limit = 4.0 * max(1.4826 * float(np.median(np.abs(residual[blocks.used]))), 1e-12)
     forward = np.where(blocks.used, np.clip(residual, -limit, limit), 0.0)
     backward = forward.copy()
     position = np.arange(residual.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
-    calm = np.cumsum(blocks.mistimed > 0.0)
-    # the blocks t − order … t hold no jump
-    calm = calm == np.concatenate([np.zeros(order + 1, dtype=calm.dtype), calm])[: calm.size]
-    told = calm & (position >= order)
-    told = told if np.count_nonzero(told) >= FEWEST_CALM * position.size else np.ones(position.size, dtype=bool)
     ar = np.zeros(0)
     for k in range(1, order + 1):
-        here = np.flatnonzero((position >= k) & told)
+        here = np.flatnonzero(position >= k)
         f, b = forward[here], backward[here - 1]
         power = float(f @ f + b @ b)
         reflection = 2.0 * float(f @ b) / power if power > 0.0 else 0.0
         ar = np.concatenate([ar - reflection * ar[::-1], [reflection]])
-        every = np.flatnonzero(position >= k)
-        f, b = forward[every], backward[every - 1]
         forward, backward = forward.copy(), backward.copy()
-        forward[every], backward[every] = f - reflection * b, b - reflection * f
+        forward[here], backward[here] = f - reflection * b, b - reflection * f
     return ar
 
 
@@ -173,7 +164,7 @@ def fit(
             weight = (DEGREES + 1.0) / (DEGREES * level + square)
         residual = y - columns @ theta
         if turn + 1 < rounds:
-            ar = burg(residual, blocks)
+            ar = burg(residual, blocks, loud)
     scale = _scale(weight, innovation)
     likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)

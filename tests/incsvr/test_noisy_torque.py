@@ -59,10 +59,18 @@ def test_a_limit_or_a_dead_band_that_takes_but_noise_is_not_named(command: Calla
 
 
 def test_a_dead_band_in_the_same_noise_is_named() -> None:
-    """Noise that crosses its edge makes the band look narrower than it is."""
+    """The command is known by its levels, so that no noise that crosses its edge makes the band look narrower."""
     (found,) = trace([recorded(1, pulses(1), width=12.0)], inertia=INERTIA).effects
     assert found.effect == "dead_zone"
-    assert found.parameters["half_width_nm"] == pytest.approx(10.0, rel=0.1)
+    assert found.parameters["half_width_nm"] == pytest.approx(12.0, rel=0.07)
+
+
+@pytest.mark.parametrize("late", [3, 5])
+def test_a_late_thrust_is_found_by_what_the_command_was(late: int) -> None:
+    """From the rate side, which knows no noise but is smoothed, it was too late by a tenth, with a limit beside it."""
+    (found,) = trace([recorded(3, pulses(3), late=late)], inertia=INERTIA).effects
+    assert found.effect == "torque_delay"
+    assert found.parameters["delay_s"] == pytest.approx(PERIOD * late, rel=0.04)
 
 
 @pytest.mark.parametrize("command", [telegraph, pulses])

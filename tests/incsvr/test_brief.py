@@ -1,0 +1,33 @@
+"""What acts for an instant is looked for in shorter blocks, beside what their noise feigns there."""
+
+from __future__ import annotations
+
+import pytest
+
+from incsvr.tracer.run import Run
+from incsvr.tracing import trace
+from simulator.trial import Outcome, Trial, play
+
+
+def swinging(seed: int, size: float) -> tuple[Run, Outcome]:
+    """A vehicle under one sine, its torque recorded with lasting noise, with friction of this size or none."""
+    hidden = ("coulomb",) if size else ()
+    outcome = play(Trial(seed, hidden, size, "leng", "sine", 0.9, noise="torque"))
+    channels = dict(outcome.recording.columns)
+    rate, torque = channels.pop("yaw_rate"), channels.pop("torque")
+    return Run("swinging", outcome.recording.time, rate, torque, channels), outcome
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+def test_friction_where_a_turn_reverses_is_found(seed: int) -> None:
+    """In the longer blocks a reversal is one block of thirty, and a curve d(r) takes most of it."""
+    run, outcome = swinging(seed, 1.0)
+    (found,) = trace([run], inertia=outcome.inertia).effects
+    assert found.effect == "coulomb"
+    assert found.parameters["moment_nm"] == pytest.approx(outcome.truth["coulomb"]["moment_nm"], rel=0.35)
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+def test_none_is_found_where_there_is_none(seed: int) -> None:
+    run, outcome = swinging(seed, 0.0)
+    assert trace([run], inertia=outcome.inertia).effects == ()
