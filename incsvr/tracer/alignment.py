@@ -13,7 +13,7 @@ from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
-from incsvr.tracer.run import Run
+from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.whitening import whiten
 
@@ -55,16 +55,21 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     deviation = gyro_noise(runs)
     draw = np.random.default_rng(0)
     shaken = [replace(run, yaw_rate=run.yaw_rate + deviation * draw.normal(size=run.yaw_rate.size)) for run in runs]
-    gyro = left_over(pose_like(problem, shaken), found)[0] - left_over(problem, found)[0]
+
+    def left(problem: Problem) -> tuple[Array, Array]:
+        """What is left, and what the gyro's noise does to that."""
+        residual = left_over(problem, found)[0]
+        return residual, left_over(pose_like(problem, shaken), found)[0] - residual
+
+    residual, gyro = left(problem)
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
     part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
     problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
-    # seen from the rate side no effect filters the torque's noise: a delay, say, would leave it at another time
-    whole = with_share(problem, 1.0)
-    residual = left_over(whole, found)[0]
-    gyro = left_over(pose_like(whole, shaken), found)[0] - residual
-    share = problem.share_beside(residual, gyro)
-    known = problem.knows_command(residual)
+    # seen from the rate side no effect filters the torque's noise: a delay, say, would leave it at another time; but
+    # the gyro's is larger there, and what is in the residual beside both lowers either reading
+    aside, of_gyro = left(with_share(problem, 1.0))
+    share = max(problem.share_beside(residual, gyro), problem.share_beside(aside, of_gyro))
+    known = problem.knows_command(aside)
     return replace(problem, signals=replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known))
 
 

@@ -39,12 +39,14 @@ class Command:
         foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
         stays: whether it stays between its jumps.
         plain: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it likes.
+        exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it.
     """
 
     course: Array
     foretold: Array
     stays: bool
     plain: Array | None
+    exact: bool
 
 
 def told(signals: Signals, blocks: Blocks, stays: bool | None = None) -> Command:
@@ -52,13 +54,13 @@ def told(signals: Signals, blocks: Blocks, stays: bool | None = None) -> Command
     torque = blocks.mean(signals.torque)
     foretold, stays = foretell(torque, blocks, stays)
     plain: Array | None = None
-    least = _missed(torque, foretold)
-    for found in (as_levels(signals), as_tones(signals, blocks)):
+    least, exact = _missed(torque, foretold), False
+    for found, tones in ((as_levels(signals), False), (as_tones(signals, blocks), True)):
         missed = float(np.mean(np.abs(torque - blocks.mean(found))))
         if missed < least and np.mean(found == signals.torque) < RECORDED:
-            plain, least = found, missed
+            plain, least, exact = found, missed, tones
     pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
-    return Command(np.concatenate(pieces), foretold, stays, plain)
+    return Command(np.concatenate(pieces), foretold, stays, plain, exact)
 
 
 def as_levels(signals: Signals) -> Array:

@@ -40,9 +40,11 @@ class Views:
         # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
         self._driven = (1.0 - share) * residual
         command = problem.command
-        known = command.plain if s.known else None
+        self._known = command.plain if s.known else None
+        known = self._known if command.exact else None
         self._command = s.torque - share * residual if known is None else known
         given = (s.torque if known is None else known) - lost
+        self._lost = lost
         # Without its part of u the torque shares nothing with u. But an effect that is not yet known is in u as well:
         # were all of u taken off, what is left would be the model's own opinion.
         told = min(share, TOLD)
@@ -60,8 +62,8 @@ class Views:
                 # at rest within a dead band nothing else tells the command from a noise that lasts
                 self._expected, doubt = self._foretold, 0.0
         self._plain = replace(
-            s, damping=damping, residual=residual, doubt=doubt,
-            applied=given if s.known else share * self._needed + (1.0 - share) * given,
+            s, damping=damping, residual=residual, doubt=doubt, known=known is not None,
+            applied=share * self._needed + (1.0 - share) * given if known is None else given,
         )  # fmt: skip
         self._cache: dict[int, Signals] = {}
         self._curve = curve
@@ -186,11 +188,14 @@ class Views:
             s = self._problem.signals
             before = sum((loss for stage, loss in self._stages if stage < effect.stage), np.zeros(len(s)))
             after = sum((loss for stage, loss in self._stages if stage > effect.stage), np.zeros(len(s)))
+            # what shifts the thrust in time must know what the command was when; what bends it would bend its noise
+            known = self._known if self._problem.command.exact or effect.lingers else None
             self._cache[effect.stage] = replace(
                 self._plain,
-                applied=after + (self._plain.applied if s.known else self._needed + self._driven),
-                command=self._command - before,
+                applied=after + (self._needed + self._driven if known is None else known - self._lost),
+                command=(self._command if known is None else known) - before,
                 expected=self._expected - before,
                 foretold=self._foretold - before,
+                known=known is not None,
             )
         return self._cache[effect.stage]
