@@ -103,7 +103,7 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
             )
             continue
         p = p_value_of(case, found, k)
-        tied = rivals(problem, found, k, case.effects)
+        tied = rivals(problem, found, k, [other for other in case.effects if other.name not in case.feigned])
         names = tuple(h.terms[-1].effect for h in tied)
         findings.append(
             Finding(

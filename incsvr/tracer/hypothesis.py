@@ -17,7 +17,6 @@ from incsvr.tracer.whitening import Fit, deafened, fit
 ALIGNMENT = 30.0
 """What a delay within the sampling pays in 2 ℓ: any effect that explains as much is the better explanation."""
 
-
 TIMED = 2
 """Passes in which the jumps of the command are taken as on time: where a new effect is far from its value, what it does
 there would pass for the noise of their instants."""

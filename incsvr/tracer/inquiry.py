@@ -16,7 +16,7 @@ from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price,
 from incsvr.tracer.problem import Problem, pose_finer
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
-from incsvr.tracer.scan import scan, without
+from incsvr.tracer.scan import Lead, scan, without
 from incsvr.tracer.search import Search
 
 HARM = 0.03
@@ -45,6 +45,7 @@ class Case:
         court: where the findings are proven.
         pieces: held-out pieces of the fitted recordings, where the search judges.
         channels: extra streams that are used.
+        feigned: names of effects that shorter blocks seem to hold and longer ones do not: noise of these equations.
     """
 
     problem: Problem
@@ -52,6 +53,7 @@ class Case:
     court: Court
     pieces: Court
     channels: Sequence[str]
+    feigned: frozenset[str] = frozenset()
 
 
 def inquire(
@@ -115,22 +117,23 @@ def _looked_closer(
     grown = hunt.climbed(base)
     if court.validation:
         grown = _surviving(finer, court, grown, hunt.refused)
-    grown = _beside_feigned(finer, case, base, grown, hunt.refused)
+    others = [effect for effect in case.effects if not effect.brief and effect.name not in base.names()]
+    feigned = [lead for lead in scan(finer, base, others) if lead.score > THRESHOLD]
+    grown = _beside_feigned(finer, feigned[:FEIGNED], base, grown, hunt.refused)
     # the shorter blocks had the last word on these
     refused |= {effect.name: hunt.refused[effect.name] for effect in brief if effect.name in hunt.refused}
     if not set(grown.names()) > set(found.names()):
         return case, found
     for name in grown.names():
         refused.pop(name, None)
-    return Case(finer, case.effects, court, pieces, case.channels), grown
+    names = frozenset(lead.effect.name for lead in feigned)
+    return Case(finer, case.effects, court, pieces, case.channels, names), grown
 
 
 def _beside_feigned(
-    finer: Problem, case: Case, base: Hypothesis, grown: Hypothesis, refused: dict[str, str]
+    finer: Problem, feigned: Sequence[Lead], base: Hypothesis, grown: Hypothesis, refused: dict[str, str]
 ) -> Hypothesis:
     """`grown`, or `base` where too little is left of one of its new effects beside what the shorter blocks feign."""
-    others = [effect for effect in case.effects if not effect.brief and effect.name not in base.names()]
-    feigned = [lead for lead in scan(finer, base, others) if lead.score > THRESHOLD][:FEIGNED]
     if not feigned:
         return grown
     seen = views(finer, base)

@@ -78,7 +78,7 @@ class Search:
             proves = self.free_run(cleaned) < self.free_run(base)
             if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._one_of_phase(self._simpler(self._swapped(self.climbed(best))))
+        best = self._one_for_several(self._simpler(self._swapped(self.climbed(best))))
         for name in best.names():
             self.refused.pop(name, None)
         return best
@@ -131,7 +131,7 @@ class Search:
         settles = form.searched or form.curved  # to one value, wherever it began
         return form.key != effect.key or (not settles and len(form.starts(self.problem.signals)) > 1)
 
-    def _one_of_phase(self, base: Hypothesis) -> Hypothesis:
+    def _one_for_several(self, base: Hypothesis) -> Hypothesis:
         """`base` with a single effect of the motion where that explains nearly what its several do.
 
         Two wrong ones fit the shape of a third that is not among them. On one sine, where all are functions of one
