@@ -49,7 +49,8 @@ def run(args: argparse.Namespace) -> int:
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     began = time.monotonic()
-    signal.signal(signal.SIGTERM, _interrupt)
+    for number in (signal.SIGINT, signal.SIGTERM):  # in the background of a script SIGINT begins as ignored
+        signal.signal(number, _interrupt)
     people = sys.stderr if args.json == "-" else sys.stdout
     try:
         result = _demo(args.out, args.speed, people)

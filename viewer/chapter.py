@@ -84,6 +84,7 @@ class Chapter:
 
     def away(self, sentence: str, seen: float) -> None:
         """The learner does not answer."""
+        self._said = (None, 0.0)  # what it says when it is back is news, even where it is the same
         self._now(seen, None)
         self._health.away(sentence)
 

@@ -34,6 +34,18 @@ def rows(path: Path, column: str, under: str = "/learning") -> Rows:
     return found
 
 
+def every(path: Path, column: str, entity: str) -> list[Any]:
+    """All that was ever logged of a column there; `rows` keeps what was said last at an iteration."""
+    reader = RrdReader(str(path))
+    return [
+        value[0]
+        for entry in reader.recordings()
+        for chunk in reader.stream(store=entry).filter(content=entity, components=column)
+        for value in chunk.to_record_batch().column(column).to_pylist()
+        if value is not None
+    ]
+
+
 def series(path: Path, under: str) -> dict[str, list[float]]:
     """Entity → its scalars in the order of the vehicle's time."""
     found: dict[str, list[tuple[Any, float]]] = {}
