@@ -69,7 +69,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
-        notes=(*notes, *doubts(problem), *_loop(problem)),
+        notes=(*notes, *doubts(problem), *_loop(problem), *_command(problem)),
         declared_model=model_of(problem, base),
         model=model,
         pictures=Pictures(
@@ -133,6 +133,16 @@ def _loop(problem: Problem) -> tuple[str, ...]:
     )
 
 
+def _command(problem: Problem) -> tuple[str, ...]:
+    """The note that free runs are not driven by the torque as it was recorded; empty where they are."""
+    if not problem.signals.known:
+        return ()
+    what = "tones or a sweep" if problem.command.exact else "levels"
+    return (
+        f"the torque is a command of {what} with noise on it that turns nothing: free runs are driven by the command",
+    )
+
+
 def _rejected(case: Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
     """What the search refused, and every other candidate with the evidence that is left for it, most telling first."""
     taken = set(found.names()) | set(failed)
@@ -159,8 +169,7 @@ def _first(problem: Problem, found: Hypothesis, count: int) -> Array:
     """Residual with the first `count` effects alone."""
     if count == len(found.terms):
         return found.fit.residual
-    pairs = list(zip(found.effects, found.terms, strict=True))[:count]
-    return settle(problem, [(e, t.inner, t.coefficients) for e, t in pairs], nothing(problem)).fit.residual
+    return settle(problem, found.values()[:count], nothing(problem)).fit.residual
 
 
 def _mean_square(residual: Array) -> float:

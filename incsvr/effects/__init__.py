@@ -35,7 +35,7 @@ def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
     fixed: list[Effect] = [
         BiasTorque(), Inertia(), TorqueLag("moment"), TorqueLag("rotor speed"), TorqueLag("rotor speed, commanded"),
         TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(), Saturation("limit"),
-        Saturation("rounded limit"), Saturation("smooth limit"), SoftSaturation(), Inflow(""), Inflow("loaded"),
+        Saturation("rounded corner"), Saturation("smooth limit"), SoftSaturation(), Inflow(""), Inflow("loaded"),
         HeadingCurrent(1), HeadingCurrent(2), Tether(""), Tether("slack"), Wave(), DragDrift(), DragStep(),
         Memory("linear"), Memory("quadratic"), Memory("both"), Coulomb(), BiasDrift(),
     ]  # fmt: skip

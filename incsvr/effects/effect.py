@@ -18,6 +18,9 @@ import numpy as np
 
 from incsvr.effects.signals import Array, Signals
 
+BESIDE = 0.1
+"""Of the way from one start of a searched parameter to the next: closer than that a value is at that start."""
+
 
 @dataclass(frozen=True, slots=True)
 class Term:
@@ -98,12 +101,19 @@ class Effect(ABC):
         raise NotImplementedError(f"{self.key} has no searched parameter")
 
     def bracket(self, s: Signals, inner: tuple[float, ...]) -> tuple[float, float]:
-        """Where the searched parameter is refined: between the neighbours of its start."""
-        low, high = self.bounds(s)
-        starts = sorted(start[-1] for start in self.starts(s))
-        below = [start for start in starts if start < inner[-1] * (1.0 - 1e-9)]
-        above = [start for start in starts if start > inner[-1] * (1.0 + 1e-9)]
-        return (below[-1] if below else low), (above[0] if above else high)
+        """Where the searched parameter is refined: between the neighbours of its start, or of what it came to.
+
+        A value that came to lie beside a neighbour may have been held up there: it goes up to the next one.
+        """
+        edges = [*self.bounds(s), *(start[-1] for start in self.starts(s))]
+        value = inner[-1]
+        below = max((edge for edge in edges if edge < value), default=value)
+        above = min((edge for edge in edges if edge > value), default=value)
+        near = BESIDE * (above - below)
+        return (
+            max((edge for edge in edges if edge <= value - near), default=below),
+            min((edge for edge in edges if edge >= value + near), default=above),
+        )
 
     @abstractmethod
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:

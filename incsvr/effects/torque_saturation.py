@@ -13,12 +13,12 @@ from incsvr.effects.signals import Array, Signals
 LEAST = 0.03
 """Of the highest commands that a limit must take: a limit just above them takes but the torque's noise."""
 
-ROUND = 0.4
-"""Of the limit: width of a rounded corner."""
+ROUND = (0.15, 0.3, 0.45)
+"""Of the limit: widths of a rounded corner, from a supply that cuts to one that sags."""
 
 
 class Saturation(Effect):
-    """a = τ clipped at ±L, the same with its corner rounded over 0.4 L, or L tanh(τ/L).
+    """a = τ clipped at ±L, the same with its corner rounded over a part of L, or L tanh(τ/L).
 
     Beyond the limit the rate side no longer knows the command, so the columns look at the foretold one: of noise
     on a command that stays near its highest, what exceeds a limit looks like a saturation.
@@ -33,28 +33,32 @@ class Saturation(Effect):
     whole = True
     looks = 12.0
 
-    def __init__(self, variant: Literal["limit", "rounded limit", "smooth limit"]) -> None:
+    def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        low, high = self.bounds(s)
-        return [(float(limit),) for limit in np.linspace(low, high, 6)]
+        limits = [float(limit) for limit in np.linspace(*self.bounds(s), 6)]
+        if self.variant == "rounded corner":
+            return [(width, limit) for width in ROUND for limit in limits]
+        return [(limit,) for limit in limits]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         largest = float(np.quantile(np.abs(s.torque), 0.99))
         return (0.5 * largest, 2.5 * largest) if self.variant == "smooth limit" else (0.3 * largest, 0.97 * largest)
 
-    def lost(self, command: Array, limit: float) -> Array:
+    def lost(self, command: Array, inner: tuple[float, ...]) -> Array:
+        limit = inner[-1]
         if self.variant == "smooth limit":
             lost: Array = command - limit * np.tanh(command / limit)
             return lost
         if self.variant == "limit":
             return command - np.clip(command, -limit, limit)
-        over, under = _over(command - limit, ROUND * limit), _over(-command - limit, ROUND * limit)
+        width = inner[0] * limit
+        over, under = _over(command - limit, width), _over(-command - limit, width)
         return over - under
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner[-1])))
+        return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"limit_nm": term.inner[-1]}
@@ -64,13 +68,13 @@ class Saturation(Effect):
             return f"beyond the limit {term.coefficients[0]:.0%} of the command would be lost, saturation loses all"
         largest = np.abs(s.foretold)
         largest = largest[largest >= np.quantile(largest, 0.95)]
-        part = float(np.mean(self.lost(largest, term.inner[-1])) / np.mean(largest))
+        part = float(np.mean(self.lost(largest, term.inner)) / np.mean(largest))
         if part < LEAST:
             return f"of the highest commands {part:.1%} would be lost, no more than their noise"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return command - term.coefficients[0] * self.lost(command, term.inner[-1])
+        return command - term.coefficients[0] * self.lost(command, term.inner)
 
 
 def _over(excess: Array, width: float) -> Array:

@@ -42,7 +42,8 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     one, two = _best(at_one, channels), _best(at_two, channels)
     smoother = _smoother(runs, linear, held, one, two)
     plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + smoother
-    explains_more = two.criterion + smoother > one.criterion + MARGIN
+    # where the linear one needs no effect, none that goes with the held one is believed
+    explains_more = two.criterion + smoother > one.criterion + MARGIN and bool(one.terms or not two.terms)
     needs_nothing = plain_two > plain_one + MARGIN and plain_two > one.criterion - MARGIN
     return held if explains_more or needs_nothing else linear
 

@@ -11,6 +11,7 @@ from scipy.ndimage import median_filter
 from incsvr.effects import Signals
 from incsvr.tracer.noise import JUMP, differences, leaps
 from incsvr.tracer.run import Array
+from incsvr.tracer.sweeps import as_sweeps
 from incsvr.tracer.tones import as_tones
 from incsvr.tracer.weak_form import Blocks
 
@@ -20,6 +21,9 @@ ORDER = 6
 RECORDED = 0.2
 """Part of the torque that may stand in a plain command as it was recorded."""
 
+LASTING = 1.25
+"""By which levels may miss more of the torque than what is foretold: that follows a noise that lasts, too."""
+
 WIDEST = 4
 """Cells that a single jump touches at most: of more, which hold several, the torque is taken as it is."""
 
@@ -27,7 +31,14 @@ LATER = 8
 """Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
 
 DRIVES = 0.5
-"""Slope of the residual over what the torque holds beside the command, above which that is noise: of thrust it is 0."""
+"""Part of what the torque holds beside the command that the motion answers, below which that is noise: of thrust it
+answers all."""
+
+AFTER = 3
+"""Blocks within which it would have answered most of it."""
+
+FEWEST = 100
+"""Differences from which that is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +66,12 @@ def told(signals: Signals, blocks: Blocks, stays: bool | None = None) -> Command
     foretold, stays = foretell(torque, blocks, stays)
     plain: Array | None = None
     least, exact = _missed(torque, foretold), False
-    for found, tones in ((as_levels(signals), False), (as_tones(signals, blocks), True)):
+    guesses = (as_levels(signals), False), (as_tones(signals, blocks), True), (as_sweeps(signals), True)
+    for found, tones in guesses:
         missed = float(np.mean(np.abs(torque - blocks.mean(found))))
-        if missed < least and np.mean(found == signals.torque) < RECORDED:
-            plain, least, exact = found, missed, tones
+        allowed = least if tones else LASTING * least
+        if missed < allowed and np.mean(found == signals.torque) < RECORDED:
+            plain, least, exact = found, min(missed, least), tones
     pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
     return Command(np.concatenate(pieces), foretold, stays, plain, exact)
 
@@ -112,11 +125,25 @@ def _missed(torque: Array, found: Array, limit: float | None = None) -> float:
 
 
 def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
-    """Whether what the torque holds beside the command, (n_b,), is in the equation's residual: as thrust it is not."""
-    moved, left = differences(blocks, beside, 3), differences(blocks, residual, 3)
-    usual = JUMP * 1.4826 * float(np.median(np.abs(left))) + 1e-300
-    calm = np.abs(left) <= usual
-    return float(moved[calm] @ left[calm]) > DRIVES * float(moved[calm] @ moved[calm])
+    """Whether what the torque holds beside the command, (n_b,), never turned the vehicle, at once or later.
+
+    Noise is in the equation's residual as it is; of thrust the motion takes its part out, that which comes late a few
+    blocks later, so that it, too, is in the residual at first. What the motion answers is summed up over these blocks.
+    """
+    moved, left = differences(blocks, beside, 1), differences(blocks, residual, 1)
+    if moved.size < FEWEST:
+        return False
+    late = np.stack([moved[AFTER - k : moved.size - k] for k in range(AFTER + 1)], axis=1)
+    left, answered = left[AFTER:], late[:, 0] - left[AFTER:]
+    calm = np.abs(left) <= JUMP * 1.4826 * float(np.median(np.abs(left))) + 1e-300
+    late, answered = late[calm], answered[calm]
+    normal = late.T @ late
+    slopes, _, rank, _ = np.linalg.lstsq(normal, late.T @ answered, rcond=1e-10)
+    if rank <= AFTER:
+        return False
+    noise = float(np.mean((answered - late @ slopes) ** 2))
+    doubt = float(np.sqrt(noise * np.sum(np.linalg.inv(normal))))
+    return float(np.sum(slopes)) + doubt < DRIVES
 
 
 def _moving(torque: Array, position: NDArray[np.intp]) -> Array:

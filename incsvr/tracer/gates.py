@@ -82,7 +82,8 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     if gains[k] < paid[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
     for k in range(len(gains)):
-        shapes = bends(problem, base, k)
+        # how the streams were sampled needs no shape of its own
+        shapes = None if below_sampling(base.terms[k], problem) else bends(problem, base, k)
         left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
         if left < paid[k]:
             return (
@@ -97,6 +98,12 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
             return "a command of one sine cannot tell it from the shape error of another effect of the motion", k
     for k, (effect, term) in enumerate(zip(base.effects, base.terms, strict=True)):
         less = without(problem, base, k)
+        told = 2.0 * (base.fit.log_likelihood - less.fit.log_likelihood)
+        if told < paid[k]:
+            return (
+                f"the other effects, settled without it, explain as much: 2 Δℓ is {told:.0f}, {paid[k]:.0f} is asked",
+                k,
+            )
         proven = free_run(base) < PROVEN * free_run(less)
         if not proven and effect.must_prove(term, problem.signals):
             return "it is so short that the noise's colour may pass for it, and the free run is not plainly better", k
@@ -127,7 +134,7 @@ def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]
         reason = effect.implausible(term, seen.of(effect))
         if reason:
             return reason, k
-    values = {term.effect: term.coefficients[0] for term in hypothesis.terms}
+    values = {t.effect: t.coefficients[0] for t in hypothesis.terms if not below_sampling(t, problem)}
     if values.get("torque_delay", 0.0) < 0.0 < values.get("torque_lag", 0.0):
         return "a lag against a negative delay is no effect but a shape", hypothesis.names().index("torque_lag")
     return None

@@ -56,6 +56,10 @@ class Hypothesis:
     def names(self) -> tuple[str, ...]:
         return tuple(term.effect for term in self.terms)
 
+    def values(self) -> list[tuple[Effect, tuple[float, ...], tuple[float, ...]]]:
+        """Its effects as they were settled, for `settle`."""
+        return [(e, t.inner, t.coefficients) for e, t in zip(self.effects, self.terms, strict=True)]
+
 
 def views(problem: Problem, hypothesis: Hypothesis) -> Views:
     """The signals as a further effect sees them under a hypothesis."""
@@ -184,9 +188,8 @@ def settle(
 
 def resettled(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     """The same effects, settled on other equations."""
-    pairs = zip(hypothesis.effects, hypothesis.terms, strict=True)
-    terms = [(effect, term.inner, term.coefficients) for effect, term in pairs]
-    return settle(problem, terms, nothing(problem)) if terms else nothing(problem)
+    base = nothing(problem)
+    return settle(problem, hypothesis.values(), base) if hypothesis.terms else base
 
 
 def _mean(problem: Problem, effect: Effect, fine: Array) -> Array:

@@ -132,7 +132,7 @@ def _evidence(
 
 def _left(driven: Problem, hypothesis: Hypothesis, noise: Hypothesis) -> float:
     """What a hypothesis leaves of a noiseless motion, all its parameters free, in squared innovations of the noise."""
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
+    terms = hypothesis.values()
     settled = settle(driven, terms, _silent(driven, hypothesis), frozenset(e.key for e in hypothesis.effects), passes=4)
     y = driven.y - sum(settled.offsets, np.zeros(driven.y.size))
     x = whiten(settled.columns, noise.fit.ar, driven.blocks) / noise.fit.scale

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import erf
 
-from incsvr.effects import Term
+from incsvr.effects import Signals, Term
 from incsvr.evidence import rms
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
@@ -92,7 +92,7 @@ class Court:
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
         others = pose_like(problem, validate) if validate else None
-        weighs = not (problem.closed_loop or problem.one_sine)
+        weighs = not problem.closed_loop
         return Court(problem, others, tuple(pieces), weighs, quick)
 
     @property
@@ -108,7 +108,7 @@ class Court:
 
         Its error is the noise of the water, summed up by the vehicle; what an effect changes may be small beside that
         and yet certain. So the two are compared as they are, and with every frequency weighed by the noise there. But a
-        torque that answers the noise carries it into the free run, and one sine has no neighbours to weigh it by.
+        torque that answers the noise carries it into the free run.
         """
         before, after = self.errors(old), self.errors(new)
         plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
@@ -147,7 +147,7 @@ def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> H
     """The same effects fitted to other blocks."""
     if not hypothesis.terms:
         return nothing(problem)
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
+    terms = hypothesis.values()
     # an instant or a period on the recording's clock stays: no other piece of the recording can tell it
     refined = frozenset(e.key for e in hypothesis.effects if refine and not e.needs_clock)
     return settle(problem, terms, hypothesis, refined, passes=3)
@@ -159,7 +159,7 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
     size = blocks.size
     slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
     signals = problem.signals.pieces(slices)
-    index, simulated = model_of(fitted, hypothesis).simulate(problem.signals, spans=slices)
+    index, simulated = model_of(fitted, hypothesis).simulate(_driving(problem), spans=slices)
     run = np.searchsorted(signals.start, index, side="right") - 1
     groups = [np.flatnonzero(run == k) for k in range(len(slices))]
     measured = signals.rate[index]
@@ -174,6 +174,12 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
         block_rate=tuple(mean_rate[p] for p in spans),
         torque=tuple(residual[p] for p in spans),
     )
+
+
+def _driving(problem: Problem) -> Signals:
+    """What drives a free run: the torque, or the command where it is known what of the torque is but noise."""
+    s, plain = problem.signals, problem.command.plain
+    return replace(s, torque=plain) if s.known and plain is not None else s
 
 
 def _gained(gain: Array) -> bool:

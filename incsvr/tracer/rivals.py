@@ -62,7 +62,7 @@ def _scaled_otherwise(problem: Problem, found: Hypothesis, k: int, effects: Sequ
     about_mean, inertia = by_key.get(f"{found.terms[k].effect}/thrust"), by_key.get("inertia")
     if about_mean is None or inertia is None:
         return None
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(found.effects, found.terms, strict=True)]
+    terms = found.values()
     terms[k] = (about_mean, found.terms[k].inner, found.terms[k].coefficients[:1])
     swapped = settle(problem, [*terms, (inertia, (), ())], found)
     return None if against_physics(problem, swapped) else swapped

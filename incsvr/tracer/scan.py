@@ -160,15 +160,22 @@ def _solved(normal: Array, score: Array) -> Array:
 
 def with_lead(problem: Problem, base: Hypothesis, lead: Lead) -> Hypothesis:
     """`base` with one more effect, settled."""
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(base.effects, base.terms, strict=True)]
+    terms = base.values()
     return settle(problem, [*terms, (lead.effect, lead.inner, ())], base, frozenset({lead.effect.key}))
+
+
+def instead(problem: Problem, base: Hypothesis, out: Sequence[int], lead: Lead) -> Hypothesis:
+    """`base` with one effect in the place of others; what stays is settled from where it is."""
+    terms = base.values()
+    stay = [term for k, term in enumerate(terms) if k not in out]
+    return settle(problem, [*stay, (lead.effect, lead.inner, ())], base, frozenset({lead.effect.key}))
 
 
 def without(problem: Problem, base: Hypothesis, k: int) -> Hypothesis:
     """`base` with its k-th effect taken out, settled."""
     if len(base.terms) == 1:
         return nothing(problem)
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(base.effects, base.terms, strict=True)]
+    terms = base.values()
     return settle(problem, [*terms[:k], *terms[k + 1 :]], base, passes=3)
 
 

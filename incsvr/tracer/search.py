@@ -8,9 +8,9 @@ from itertools import permutations
 
 from incsvr.effects import Effect
 from incsvr.tracer.gates import ON_ONE_SINE, STRONG, THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
-from incsvr.tracer.hypothesis import Hypothesis, nothing
+from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.scan import best_leads, excepting, scan, with_lead, without
+from incsvr.tracer.scan import best_leads, excepting, instead, scan, with_lead, without
 
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
@@ -29,6 +29,9 @@ HOPELESS = (-20.0, 0.0)
 
 SWAPS = 3
 """How many leads are tried in the place of one of several effects."""
+
+FORMS = 2
+"""How many other forms of an effect are tried in its place."""
 
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
@@ -67,7 +70,8 @@ class Search:
         beam, seen = [base], [base]
         for width, tries in BEAM[: self.most]:
             grown = self._grown(beam, tries)
-            beam = grown[:width]
+            beam = [self._reformed(one) if len(one.terms) > 1 else one for one in grown[:width]]
+            grown[:width] = beam
             if not beam or (len(beam[0].terms) > 1 and worth(beam[0]) <= max(map(worth, seen))):
                 break
             seen += grown
@@ -92,6 +96,27 @@ class Search:
                 break
             base = best
         return base
+
+    def _reformed(self, base: Hypothesis) -> Hypothesis:
+        """`base` with another form of one of its effects where that explains more.
+
+        The form that is best alone may have taken on what another effect was then added for.
+        """
+        best = base
+        searched = frozenset(effect.key for effect in base.effects if effect.searched)
+        if searched:
+            again = settle(self.problem, base.values(), base, searched, passes=8)
+            if worth(again) > worth(best) and not against_physics(self.problem, again):
+                best = base = again
+        for k, effect in enumerate(base.effects):
+            forms = [e for e in self.effects if e.name == effect.name and e.key != effect.key]
+            if not forms:
+                continue
+            for lead in scan(self.problem, without(self.problem, base, k), forms)[:FORMS]:
+                new = instead(self.problem, base, [k], lead)
+                if worth(new) > worth(best) and not against_physics(self.problem, new):
+                    best = new
+        return best
 
     def _swapped(self, base: Hypothesis) -> Hypothesis:
         """`base` with one of several effects replaced by what explains more in its place, if the beam missed that."""
@@ -121,7 +146,7 @@ class Search:
             for lead in scan(self.problem, others, forms):
                 same = lead.effect.key == base.effects[k].key
                 for inner in lead.effect.starts(self.problem.signals) if same else [lead.inner]:
-                    one = with_lead(self.problem, others, replace(lead, inner=inner))
+                    one = instead(self.problem, base, (k, less), replace(lead, inner=inner))
                     if one.criterion >= base.criterion - allowed and not sound(self.problem, one)[0]:
                         return self._simpler(one)
         return base

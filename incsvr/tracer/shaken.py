@@ -66,6 +66,6 @@ def _explained(problem: Problem, gain: float) -> float:
 
 
 def _gain(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
-    terms = [(e, t.inner, t.coefficients) for e, t in zip(hypothesis.effects, hypothesis.terms, strict=True)]
+    terms = hypothesis.values()
     searched = frozenset({hypothesis.effects[k].key})
     return gain_of(problem, settle(problem, terms, nothing(problem), searched), k)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
+from incsvr.effects.torque_saturation import Saturation
 from incsvr.tracer.forward import TracedModel
 from incsvr.tracer.run import Array
 from incsvr.tracer.sentences import LABELS, sentence
@@ -253,6 +254,35 @@ def test_every_effect_is_found_by_its_key() -> None:
     known = catalogue(["winch"])
     assert all(known[effect.key].sentence == effect.sentence for effect in EVERY)
     assert "thrust_efficiency" in known
+
+
+@pytest.mark.parametrize("key", [e.key for e in EVERY if e.searched and e.name != "wave"])
+def test_a_parameter_that_came_to_lie_beside_a_start_is_searched_beyond_it(key: str, signals: Signals) -> None:
+    """It may have been held up there while another effect was not yet known."""
+    effect = catalogue(["winch"])[key]
+    starts = starts_of(effect, signals)
+    ends = sorted({start[-1] for start in starts})
+    below, at, above = ends[:3]
+    head = starts[0][:-1]
+    assert effect.bracket(signals, (*head, at)) == (below, above)
+    assert effect.bracket(signals, (*head, at - 0.01 * (at - below))) == (below, above)
+    assert effect.bracket(signals, (*head, 0.5 * (at + below))) == (below, at)
+
+
+@pytest.mark.parametrize("sharpness", [2.0, 3.0, 4.0, 6.0, 10.0])
+def test_limits_from_sharp_to_gradual_have_a_shape_in_the_catalogue(sharpness: float, signals: Signals) -> None:
+    """a = u/(1 + |u/L|^p)^(1/p), the usual curve of amplifiers (C. Rapp, 1991), is met within 0.6 %."""
+    command = np.linspace(-1.4, 1.4, 281)
+    lost = command - command / (1.0 + np.abs(command) ** sharpness) ** (1.0 / sharpness)
+    least = np.inf
+    forms = [e for e in EVERY if isinstance(e, Saturation)]
+    for form in forms:
+        for width in {start[:-1] for start in form.starts(signals)}:
+            for limit in np.linspace(0.4, 1.5, 111):
+                shape = form.lost(command, (*width, float(limit)))
+                weight = np.clip(float(shape @ lost) / max(float(shape @ shape), 1e-12), 0.5, 1.3)
+                least = min(least, float(np.std(weight * shape - lost)))
+    assert least < 0.006
 
 
 def test_a_limit_just_above_the_commands_takes_but_their_noise(signals: Signals) -> None:

@@ -114,3 +114,25 @@ def test_what_was_found_before_stands_among_the_finalists(sagging: Problem) -> N
     found = search(sagging).run()
     assert Search(sagging, (), court).run().terms == ()
     assert Search(sagging, (), court, given=found).run().names() == found.names() == ("modulation:voltage",)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_taut_tether_beside_a_bias_is_no_slack_one(seed: int) -> None:
+    """Alone a slack one may be the better of the two: what it leaves out on one side passes for the bias."""
+    problem = turning(seed, 0.6 * command(seed, TIME) - 25.0, outside=20.0, stiffness=6.0)
+    known = catalogue()
+    pair = [(known["tether/slack"], (0.0, 2.5), ()), (known["bias_torque"], (), ())]
+    found = parameters(search(problem)._reformed(settle(problem, pair, nothing(problem))))
+    assert set(found) == {"tether", "bias_torque"}
+    assert found["bias_torque"]["moment_nm"] == pytest.approx(20.0, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_width_that_was_found_without_the_second_effect_is_found_again(seed: int) -> None:
+    levels = command(seed, TIME)
+    gain = np.where(np.abs(levels) > 8.0, 1.0 - 8.0 / np.abs(levels), 0.0)
+    problem = turning(seed, levels, gain=gain, outside=15.0)
+    known = catalogue()
+    pair = [(known["dead_zone/shifted"], (4.0,), ()), (known["bias_torque"], (), ())]
+    found = parameters(search(problem)._reformed(settle(problem, pair, nothing(problem))))
+    assert found["dead_zone/shifted"]["half_width_nm"] == pytest.approx(8.0, rel=0.15)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
 from incsvr.evidence import gain_beside_slip, gain_of
+from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracer.problem import pose
 from incsvr.tracer.run import Array, Run
@@ -55,3 +58,14 @@ def test_inflow_is_no_slip(seed: int) -> None:
     """Under two levels of thrust a slip explains a good part of it, but not all."""
     _, beside = inflow(played(seed, late=0.0, loss=5.0))
     assert beside > 100.0
+
+
+@pytest.mark.parametrize(("apart", "forbidden"), [(-0.02, False), (-0.15, True)])
+def test_a_slip_may_stand_beside_a_lag_though_it_goes_the_other_way(apart: float, forbidden: bool) -> None:
+    """Without it a lag's shape would have to take in what the recorder did; more than that is no recorder's."""
+    effects, problem = catalogue(), pose([played(1, late=0.0)], INERTIA, [])
+    pair = [(effects["torque_lag/moment"], (0.4,), (0.4,)), (effects["torque_delay"], (0.02,), (apart,))]
+    found = settle(problem, pair, nothing(problem), passes=1)
+    values = zip(found.terms, ((0.4,), (apart,)), strict=True)
+    found = replace(found, terms=tuple(replace(term, coefficients=value) for term, value in values))
+    assert (against_physics(problem, found) is not None) == forbidden
