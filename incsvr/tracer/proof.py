@@ -91,7 +91,7 @@ class Court:
         for a, b in zip(blocks.start[:-1], blocks.start[1:], strict=True):
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
-        others = pose_like(problem, validate) if validate else None
+        others = _posed(problem, validate) if validate else None
         weighs = not problem.closed_loop
         return Court(problem, others, tuple(pieces), weighs, quick)
 
@@ -174,6 +174,13 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
         block_rate=tuple(mean_rate[p] for p in spans),
         torque=tuple(residual[p] for p in spans),
     )
+
+
+def _posed(problem: Problem, runs: Sequence[Run]) -> Problem:
+    """The validation recordings, posed alike; whether their command is known they must say themselves."""
+    others = pose_like(problem, runs)
+    known = others.signals.known and others.knows_command(left_over(others, nothing(problem))[0])
+    return replace(others, signals=replace(others.signals, known=known))
 
 
 def _driving(problem: Problem) -> Signals:

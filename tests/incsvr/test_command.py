@@ -100,3 +100,16 @@ class TestTones:
         beside, water = draw.normal(size=len(self.BLOCKS)), draw.normal(size=len(self.BLOCKS))
         assert is_noise(self.BLOCKS, beside, beside + water)
         assert not is_noise(self.BLOCKS, beside, water)
+
+    @pytest.mark.parametrize("late", [0, 1, 2])
+    def test_thrust_that_comes_late_is_no_noise(self, late: int) -> None:
+        """At first it is in the residual as noise is; only the motion some blocks later tells it."""
+        draw = np.random.default_rng(11)
+        beside, water = draw.normal(size=len(self.BLOCKS)), draw.normal(size=len(self.BLOCKS))
+        answered = np.concatenate([np.zeros(late), beside[: beside.size - late]])
+        assert not is_noise(self.BLOCKS, beside, beside - answered + 0.3 * water)
+
+    def test_what_too_few_blocks_tell_is_not_taken_for_noise(self) -> None:
+        few = split(np.array([0, 80 * self.SIZE + 1]), self.SIZE, self.STEP)
+        beside = np.random.default_rng(12).normal(size=len(few))
+        assert not is_noise(few, beside, beside)

@@ -9,7 +9,9 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.tracer.alignment import aligned
+from incsvr.tracer.hypothesis import nothing
 from incsvr.tracer.noise import noise_share
+from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.weak_form import split
 from incsvr.tracing import trace
@@ -105,3 +107,31 @@ def test_a_gyro_that_is_sampled_slowly_gets_an_answer() -> None:
     run = Run("slow", TIME[::4], slow.yaw_rate[::4], slow.torque[::4], {})
     problem = aligned([run], INERTIA, [])
     assert problem.blocks.period > 0.19
+
+
+def swept(seed: int) -> Array:
+    """One tone, from a period of 50 s to one of 6 s and anew [N m]."""
+    part = TIME % 120.0 / 120.0
+    cycles = 120.0 / 50.0 * ((50.0 / 6.0) ** part - 1.0) / np.log(50.0 / 6.0)
+    return np.asarray(90.0 * np.sin(2.0 * np.pi * cycles + seed))
+
+
+def wandering(seed: int) -> Array:
+    """As a pilot drives: no tones, no levels [N m]."""
+    walk = np.cumsum(np.random.default_rng([seed, 0]).normal(size=TIME.size))
+    smooth = lfilter([0.02], [1.0, -0.98], walk - np.convolve(walk, np.ones(201) / 201, "same"))
+    return np.asarray(60.0 * smooth / np.std(smooth))
+
+
+def test_a_free_run_is_driven_by_the_command_where_that_is_told() -> None:
+    """What else is in the torque turned nothing; a pilot's validation recording is driven by its own torque."""
+    problem = aligned([recorded(1, swept(1), memory=0.0)], INERTIA, [])
+    assert problem.signals.known
+    plain, moved = problem.command.plain, problem.signals.torque
+    assert plain is not None
+    assert np.std(plain - moved) > 2.0
+    alike, otherwise = ([recorded(2, command(2), memory=0.0)] for command in (swept, wandering))
+    for runs, known in ((None, True), (alike, True), (otherwise, False)):
+        court = Court.of(problem, runs)
+        assert (court.validation or problem).signals.known == known
+    assert Court.of(problem, alike)(nothing(problem)) < 0.5 * Court.of(problem, otherwise)(nothing(problem))
