@@ -151,7 +151,7 @@ def publish(session: zenoh.Session, streams: Streams) -> None:
     for name, (t, value) in streams.items():
         for part in np.array_split(np.arange(t.size), max(1, t.size // 50)):
             form = Measurement(t=tuple(t[part].tolist()), value=tuple(value[part].tolist()))
-            session.put(KEYS.stream(name), encode(form))
+            session.put(KEYS.stream(name), encode(form), congestion_control=zenoh.CongestionControl.BLOCK)
     health(session)
 
 
