@@ -69,7 +69,7 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
-        notes=(*notes, *doubts(problem), *_loop(problem), *_command(problem)),
+        notes=(*notes, *doubts(problem), *_loop(problem), *_command(case.court.validation or problem)),
         declared_model=model_of(problem, base),
         model=model,
         pictures=Pictures(
@@ -134,7 +134,7 @@ def _loop(problem: Problem) -> tuple[str, ...]:
 
 
 def _command(problem: Problem) -> tuple[str, ...]:
-    """The note that free runs are not driven by the torque as it was recorded; empty where they are."""
+    """The note that something else than the recorded torque drove the free runs of these recordings; else empty."""
     if not problem.signals.known:
         return ()
     what = "tones or a sweep" if problem.command.exact else "levels"

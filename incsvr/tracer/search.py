@@ -98,9 +98,9 @@ class Search:
         return base
 
     def _reformed(self, base: Hypothesis) -> Hypothesis:
-        """`base` with another form of one of its effects where that explains more.
+        """`base` with its searched parameters found again, or with another form of one of its effects.
 
-        The form that is best alone may have taken on what another effect was then added for.
+        What is best alone may have taken on what another effect was then added for.
         """
         best = base
         searched = frozenset(effect.key for effect in base.effects if effect.searched)

@@ -135,3 +135,5 @@ def test_a_free_run_is_driven_by_the_command_where_that_is_told() -> None:
         court = Court.of(problem, runs)
         assert (court.validation or problem).signals.known == known
     assert Court.of(problem, alike)(nothing(problem)) < 0.5 * Court.of(problem, otherwise)(nothing(problem))
+    told = [trace([recorded(1, swept(1), memory=0.0)], inertia=INERTIA, validate=v).notes for v in (alike, otherwise)]
+    assert [any("driven by the command" in note for note in notes) for notes in told] == [True, False]
