@@ -13,9 +13,15 @@ from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
-from incsvr.tracer.run import Array, Run
+from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.whitening import whiten
+
+PARTS = 64
+"""Of a block, in which a controller's answer is looked at."""
+
+MOST_MISSED = 0.9
+"""Most of a disturbance that its belated answer may hide."""
 
 LEADS = 5
 """How many effects are tried with either torque before the two are compared."""
@@ -36,14 +42,15 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     if linear.resolution <= linear.blocks.period / 40.0:
         return linear
     held = _settled(runs, pose(runs, inertia, channels, held=True), channels)
-    # likelihoods compare at one share alone, and what the wrong of the two leaves does not follow the torque
-    share = max(linear.signals.share, held.signals.share)
+    # likelihoods compare at one share alone; what the wrong of the two leaves does not follow the torque, but that does
+    # follow where it is the answer of a controller
+    share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
     at_one, at_two = with_share(linear, share), with_share(held, share)
     one, two = _best(at_one, channels), _best(at_two, channels)
-    smoother = _smoother(runs, linear, held, one, two)
-    plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + smoother
+    unearned = _smoother(runs, linear, held, one, two, share) + _belated(runs, at_two)
+    plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + unearned
     # where the linear one needs no effect, none that goes with the held one is believed
-    explains_more = two.criterion + smoother > one.criterion + MARGIN and bool(one.terms or not two.terms)
+    explains_more = two.criterion + unearned > one.criterion + MARGIN and bool(one.terms or not two.terms)
     needs_nothing = plain_two > plain_one + MARGIN and plain_two > one.criterion - MARGIN
     return held if explains_more or needs_nothing else linear
 
@@ -65,7 +72,8 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     residual, gyro = left(problem)
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
     part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
-    problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
+    drag = found.fit.theta[: problem.coarse.shape[1]]
+    problem = problem.answering(drag, found.fit.ar, problem.feedback_beside(found.fit.residual))
     # seen from the rate side no effect filters the torque's noise: a delay, say, would leave it at another time; but
     # the gyro's is larger there, and what is in the residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
@@ -105,7 +113,9 @@ def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:
     return max((base, *real), key=lambda h: h.criterion)
 
 
-def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> float:
+def _smoother(
+    runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis, share: float
+) -> float:
     """What the held torque loses in 2 ℓ where its interpolation averages the sensor's noise less than the linear one.
 
     White noise at the torque's stamps, brought to the blocks in the same two ways, says by how much.
@@ -121,4 +131,22 @@ def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothes
         torque = unit.blocks.mean(unit.signals.torque)
         left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
     square = two.fit.scale**2
-    return -float(two.fit.innovation.size * np.log(max(square - (left[1] - left[0]), 0.1 * square) / square))
+    # the differences hold a controller's answers, too, which are no noise of the torque
+    most = min(1.0, share * square / max(left[1], 1e-300)) if held.closed_loop else 1.0
+    less = square - most * (left[1] - left[0])
+    return -float(two.fit.innovation.size * np.log(max(less, 0.1 * square) / square))
+
+
+def _belated(runs: Sequence[Run], held: Problem) -> float:
+    """What the held torque wins in 2 ℓ where a controller's answer is seen half a sample too late, 0 or negative.
+
+    With less of the own block's answer in the torque, less of the disturbance is in the residual; so is its density.
+    """
+    late = 0.5 * sample_period(runs, "torque") / held.blocks.period
+    part = (np.arange(PARTS) + 0.5) / PARTS
+    swing = held.swing
+    missed = swing.end * np.mean(
+        [swing.after(p, swing.gain) - swing.after(max(p - late, 0.0), swing.gain) for p in part], axis=0
+    )
+    hidden = np.minimum(held.feedback * held.signals.turning * missed, MOST_MISSED)
+    return 2.0 * float(np.sum(np.log1p(-hidden)))

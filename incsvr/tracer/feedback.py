@@ -1,4 +1,4 @@
-"""Whether the torque is feedback of the yaw rate, and how the rate then answers a disturbance.
+"""Whether the torque is feedback of the yaw rate: the gain of a controller.
 
 A controller answers what the water does to the vehicle while it does it. Noise of the water then looks as if it were in
 the torque, and a regressor that is made of the torque holds the noise of its own block. Why that must be in the
@@ -7,8 +7,6 @@ likelihood: U. Forssell, L. Ljung, "Closed-loop identification revisited", Autom
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -17,8 +15,17 @@ from incsvr.tracer.noise import FEWEST_STEADY, JUMP, differences, steady
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import Blocks
 
-ORDERS = (3, 4, 5, 6, 7, 8)
+ORDERS = (3, 4, 5, 6, 7, 8, 10)
 """Of the differences in which a controller is looked for: the higher, the less of a smooth reference is left."""
+
+FAR = 3.0
+"""Deviations from K r beyond which the torque follows its reference and counts for nothing (Tukey's biweight)."""
+
+STEPS = 30
+"""Of reweighting, at most."""
+
+SETTLED = 1e-3
+"""Relative change of K below which reweighting ends."""
 
 SURE = 4.0
 """Standard errors by which a gain must differ from none."""
@@ -26,17 +33,14 @@ SURE = 4.0
 REFUTED = 2.0
 """Standard errors by which the answer to the disturbances alone may fall short of it."""
 
-SLOWEST = 1e-4
-"""Fading below which the rate runs as if none: of less, numbers would not be left."""
-
-
 def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array, inertia: float) -> float:
     """K [N m s/rad] by which the torque goes against the yaw rate, as a controller's does; 0 where it does not.
 
     Both are cut to their fast part by differences F, where no reference is left but jumps: these are left out. There
     the torque of an open loop is noise, and the rate knows nothing of it; what is left of a command turns the vehicle
     its own way. Only a controller opposes the rate: K = −cov(F τ, F r)/var(F r). The order counts at which that stands
-    out most.
+    out most. While the vehicle follows a reference that has just moved, torque and rate go together: those blocks are
+    far from τ = −K r, and a robust fit leaves them out (A. E. Beaton, J. W. Tukey, Technometrics 16, 1974).
 
     A thrust that comes late may oppose a fast command, too. A controller answers a rate whatever caused it: were the
     gain as large, the part of the rate that the residual caused must be answered with it (that part as an instrument).
@@ -56,41 +60,6 @@ def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array,
     return 0.0 if driven + REFUTED * doubt < gain else gain
 
 
-@dataclass(frozen=True, slots=True)
-class Swing:
-    """How the yaw rate answers a disturbance that lasts for a block, with a controller against it: I ṙ = w − K r.
-
-    Attributes:
-        gain: K [N m s/rad]; 0 in open loop.
-        period: of a block [s].
-        inertia: I₀ [kg m²].
-    """
-
-    gain: float
-    period: float
-    inertia: float
-
-    @property
-    def end(self) -> float:
-        """The rate at the end of the block, per N m of disturbance [rad/s]."""
-        return self.period / self.inertia * -math.expm1(-self._fading) / self._fading
-
-    @property
-    def mean(self) -> float:
-        """The same in the mean over the block."""
-        return self.end * (-1.0 / math.expm1(-self._fading) - 1.0 / self._fading)
-
-    def after(self, part: Array) -> Array:
-        """The rate after a `part` of the block, 0…1, in parts of that at its end."""
-        after: Array = np.expm1(-self._fading * part) / math.expm1(-self._fading)
-        return after
-
-    @property
-    def _fading(self) -> float:
-        """Block lengths in units of the time in which the controller takes the rate back."""
-        return max(self.gain * self.period / self.inertia, SLOWEST)
-
-
 def _opposed(
     blocks: Blocks, torque: Array, means: tuple[Array, Array], instrument: Array, order: int
 ) -> tuple[float, float]:
@@ -106,9 +75,17 @@ def _opposed(
     if together <= 0.0:
         return 0.0, np.inf
     gain = -float(told @ moved) / together
+    weight = np.ones(moved.size)
+    for _ in range(STEPS if instrument is means[1] else 0):
+        left = moved + gain * turned
+        far = FAR * 1.4826 * float(np.median(np.abs(left))) + 1e-12
+        weight = np.square(np.maximum(1.0 - np.square(left / far), 0.0))
+        before, gain = gain, -float((weight * told) @ moved) / float((weight * told) @ turned)
+        if abs(gain - before) < SETTLED * abs(gain):
+            break
     # neighbouring differences are of the same samples: there are fewer of them than it seems
-    left = float(np.mean((moved + gain * turned) ** 2)) * order
-    return gain, float(np.sqrt(left * float(told @ told))) / together + 1e-300
+    left = float(np.mean(weight * (moved + gain * turned) ** 2)) * order
+    return gain, float(np.sqrt(left * float((weight * told) @ told))) / float((weight * told) @ turned) + 1e-300
 
 
 def _caused(blocks: Blocks, residual: Array, inertia: float) -> Array:

@@ -11,9 +11,10 @@ from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.command import Command, is_noise, told
 from incsvr.tracer.damping import Damping
-from incsvr.tracer.feedback import Swing, controller_gain
+from incsvr.tracer.feedback import controller_gain
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, jumps, noise_share, white_noise
 from incsvr.tracer.run import Array, Run, sample_period
+from incsvr.tracer.swing import Swing, swing
 from incsvr.tracer.weak_form import (
     FEWEST_BLOCKS,
     SUBSTEPS,
@@ -59,6 +60,9 @@ class Problem:
         width: of the Gaussian derivative that gives ṙ [fine steps].
         white: deviation of the torque's white noise in a block [N m].
         feedback: K, by which the torque goes against the yaw rate, 0 in open loop [N m s/rad].
+        drag: (11,) coefficients of the damping, by which the rate's answer to noise fades.
+        colour: (3,) AR of that noise.
+        swing: that answer.
         command: what is known of it beside the torque's noise.
     """
 
@@ -75,6 +79,9 @@ class Problem:
     held: bool
     width: float
     white: float
+    drag: Array
+    colour: Array
+    swing: Swing
     feedback: float = 0.0
 
     @property
@@ -112,15 +119,16 @@ class Problem:
         """(2, n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
 
         A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I), less what
-        a controller takes back.
+        damping and controller take back.
         """
-        turned: Array = self.signals.turning * self.swing.mean * self.steep
+        turned: Array = self.signals.turning * self.swing.mean[:, None] * self.steep
         return np.stack([turned, np.zeros_like(turned)])
 
-    @property
-    def swing(self) -> Swing:
-        """How the rate answers a disturbance within its block."""
-        return Swing(self.feedback, self.blocks.period, self.signals.inertia)
+    def answering(self, drag: Array, colour: Array, feedback: float) -> Problem:
+        """The equations with the rate's answer to noise of this colour beside this damping and this K."""
+        slope = np.maximum(self.steep @ drag, 0.0)
+        told = swing(slope, feedback, colour, self.blocks.period, self.signals.inertia)
+        return replace(self, drag=drag, colour=colour, feedback=feedback, swing=told)
 
     def feedback_beside(self, residual: Array) -> float:
         """K [N m s/rad] of a controller, as a residual (n_b,) and the streams tell; 0 in open loop."""
@@ -159,7 +167,7 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
             break
         block = longer
     problem = _differentiated(problem, sigma, period, base.scale)
-    problem = replace(problem, feedback=problem.feedback_beside(base.residual))
+    problem = problem.answering(base.theta, base.ar, problem.feedback_beside(base.residual))
     share, gyro = problem.share_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
     known = problem.knows_command(base.residual)
     return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro, known=known))
@@ -179,7 +187,7 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
     base, sigma = fit(finer.y, finer.coarse, finer.blocks), gyro_noise(runs)
     gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
-    finer = replace(finer, feedback=problem.feedback)
+    finer = finer.answering(base.theta, base.ar, problem.feedback)
     known = s.known and finer.knows_command(base.residual)
     finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro, known=known))
     return _differentiated(finer, sigma, period, base.scale)
@@ -233,10 +241,11 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
         acceleration=acceleration, known=s.known and command.plain is not None,
     )  # fmt: skip
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)
-    return replace(
+    like = replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
         steep=_steep(problem.damping, signals.rate, blocks), command=command,
     )  # fmt: skip
+    return like.answering(problem.drag, problem.colour, problem.feedback)
 
 
 def _long_enough(runs: Sequence[Run], scale: float) -> None:
@@ -284,10 +293,11 @@ def _equations(
     coarse = blocks.mean(damping.columns(rate))
     table = damping.columns(grid)
     steep = _steep(damping, rate, blocks)
+    still = np.zeros(coarse.shape[1])
     white = white_noise(runs) * float(np.sqrt(min(sample_period(runs, "torque") / blocks.period, 1.0)))
     return Problem(
         signals, blocks, y, damping, grid, table, coarse, steep, told(signals, blocks), resolution, held,
-        width=0.0, white=white,
+        width=0.0, white=white, drag=still, colour=np.zeros(3), swing=swing(steep @ still, 0.0, np.zeros(3), blocks.period, inertia),
     )  # fmt: skip
 
 

@@ -87,8 +87,8 @@ class Views:
         """`turned` of any columns that are made of the signals as the effect sees them."""
         s, blocks = self._plain, self._problem.blocks
         if effect.acts == "inertia":
-            risen = s.turning * self._problem.swing.end / blocks.period
-            return np.stack([np.full_like(mean, risen), np.zeros_like(mean)])
+            risen = s.turning * self._problem.swing.rise / blocks.period
+            return np.stack([np.tile(risen[:, None], mean.shape[1]), np.zeros_like(mean)])
         if effect.acts == "thrust":
             return self._passed_on(effect, columns, mean)
         if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
@@ -100,16 +100,19 @@ class Views:
             s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve), applied=s.applied - answered
         )
         moved = blocks.mean(columns(there))
-        turned: Array = s.turning * self._problem.swing.end * (moved - mean) / nudge
+        turned: Array = s.turning * self._problem.swing.mean[:, None] * (moved - mean) / nudge
         return np.stack([turned, np.zeros_like(turned)])
 
     def _since(self) -> Array:
-        """(n,) from 0 to 1 over each block, as the rate answers a disturbance there; the edge is half each block's."""
+        """(n,) how the rate answers the noise of each block within it, in its mean there; the edge is half each
+        block's."""
         blocks = self._problem.blocks
         index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
         since = np.zeros(len(self._plain))
-        course = self._problem.swing.after((np.arange(blocks.size) + 0.5) / blocks.size)
-        since[index.ravel()] = np.tile(course, len(blocks))
+        swing = self._problem.swing
+        times = (np.arange(blocks.size) + 0.5) / blocks.size * swing.course.shape[1]
+        course = swing.course[:, times.astype(np.intp)] / swing.mean[:, None]
+        since[index.ravel()] = course.ravel()
         return since
 
     def feigned(self, effect: Effect, columns: Array) -> Array:
@@ -170,15 +173,16 @@ class Views:
             sign = np.random.default_rng(0).choice([-1.0, 1.0], len(blocks))
             sign[1::2] = 0.0
             ramp = np.interp(np.arange(len(s)), blocks.first + blocks.size, sign)
-            since = np.sign(ramp) * problem.swing.after(np.abs(ramp))
+            gain = blocks.spread(problem.swing.gain, len(s))
+            since, size = np.sign(ramp) * problem.swing.after(np.abs(ramp), gain), problem.swing.end
         else:
-            sign, since = np.ones(len(problem.blocks)), self._since()
+            sign, since, size = np.ones(len(problem.blocks)), self._since(), problem.swing.mean
         answered = problem.feedback * nudge * since
         there = replace(s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered)
         moved = problem.blocks.mean(columns(there) - columns(s)) / nudge
         if effect.lingers:
             moved = np.tile((sign @ moved) / np.count_nonzero(sign), (len(sign), 1))
-        return np.asarray(s.turning * problem.swing.end * moved)
+        return np.asarray(s.turning * size[:, None] * moved)
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""
