@@ -51,7 +51,8 @@ def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     one sine it may pass for any, and the class that is named says so.
     """
     effect = hypothesis.effects[k]
-    told = effect.lingers or not effect.of_phase or "torque_delay" in hypothesis.names()
+    late = effect.acts == "thrust" and effect.lingers
+    told = late or not effect.of_phase or "torque_delay" in hypothesis.names()
     if told or problem.one_sine or float(np.ptp(problem.signals.torque)) == 0.0:
         return gain_of(problem, hypothesis, k)
     seen, delay = views(problem, hypothesis), TorqueDelay()

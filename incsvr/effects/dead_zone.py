@@ -9,6 +9,10 @@ from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 
+STARTS = {"shifted": 9, "step": 24}
+"""Half widths that are tried. The command of a controller stays about a step's edge: past it little is explained."""
+
+
 class DeadZone(Effect):
     """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`).
 
@@ -31,7 +35,7 @@ class DeadZone(Effect):
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
-        return [(float(w),) for w in np.geomspace(low, high, 9)]
+        return [(float(w),) for w in np.geomspace(low, high, STARTS[self.variant])]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         largest = float(np.quantile(np.abs(s.torque), 0.99))

@@ -58,8 +58,7 @@ class Effect(ABC):
         whole: whether its coefficient is one by nature (inside a dead band all is lost): the inner parameter is
             searched with that, or the two would stand for each other.
         dry: whether it is a friction of constant size, which can hold the vehicle.
-        slow: whether it answers a change of the rate only later.
-        lingers: whether what it takes from the thrust depends on the command's past.
+        lingers: whether what it takes depends on the past of the command or the rate.
         brief: whether it may act for instants only, between which the damping takes it over.
         needs_clock: whether it refers to the recording's absolute time.
     """
@@ -77,7 +76,6 @@ class Effect(ABC):
     channels: tuple[str, ...] = ()
     whole: ClassVar[bool] = False
     dry: ClassVar[bool] = False
-    slow: ClassVar[bool] = False
     lingers: ClassVar[bool] = False
     brief: ClassVar[bool] = False
     needs_clock: bool = False

@@ -35,7 +35,7 @@ class Memory(Effect):
     acts = "motion"
     searched = True
     looks = 8.0
-    slow = True
+    lingers = True
 
     def __init__(self, variant: Literal["linear", "quadratic", "both"]) -> None:
         self.variant = variant

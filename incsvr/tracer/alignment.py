@@ -15,10 +15,8 @@ from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.problem import Problem, pose, pose_like
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.scan import best_leads, with_lead
+from incsvr.tracer.swing import PARTS
 from incsvr.tracer.whitening import whiten
-
-PARTS = 64
-"""Of a block, in which a controller's answer is looked at."""
 
 MOST_MISSED = 0.9
 """Most of a disturbance that its belated answer may hide."""
@@ -46,6 +44,8 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     # follow where it is the answer of a controller
     share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
     at_one, at_two = with_share(linear, share), with_share(held, share)
+    # and with one answer to the noise
+    at_two = at_two.answering(linear.drag, linear.colour, linear.feedback)
     one, two = _best(at_one, channels), _best(at_two, channels)
     unearned = _smoother(runs, linear, held, one, two, share) + _belated(runs, at_two)
     plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + unearned
@@ -142,11 +142,8 @@ def _belated(runs: Sequence[Run], held: Problem) -> float:
 
     With less of the own block's answer in the torque, less of the disturbance is in the residual; so is its density.
     """
-    late = 0.5 * sample_period(runs, "torque") / held.blocks.period
-    part = (np.arange(PARTS) + 0.5) / PARTS
-    swing = held.swing
-    missed = swing.end * np.mean(
-        [swing.after(p, swing.gain) - swing.after(max(p - late, 0.0), swing.gain) for p in part], axis=0
-    )
-    hidden = np.minimum(held.feedback * held.signals.turning * missed, MOST_MISSED)
-    return 2.0 * float(np.sum(np.log1p(-hidden)))
+    swing, late = held.swing, 0.5 * sample_period(runs, "torque") / held.blocks.period
+    part = np.arange(swing.path.size)
+    missed = swing.left(swing.path - np.interp(part - late * PARTS, part, swing.path, left=0.0))
+    hidden = min(held.feedback * held.signals.turning * missed, MOST_MISSED)
+    return 2.0 * len(held.blocks) * float(np.log1p(-hidden))

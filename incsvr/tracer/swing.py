@@ -21,7 +21,7 @@ BEFORE = 3
 """Blocks before that foretell a block: the order of the noise's AR."""
 
 SLOWEST = 1e-4
-"""Fading below which the rate runs as if none: of less, numbers would not be left."""
+"""Fading in a block below which the rate runs as if none."""
 
 WHITE = 0.02
 """Autocorrelation of the blocks below which nothing lasts from one to the next."""
@@ -32,21 +32,20 @@ FADES = (1e-4, 60.0)
 
 @dataclass(frozen=True, slots=True)
 class Swing:
-    """The yaw rate's answer per N m of e: to what lasts, and to what sets in with the block and ends with it.
+    """The yaw rate's answer per N m of e.
 
     Attributes:
         rise: (n_b,) of the rate over the block [rad/s], less what the blocks before foretell of it.
         course: (n_b, PARTS) the rate within the block [rad/s], likewise.
-        gain: (n_b,) d'(r) + K, slope of the damping and gain of the controller [N m s/rad].
-        period: of a block [s].
-        inertia: I₀ [kg m²].
+        path: ((BEFORE + 1) PARTS + 1,) the rate from where the blocks before begin to the end of the block, all of it,
+            for a mean block.
+        foretold: (BEFORE,) what the blocks before, oldest first, foretell of a block.
     """
 
     rise: Array
     course: Array
-    gain: Array
-    period: float
-    inertia: float
+    path: Array
+    foretold: Array
 
     @property
     def mean(self) -> Array:
@@ -54,18 +53,10 @@ class Swing:
         mean: Array = self.course.mean(axis=1)
         return mean
 
-    @property
-    def end(self) -> Array:
-        """(n_b,) the rate at the end of the block, where nothing lasts: I ṙ = e − (d' + K) r [rad/s]."""
-        fading = _fading(self.gain, self.period, self.inertia)
-        end: Array = self.period / self.inertia * -np.expm1(-fading) / fading
-        return end
-
-    def after(self, part: Array, gain: Array) -> Array:
-        """The rate after a `part` of a block, 0…1, where nothing lasts, in parts of that at its end."""
-        fading = _fading(gain, self.period, self.inertia)
-        after: Array = np.expm1(-fading * part) / np.expm1(-fading)
-        return after
+    def left(self, path: Array) -> float:
+        """Mean of a path over its last block, less what those before foretell of it."""
+        means = (0.5 * (path[1:] + path[:-1])).reshape(BEFORE + 1, PARTS).mean(axis=1)
+        return float(means[-1] - self.foretold @ means[:-1])
 
 
 def swing(slope: Array, feedback: float, ar: Array, period: float, inertia: float) -> Swing:
@@ -81,19 +72,19 @@ def swing(slope: Array, feedback: float, ar: Array, period: float, inertia: floa
         period: of a block [s].
         inertia: I₀ [kg m²].
     """
-    gain = slope + feedback
     shape, foretold = _unforeseen(ar)
-    fading = _fading(gain, period, inertia) / PARTS
+    # of less fading numbers would not be left
+    fading = np.maximum((slope + feedback) * period / inertia, SLOWEST) / PARTS
     keeps, gains = np.exp(-fading), period / PARTS / inertia * -np.expm1(-fading) / fading
-    rate = np.zeros((shape.size + 1, gain.size))
+    rate = np.zeros((shape.size + 1, slope.size))
     for k, moment in enumerate(shape):
         rate[k + 1] = keeps * rate[k] + gains * moment
     whitened = np.append(-foretold, 1.0)
     rise = whitened @ np.diff(rate[::PARTS], axis=0)
-    within = (0.5 * (rate[1:] + rate[:-1])).reshape(BEFORE + 1, PARTS, gain.size)
-    course = np.tensordot(whitened, within, axes=1)
+    within = 0.5 * (rate[1:] + rate[:-1])
+    course = np.tensordot(whitened, within.reshape(BEFORE + 1, PARTS, slope.size), axes=1)
     shown = 1.0 - slope * course.mean(axis=0)
-    return Swing(rise / shown, (course / shown).T, gain, period, inertia)
+    return Swing(rise / shown, (course / shown).T, (rate / shown).mean(axis=1), foretold)
 
 
 def _unforeseen(ar: Array) -> tuple[Array, Array]:
@@ -129,7 +120,3 @@ def _autocorrelation(ar: Array) -> tuple[float, float]:
     lags = np.linalg.solve([[1.0 - b, -c, 0.0], [-a - c, 1.0, 0.0], [-b, -a, 1.0]], ar)
     return float(lags[0]), float(lags[1])
 
-
-def _fading(gain: Array, period: float, inertia: float) -> Array:
-    """Block lengths in units of the time in which damping and controller take the rate back."""
-    return np.maximum(gain * period / inertia, SLOWEST)

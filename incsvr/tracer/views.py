@@ -10,7 +10,11 @@ import numpy as np
 from incsvr.effects import Effect, Signals
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
+from incsvr.tracer.swing import BEFORE, PARTS
 from incsvr.tracer.whitening import Fit
+
+REST = 3
+"""Blocks after one that turns the vehicle in which nothing does: one in which it stops, and until the next begins."""
 
 TOLD = 0.8
 """Most of the residual that is taken off the torque to tell the command."""
@@ -91,29 +95,47 @@ class Views:
             return np.stack([np.tile(risen[:, None], mean.shape[1]), np.zeros_like(mean)])
         if effect.acts == "thrust":
             return self._passed_on(effect, columns, mean)
-        if effect.acts not in ("motion", "damping") or effect.slow or s.turning == 0.0:
+        if effect.acts not in ("motion", "damping") or s.turning == 0.0:
             return np.zeros((2, *mean.shape))
-        nudge, since = 1e-3 * float(np.std(s.rate)), self._since()
-        rate = s.rate + nudge * since
-        answered = s.turning * self._problem.feedback * nudge * since
-        there = replace(
-            s, rate=rate, damping=np.interp(rate, self._problem.grid, self._curve), applied=s.applied - answered
-        )
-        moved = blocks.mean(columns(there))
-        turned: Array = s.turning * self._problem.swing.mean[:, None] * (moved - mean) / nudge
+        nudge = 1e-3 * float(np.std(s.rate))
+
+        def answer(since: Array) -> Array:
+            rate = s.rate + nudge * since
+            answered = s.turning * self._problem.feedback * nudge * since
+            damping = np.interp(rate, self._problem.grid, self._curve)
+            there = replace(s, rate=rate, damping=damping, applied=s.applied - answered)
+            return (blocks.mean(columns(there)) - mean) / nudge
+
+        turned = s.turning * self._swung(effect, answer)
         return np.stack([turned, np.zeros_like(turned)])
 
-    def _since(self) -> Array:
-        """(n,) how the rate answers the noise of each block within it, in its mean there; the edge is half each
-        block's."""
-        blocks = self._problem.blocks
-        index = blocks.first[:, None] + np.arange(blocks.size)[None, :]
+    def _swung(self, effect: Effect, answer: Callable[[Array], Array]) -> Array:
+        """(n_b, c) how columns answer the noise of their own block by way of the rate.
+
+        Args:
+            effect: what they belong to.
+            answer: block means (n_b, c) that the columns gain by a rate (n,), in parts of what it gains.
+        """
+        blocks, swing = self._problem.blocks, self._problem.swing
         since = np.zeros(len(self._plain))
-        swing = self._problem.swing
-        times = (np.arange(blocks.size) + 0.5) / blocks.size * swing.course.shape[1]
-        course = swing.course[:, times.astype(np.intp)] / swing.mean[:, None]
-        since[index.ravel()] = course.ravel()
-        return since
+        inside = np.arange(blocks.size) / blocks.size * PARTS
+        cells = blocks.first[:, None] + np.arange(blocks.size)
+        if not effect.lingers:  # the edge is half each block's
+            middle = (inside + 0.5 * PARTS / blocks.size).astype(np.intp)
+            since[cells.ravel()] = (swing.course[:, middle] / swing.mean[:, None]).ravel()
+            return swing.mean[:, None] * answer(since)
+        # some blocks turn the vehicle, to either side by chance, and the next turns it back: so what the columns keep
+        # of earlier blocks is told from what they owe to the own
+        marks = np.arange(BEFORE, len(blocks) - 1, BEFORE + REST)
+        sign = np.random.default_rng(0).choice([-1.0, 1.0], marks.size)
+        part = np.arange(swing.path.size)
+        for k in range(BEFORE + 1):
+            path = np.interp(k * PARTS + inside, part, swing.path)
+            since[cells[marks - BEFORE + k]] = np.outer(sign, path)
+        since[cells[marks + 1]] = np.outer(sign, swing.path[-1] * (1.0 - inside / PARTS))
+        gained = answer(since)
+        own = gained[marks] - sum(part * gained[marks - BEFORE + k] for k, part in enumerate(swing.foretold))
+        return np.tile(sign @ own / marks.size, (len(blocks), 1))
 
     def feigned(self, effect: Effect, columns: Array) -> Array:
         """(c,) for `whitening.fit`: what the gyro mistakes for a turn is in Δr as much as what is one."""
@@ -165,24 +187,16 @@ class Views:
         problem, s = self._problem, self.of(effect)
         if problem.feedback == 0.0 or s.turning == 0.0:
             return 0.0
-        nudge = 1e-3 * float(np.std(s.rate))
-        if effect.lingers:
-            # every second block turns the vehicle and the next turns it back, to either side by chance: so what earlier
-            # blocks left behind is told from the own
-            blocks = problem.blocks
-            sign = np.random.default_rng(0).choice([-1.0, 1.0], len(blocks))
-            sign[1::2] = 0.0
-            ramp = np.interp(np.arange(len(s)), blocks.first + blocks.size, sign)
-            gain = blocks.spread(problem.swing.gain, len(s))
-            since, size = np.sign(ramp) * problem.swing.after(np.abs(ramp), gain), problem.swing.end
-        else:
-            sign, since, size = np.ones(len(problem.blocks)), self._since(), problem.swing.mean
-        answered = problem.feedback * nudge * since
-        there = replace(s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered)
-        moved = problem.blocks.mean(columns(there) - columns(s)) / nudge
-        if effect.lingers:
-            moved = np.tile((sign @ moved) / np.count_nonzero(sign), (len(sign), 1))
-        return np.asarray(s.turning * size[:, None] * moved)
+        nudge, before = 1e-3 * float(np.std(s.rate)), columns(s)
+
+        def answer(since: Array) -> Array:
+            answered = problem.feedback * nudge * since
+            there = replace(
+                s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered
+            )
+            return problem.blocks.mean(columns(there) - before) / nudge
+
+        return s.turning * self._swung(effect, answer)
 
     def of(self, effect: Effect) -> Signals:
         """The signals for one effect."""

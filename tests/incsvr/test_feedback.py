@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
-from incsvr.tracer.feedback import Swing, controller_gain
+from incsvr.tracer.feedback import controller_gain
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.problem import Problem, pose
 from incsvr.tracer.run import Array, Run
@@ -67,26 +67,6 @@ def test_a_late_thrust_under_a_fast_command_is_no_controller(seed: int) -> None:
     pushed, came = (np.diff(values.reshape(-1, SIZE).mean(axis=1), 4) for values in (torque, rate))
     assert np.corrcoef(pushed, came)[0, 1] < -0.1
     assert read(torque, rate, late=SIZE) == 0.0
-
-
-def test_the_rate_swings_as_a_vehicle_with_a_controller_does() -> None:
-    """Against the exact motion, I ṙ = w − K r integrated in small steps."""
-    gain, period, count = 2000.0, 0.4, 40_000
-    rate = np.zeros(count + 1)
-    for k in range(count):
-        rate[k + 1] = rate[k] + period / count / INERTIA * (1.0 - gain * rate[k])
-    swing = Swing(gain, period, INERTIA)
-    assert swing.end == pytest.approx(rate[-1], rel=1e-3)
-    assert swing.mean == pytest.approx(rate.mean(), rel=1e-3)
-    part = np.linspace(0.0, 1.0, 5)
-    assert swing.end * swing.after(part) == pytest.approx(rate[:: count // 4], rel=1e-3)
-
-
-def test_without_a_controller_the_rate_runs_straight() -> None:
-    swing = Swing(0.0, 0.4, INERTIA)
-    assert swing.end == pytest.approx(0.4 / INERTIA, rel=1e-3)
-    assert swing.mean == pytest.approx(0.2 / INERTIA, rel=1e-3)
-    assert swing.after(np.array([0.25])) == pytest.approx(0.25, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", [4, 5, 6])
