@@ -45,7 +45,7 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
     at_one, at_two = with_share(linear, share), with_share(held, share)
     # and with one answer to the noise
-    at_two = at_two.answering(linear.drag, linear.colour, linear.feedback)
+    at_two = replace(at_two, feedback=linear.feedback).answering(linear.drag, linear.colour)
     one, two = _best(at_one, channels), _best(at_two, channels)
     unearned = _smoother(runs, linear, held, one, two, share) + _belated(runs, at_two)
     plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + unearned
@@ -72,19 +72,20 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     residual, gyro = left(problem)
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
     part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
-    drag = found.fit.theta[: problem.coarse.shape[1]]
-    problem = problem.answering(drag, found.fit.ar, problem.feedback_beside(found.fit.residual))
+    problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
     # seen from the rate side no effect filters the torque's noise: a delay, say, would leave it at another time; but
     # the gyro's is larger there, and what is in the residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
     share = max(problem.share_beside(residual, gyro), problem.share_beside(aside, of_gyro))
     known = problem.knows_command(aside)
-    return replace(problem, signals=replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known))
+    signals = replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known)
+    return replace(problem, signals=signals).answering(found.fit.theta[: problem.coarse.shape[1]], found.fit.ar)
 
 
 def with_share(problem: Problem, share: float) -> Problem:
     """The equations with another share of the noise in the torque."""
-    return replace(problem, signals=replace(problem.signals, share=share))
+    there = replace(problem, signals=replace(problem.signals, share=share))
+    return there.answering(problem.drag, problem.colour)
 
 
 def misread(before: Problem, after: Problem, change: float) -> bool:

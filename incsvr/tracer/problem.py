@@ -124,11 +124,11 @@ class Problem:
         turned: Array = self.signals.turning * self.swing.mean[:, None] * self.steep
         return np.stack([turned, np.zeros_like(turned)])
 
-    def answering(self, drag: Array, colour: Array, feedback: float) -> Problem:
-        """The equations with the rate's answer to noise of this colour beside this damping and this K."""
-        slope = np.maximum(self.steep @ drag, 0.0)
-        told = swing(slope, feedback, colour, self.blocks.period, self.signals.inertia)
-        return replace(self, drag=drag, colour=colour, feedback=feedback, swing=told)
+    def answering(self, drag: Array, colour: Array) -> Problem:
+        """The equations with the rate's answer to noise of this colour beside this damping."""
+        s, slope = self.signals, np.maximum(self.steep @ drag, 0.0)
+        told = swing(slope, self.feedback, colour, s.share, self.blocks.period, s.inertia)
+        return replace(self, drag=drag, colour=colour, swing=told)
 
     def feedback_beside(self, residual: Array) -> float:
         """K [N m s/rad] of a controller, as a residual (n_b,) and the streams tell; 0 in open loop."""
@@ -167,10 +167,11 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: 
             break
         block = longer
     problem = _differentiated(problem, sigma, period, base.scale)
-    problem = problem.answering(base.theta, base.ar, problem.feedback_beside(base.residual))
+    problem = replace(problem, feedback=problem.feedback_beside(base.residual))
     share, gyro = problem.share_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
     known = problem.knows_command(base.residual)
-    return replace(problem, signals=replace(problem.signals, share=share, gyro=gyro, known=known))
+    problem = replace(problem, signals=replace(problem.signals, share=share, gyro=gyro, known=known))
+    return problem.answering(base.theta, base.ar)
 
 
 def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
@@ -187,10 +188,10 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
     base, sigma = fit(finer.y, finer.coarse, finer.blocks), gyro_noise(runs)
     gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
-    finer = finer.answering(base.theta, base.ar, problem.feedback)
+    finer = replace(finer, feedback=problem.feedback)
     known = s.known and finer.knows_command(base.residual)
     finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro, known=known))
-    return _differentiated(finer, sigma, period, base.scale)
+    return _differentiated(finer, sigma, period, base.scale).answering(base.theta, base.ar)
 
 
 def _gyro_noise_in(problem: Problem, sigma: float, period: float, fitted: Fit) -> float:
@@ -245,7 +246,7 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
         steep=_steep(problem.damping, signals.rate, blocks), command=command,
     )  # fmt: skip
-    return like.answering(problem.drag, problem.colour, problem.feedback)
+    return like.answering(problem.drag, problem.colour)
 
 
 def _long_enough(runs: Sequence[Run], scale: float) -> None:
@@ -297,7 +298,7 @@ def _equations(
     white = white_noise(runs) * float(np.sqrt(min(sample_period(runs, "torque") / blocks.period, 1.0)))
     return Problem(
         signals, blocks, y, damping, grid, table, coarse, steep, told(signals, blocks), resolution, held,
-        width=0.0, white=white, drag=still, colour=np.zeros(3), swing=swing(steep @ still, 0.0, np.zeros(3), blocks.period, inertia),
+        width=0.0, white=white, drag=still, colour=np.zeros(3), swing=swing(steep @ still, 0.0, np.zeros(3), 0.0, blocks.period, inertia),
     )  # fmt: skip
 
 

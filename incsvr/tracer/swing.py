@@ -59,20 +59,22 @@ class Swing:
         return float(means[-1] - self.foretold @ means[:-1])
 
 
-def swing(slope: Array, feedback: float, ar: Array, period: float, inertia: float) -> Swing:
+def swing(slope: Array, feedback: float, ar: Array, share: float, period: float, inertia: float) -> Swing:
     """The answer to noise of the colour that an AR(3) over blocks tells.
 
-    That is a disturbance which fades exponentially, beside white noise, as lag one and two of the blocks tell. All is
-    per N m of what I₀ Δr/T_b − τ shows of e: the damping takes the rest, but is itself what a fit looks for.
+    That is a disturbance which fades exponentially, beside white noise, as lag one and two of the blocks tell; of the
+    white part what is no noise of the torque turns the vehicle, too. All is per N m of what I₀ Δr/T_b − τ shows of e:
+    the damping takes the rest, but is itself what a fit looks for.
 
     Args:
         slope: (n_b,) d'(r) of the damping [N m s/rad].
         feedback: K of a controller [N m s/rad].
         ar: (3,) of the blocks.
+        share: of e, 0…1, that is noise of the torque.
         period: of a block [s].
         inertia: I₀ [kg m²].
     """
-    shape, foretold = _unforeseen(ar)
+    shape, foretold = _unforeseen(ar, share)
     # of less fading numbers would not be left
     fading = np.maximum((slope + feedback) * period / inertia, SLOWEST) / PARTS
     keeps, gains = np.exp(-fading), period / PARTS / inertia * -np.expm1(-fading) / fading
@@ -87,7 +89,7 @@ def swing(slope: Array, feedback: float, ar: Array, period: float, inertia: floa
     return Swing(rise / shown, (course / shown).T, (rate / shown).mean(axis=1), foretold)
 
 
-def _unforeseen(ar: Array) -> tuple[Array, Array]:
+def _unforeseen(ar: Array, share: float) -> tuple[Array, Array]:
     """((BEFORE + 1) PARTS,) what disturbance to expect there per unit of e in its block, and (BEFORE,) what foretells
     the block's mean, oldest first."""
     parts = (BEFORE + 1) * PARTS
@@ -103,9 +105,12 @@ def _unforeseen(ar: Array) -> tuple[Array, Array]:
     together = np.exp(-fades * np.abs(time[:, None] - time[None, :]))
     mean = np.kron(np.eye(BEFORE + 1), np.full(PARTS, 1.0 / PARTS))
     blocks = mean @ together @ mean.T
-    seen = blocks + blocks[0, 0] * (1.0 / lasting - 1.0) * np.eye(BEFORE + 1)
+    white = blocks[0, 0] * (1.0 / lasting - 1.0)
+    seen = blocks + white * np.eye(BEFORE + 1)
     foretold = np.linalg.solve(seen[:BEFORE, :BEFORE], seen[:BEFORE, BEFORE])
-    shape = together @ mean.T @ np.append(-foretold, 1.0)
+    unforeseen = np.append(-foretold, 1.0)
+    turning = white - min(white, share * float(unforeseen @ seen @ unforeseen))
+    shape = together @ mean.T @ unforeseen + turning * np.repeat(unforeseen, PARTS)
     return shape / shape[-PARTS:].mean(), foretold
 
 
