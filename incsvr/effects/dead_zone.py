@@ -8,7 +8,6 @@ from scipy.special import ndtr
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
-
 STARTS = {"shifted": 9, "step": 24}
 """Half widths that are tried. The command of a controller stays about a step's edge: past it little is explained."""
 

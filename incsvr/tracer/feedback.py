@@ -33,6 +33,7 @@ SURE = 4.0
 REFUTED = 2.0
 """Standard errors by which the answer to the disturbances alone may fall short of it."""
 
+
 def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array, inertia: float) -> float:
     """K [N m s/rad] by which the torque goes against the yaw rate, as a controller's does; 0 where it does not.
 
@@ -80,12 +81,15 @@ def _opposed(
         left = moved + gain * turned
         far = FAR * 1.4826 * float(np.median(np.abs(left))) + 1e-12
         weight = np.square(np.maximum(1.0 - np.square(left / far), 0.0))
-        before, gain = gain, -float((weight * told) @ moved) / float((weight * told) @ turned)
+        together = float((weight * told) @ turned)
+        if together <= 0.0:  # most of it stands still: nothing is left to tell a gain by
+            return 0.0, np.inf
+        before, gain = gain, -float((weight * told) @ moved) / together
         if abs(gain - before) < SETTLED * abs(gain):
             break
     # neighbouring differences are of the same samples: there are fewer of them than it seems
-    left = float(np.mean(weight * (moved + gain * turned) ** 2)) * order
-    return gain, float(np.sqrt(left * float((weight * told) @ told))) / float((weight * told) @ turned) + 1e-300
+    power = float(np.mean(weight * (moved + gain * turned) ** 2)) * order
+    return gain, float(np.sqrt(power * float((weight * told) @ told))) / together + 1e-300
 
 
 def _caused(blocks: Blocks, residual: Array, inertia: float) -> Array:

@@ -298,7 +298,8 @@ def _equations(
     white = white_noise(runs) * float(np.sqrt(min(sample_period(runs, "torque") / blocks.period, 1.0)))
     return Problem(
         signals, blocks, y, damping, grid, table, coarse, steep, told(signals, blocks), resolution, held,
-        width=0.0, white=white, drag=still, colour=np.zeros(3), swing=swing(steep @ still, 0.0, np.zeros(3), 0.0, blocks.period, inertia),
+        width=0.0, white=white, drag=still, colour=np.zeros(3),
+        swing=swing(steep @ still, 0.0, np.zeros(3), 0.0, blocks.period, inertia),
     )  # fmt: skip
 
 

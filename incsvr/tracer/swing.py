@@ -1,8 +1,8 @@
 """How the yaw rate answers the noise of a block, which a fit must know where its columns hold the motion.
 
-What the equations do not foretell of a block, e, is no disturbance that sets in with the block and stays: one that lasts
-has begun before, unseen in the mean of the block before, and grows on. The rate has answered it since, and a controller
-has answered the rate.
+What the equations do not foretell of a block, e, is no disturbance that sets in with the block and stays: one that
+lasts has begun before, unseen in the mean of the block before, and grows on. The rate has answered it since, and a
+controller has answered the rate.
 """
 
 from __future__ import annotations
@@ -124,4 +124,3 @@ def _autocorrelation(ar: Array) -> tuple[float, float]:
     a, b, c = ar
     lags = np.linalg.solve([[1.0 - b, -c, 0.0], [-a - c, 1.0, 0.0], [-b, -a, 1.0]], ar)
     return float(lags[0]), float(lags[1])
-

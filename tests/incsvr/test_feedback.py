@@ -15,10 +15,9 @@ from incsvr.tracer.problem import Problem, pose
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import scan, with_lead
 from incsvr.tracer.weak_form import split
-from simulator import trial
 from simulator.effects import Scale
-from simulator.trial import Trial
-from simulator.trial_command import Command
+from simulator.trial import Trial, play
+from simulator.trial_command import Command, command
 
 INERTIA, DRAG, PERIOD, SIZE = 350.0, 160.0, 0.05, 8
 N = 16_000
@@ -64,15 +63,14 @@ def test_a_controllers_gain_is_read(seed: int) -> None:
 def test_a_reference_that_moves_does_not_hide_the_gain(seed: int) -> None:
     """While the vehicle follows, torque and rate go together: least squares reads a third to a half too little."""
     asked: list[float] = []
-    drawn = trial.command
 
     def kept(kind: str, scale: Scale, time: Array, random: np.random.Generator) -> Command:
-        made = drawn(kind, scale, time, random)
+        made = command(kind, scale, time, random)
         asked.append(made.proportional)
         return made
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "command", kept)
+        patch.setattr("simulator.trial.command", kept)
         run, inertia = closed_loop(seed)
     problem = pose([run], inertia, [])
     torque, rate = (
@@ -87,7 +85,7 @@ def test_a_reference_that_moves_does_not_hide_the_gain(seed: int) -> None:
     "effect", ["inertia", "memory/linear", "inflow/loaded", "torque_asymmetry", "torque_saturation/coefficient"]
 )
 def test_noise_that_lasts_is_no_evidence_in_closed_loop(seed: int, effect: str) -> None:
-    """With nothing hidden 2 Δℓ is of the order of one. Taken as white, the noise held 36 to 196 for the same effects."""
+    """With nothing hidden 2 Δℓ is of the order of one. Taken as white the noise held 36 to 196 for these."""
     run, inertia = closed_loop(seed)
     problem = aligned([run], inertia, [])
     assert problem.closed_loop
@@ -99,7 +97,7 @@ def test_noise_that_lasts_is_no_evidence_in_closed_loop(seed: int, effect: str) 
 
 def closed_loop(seed: int) -> tuple[Run, float]:
     """A small vehicle under a rate controller, nothing hidden, in water whose push lasts; and its inertia."""
-    outcome = trial.play(Trial(seed, vehicle="small", excitation="closed_loop", autocorrelation=0.9))
+    outcome = play(Trial(seed, vehicle="small", excitation="closed_loop", autocorrelation=0.9))
     columns = dict(outcome.recording.columns)
     run = Run("loop", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
     return run, outcome.inertia
