@@ -190,8 +190,13 @@ class Search:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
         But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
-        nor is it one against fewer effects that the equation prefers.
+        nor is it one against fewer effects that the equation prefers, nor for an effect that may be the noise's colour
+        where the equation prefers another.
         """
+        if self._doubted(new) != self._doubted(old):
+            doubted, other = (new, old) if self._doubted(new) else (old, new)
+            if worth(other) >= worth(doubted):
+                return other is new
         more, fewer = (new, old) if len(new.terms) > len(old.terms) else (old, new)
         spared = bool(fewer.terms) and len(more.terms) > len(fewer.terms) and worth(fewer) >= worth(more)
         if not self.closed_loop and (spared or abs(worth(new) - worth(old)) > STRONG):
@@ -199,6 +204,11 @@ class Search:
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)
         return worth(new) > worth(old)
+
+    def _doubted(self, hypothesis: Hypothesis) -> bool:
+        """Whether it holds an effect that the noise's colour might be taken for."""
+        named = zip(hypothesis.effects, hypothesis.terms, strict=True)
+        return any(effect.must_prove(term, self.problem.signals) for effect, term in named)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first."""
