@@ -40,11 +40,10 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     if linear.resolution <= linear.blocks.period / 40.0:
         return linear
     held = _settled(runs, pose(runs, inertia, channels, held=True), channels)
-    # likelihoods compare at one share alone; what the wrong of the two leaves does not follow the torque, but that does
-    # follow where it is the answer of a controller
+    # Likelihoods compare at one share of the noise and one answer to it alone. What the wrong of the two leaves does
+    # not follow the torque, so that its share is too small; but a controller's answer, seen at another time, does.
     share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
     at_one, at_two = with_share(linear, share), with_share(held, share)
-    # and with one answer to the noise
     at_two = replace(at_two, feedback=linear.feedback).answering(linear.drag, linear.colour)
     one, two = _best(at_one, channels), _best(at_two, channels)
     unearned = _smoother(runs, linear, held, one, two, share) + _belated(runs, at_two)

@@ -7,6 +7,7 @@ likelihood: U. Forssell, L. Ljung, "Closed-loop identification revisited", Autom
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -53,43 +54,62 @@ def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array,
         inertia: I₀ [kg m²].
     """
     means = blocks.mean(torque), blocks.mean(rate)
-    found = [(*_opposed(blocks, torque, means, means[1], order), order) for order in ORDERS]
+    found = []
+    for order in ORDERS:
+        moved, turned = _fast(blocks, torque, means, order)
+        found.append((*_opposed(moved, turned, order), order))
     gain, error, order = max(found, key=lambda each: each[0] / each[1])
     if gain <= SURE * error:
         return 0.0
-    driven, doubt = _opposed(blocks, torque, means, _caused(blocks, residual, inertia), order)
+    moved, turned, caused = _fast(blocks, torque, (*means, _caused(blocks, residual, inertia)), order)
+    driven, doubt = _answered(moved, turned, caused, order)
     return 0.0 if driven + REFUTED * doubt < gain else gain
 
 
-def _opposed(
-    blocks: Blocks, torque: Array, means: tuple[Array, Array], instrument: Array, order: int
-) -> tuple[float, float]:
-    """K as differences of one order tell it, and its standard error."""
-    moved, turned, told = (differences(blocks, values, order) for values in (*means, instrument))
-    if moved.size < FEWEST_STEADY:
-        return 0.0, np.inf
+def _fast(blocks: Blocks, torque: Array, values: Sequence[Array], order: int) -> list[Array]:
+    """Differences of block values, where the command does not jump and none of them stands out; none of too few."""
+    cut = [differences(blocks, each, order) for each in values]
+    if cut[0].size < FEWEST_STEADY:
+        return [np.zeros(0) for _ in cut]
     calm = steady(blocks, torque, order)
-    for x in (moved, turned, told):
+    for x in cut:
         calm = calm & (np.abs(x) <= JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12)
-    moved, turned, told = moved[calm], turned[calm], told[calm]
-    together = float(told @ turned)
+    return [x[calm] for x in cut]
+
+
+def _opposed(moved: Array, turned: Array, order: int) -> tuple[float, float]:
+    """K as differences of torque and rate tell it, by a robust fit, and its standard error."""
+    together = float(turned @ turned)
     if together <= 0.0:
         return 0.0, np.inf
-    gain = -float(told @ moved) / together
-    weight = np.ones(moved.size)
-    for _ in range(STEPS if instrument is means[1] else 0):
+    gain, weight = -float(turned @ moved) / together, np.ones(moved.size)
+    for _ in range(STEPS):
         left = moved + gain * turned
         far = FAR * 1.4826 * float(np.median(np.abs(left))) + 1e-12
         weight = np.square(np.maximum(1.0 - np.square(left / far), 0.0))
-        together = float((weight * told) @ turned)
-        if together <= 0.0:  # most of it stands still: nothing is left to tell a gain by
+        together = float((weight * turned) @ turned)
+        if together <= 0.0:
             return 0.0, np.inf
-        before, gain = gain, -float((weight * told) @ moved) / together
+        before, gain = gain, -float((weight * turned) @ moved) / together
         if abs(gain - before) < SETTLED * abs(gain):
             break
+    root = np.sqrt(weight)
+    return gain, _error(root * (moved + gain * turned), root * turned, together, order)
+
+
+def _answered(moved: Array, turned: Array, caused: Array, order: int) -> tuple[float, float]:
+    """K as the answer to what disturbances `caused` of the rate, and its standard error."""
+    together = float(caused @ turned)
+    if together <= 0.0:
+        return 0.0, np.inf
+    gain = -float(caused @ moved) / together
+    return gain, _error(moved + gain * turned, caused, together, order)
+
+
+def _error(left: Array, told: Array, together: float, order: int) -> float:
     # neighbouring differences are of the same samples: there are fewer of them than it seems
-    power = float(np.mean(weight * (moved + gain * turned) ** 2)) * order
-    return gain, float(np.sqrt(power * float((weight * told) @ told))) / together + 1e-300
+    power = float(np.mean(np.square(left))) * order
+    return float(np.sqrt(power * float(told @ told))) / together + 1e-300
 
 
 def _caused(blocks: Blocks, residual: Array, inertia: float) -> Array:

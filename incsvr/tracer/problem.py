@@ -118,8 +118,7 @@ class Problem:
     def turned(self) -> Array:
         """(2, n_b, 11) how the damping's columns answer the noise of their own block, for `whitening.fit`.
 
-        A disturbance w turns the vehicle within the block in which it acts: the mean rate holds w T_b/(2 I), less what
-        damping and controller take back.
+        A disturbance turns the vehicle within the block in which it acts: see `swing`.
         """
         turned: Array = self.signals.turning * self.swing.mean[:, None] * self.steep
         return np.stack([turned, np.zeros_like(turned)])

@@ -89,6 +89,7 @@ def test_noise_that_lasts_is_no_evidence_in_closed_loop(seed: int, effect: str) 
     run, inertia = closed_loop(seed)
     problem = aligned([run], inertia, [])
     assert problem.closed_loop
+    assert not problem.held  # the torque is sampled from a controller that never rests
     base = nothing(problem)
     lead = next(lead for lead in scan(problem, base, candidates([])) if lead.effect.key == effect)
     found = with_lead(problem, base, lead)
