@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -86,14 +87,20 @@ def test_a_reference_that_moves_does_not_hide_the_gain(seed: int) -> None:
 )
 def test_noise_that_lasts_is_no_evidence_in_closed_loop(seed: int, effect: str) -> None:
     """With nothing hidden 2 Δℓ is of the order of one. Taken as white the noise held 36 to 196 for these."""
-    run, inertia = closed_loop(seed)
-    problem = aligned([run], inertia, [])
+    problem = quiet(seed)
     assert problem.closed_loop
     assert not problem.held  # the torque is sampled from a controller that never rests
     base = nothing(problem)
     lead = next(lead for lead in scan(problem, base, candidates([])) if lead.effect.key == effect)
     found = with_lead(problem, base, lead)
     assert 2.0 * (found.fit.log_likelihood - base.fit.log_likelihood) < 12.0
+
+
+@cache
+def quiet(seed: int) -> Problem:
+    """The equations of such a loop; several tests look at them."""
+    run, inertia = closed_loop(seed)
+    return aligned([run], inertia, [])
 
 
 def closed_loop(seed: int) -> tuple[Run, float]:
