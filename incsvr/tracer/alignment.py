@@ -12,7 +12,8 @@ from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
-from incsvr.tracer.problem import Problem, pose, pose_like
+from incsvr.tracer.posing import pose, pose_like
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.swing import PARTS

@@ -13,7 +13,8 @@ from incsvr.tracer.alignment import aligned, misread, reread
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import THRESHOLD, against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
-from incsvr.tracer.problem import Problem, pose_finer
+from incsvr.tracer.posing import pose_finer
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import Lead, scan, without

@@ -16,7 +16,8 @@ from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.forward import TracedModel, model_of
 from incsvr.tracer.hypothesis import Hypothesis, settle
-from incsvr.tracer.problem import Problem, pose_like
+from incsvr.tracer.posing import pose_like
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.whitening import whiten
 

@@ -13,7 +13,8 @@ from incsvr.effects import Signals, Term
 from incsvr.evidence import rms
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
-from incsvr.tracer.problem import Problem, pose_like
+from incsvr.tracer.posing import pose_like
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.weak_form import split
 from incsvr.tracer.whitening import burg, whiten

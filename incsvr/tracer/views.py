@@ -134,7 +134,7 @@ class Views:
             since[cells[marks - BEFORE + k]] = np.outer(sign, path)
         since[cells[marks + 1]] = np.outer(sign, swing.path[-1] * (1.0 - inside / PARTS))
         gained = answer(since)
-        own = gained[marks] - sum(part * gained[marks - BEFORE + k] for k, part in enumerate(swing.foretold))
+        own = gained[marks] - sum(told * gained[marks - BEFORE + k] for k, told in enumerate(swing.foretold))
         return np.tile(sign @ own / marks.size, (len(blocks), 1))
 
     def feigned(self, effect: Effect, columns: Array) -> Array:

@@ -9,7 +9,8 @@ from incsvr.effects import Effect, Term, catalogue
 from incsvr.evidence import evidence
 from incsvr.tracer.gates import THRESHOLD, bends, objection
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, views
-from incsvr.tracer.problem import Problem, pose
+from incsvr.tracer.posing import pose
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import scan, with_lead

@@ -12,7 +12,8 @@ from incsvr.effects import candidates, catalogue
 from incsvr.tracer.alignment import aligned
 from incsvr.tracer.feedback import controller_gain
 from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.problem import Problem, pose
+from incsvr.tracer.posing import pose
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import scan, with_lead
 from incsvr.tracer.weak_form import split

@@ -9,7 +9,8 @@ from scipy.signal import lfilter
 from incsvr.effects import catalogue
 from incsvr.evidence import gain_of
 from incsvr.tracer.hypothesis import Hypothesis, nothing
-from incsvr.tracer.problem import Problem, pose, pose_finer
+from incsvr.tracer.posing import pose, pose_finer
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import scan, with_lead
 from tests.incsvr.turning import INERTIA, PERIOD, command, instants

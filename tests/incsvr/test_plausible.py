@@ -12,7 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.tracer.excitation import answered, only_noise
 from incsvr.tracer.plausible import apparent_inertia, doubts
-from incsvr.tracer.problem import pose
+from incsvr.tracer.posing import pose
 from incsvr.tracer.run import Run
 from simulator.recordings import Recording, read
 from simulator.trial import Trial, play

@@ -11,7 +11,7 @@ from incsvr.effects import catalogue
 from incsvr.evidence import gain_beside_slip, gain_of
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
-from incsvr.tracer.problem import pose
+from incsvr.tracer.posing import pose
 from incsvr.tracer.run import Array, Run
 
 INERTIA, PERIOD, FINE = 350.0, 0.05, 0.005

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from incsvr.tracer.problem import Problem, pose
+from incsvr.tracer.posing import pose
+from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
 
 INERTIA = 350.0
