@@ -110,7 +110,7 @@ def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[
     """
     position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
     moving = _moving(torque, position)
-    limit = JUMP * 1.4826 * float(np.median(np.abs(torque - moving)))
+    limit = JUMP * 1.4826 * min(float(np.median(np.abs(torque - moving))), _usual_change(torque, position))
     staying, moving = _since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving)
     stays = _missed(torque, staying, limit) <= _missed(torque, moving, limit) if stays is None else stays
     return (staying if stays else moving), stays
@@ -163,6 +163,11 @@ def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
     return guess
 
 
+def _usual_change(torque: Array, position: NDArray[np.intp]) -> float:
+    """Median change from one block to the next but one: where a command mostly stays, its noise and not its jumps."""
+    return float(np.median(np.abs(torque[2:] - torque[:-2])[position[2:] >= 2]))
+
+
 def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Array:
     """(n_b,) the mean since the last jump; of a jump the block's own."""
     total = np.concatenate([[0.0], np.cumsum(torque)])
@@ -174,7 +179,7 @@ def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Arra
         age = k - jumped
         if age == LATER:
             # the first two blocks after a jump have none before them: they are told from those a little later
-            found[jumped + 1 : jumped + 3] = (total[k + 1] - total[jumped + 4]) / (LATER - 3)
+            found[jumped + 1 : jumped + 3] = (total[k] - total[jumped + 4]) / (LATER - 4)
         if age < 3:
             continue
         guess = (total[k - 1] - total[jumped + 1]) / (age - 2)

@@ -32,6 +32,18 @@ class TestForetelling:
         assert error.std() < 0.5
         assert abs(correlation(error, self.noise[told])) < 0.05
 
+    def test_jumps_are_seen_however_many_and_however_soon_the_next(self) -> None:
+        """Least squares from earlier blocks miss levels by far more than the noise: that is no measure of a jump."""
+        random = np.random.default_rng(9)
+        holds = random.integers(5, 15, len(self.blocks))
+        levels = random.permuted(np.tile([-90.0, -50.0, 50.0, 90.0], len(self.blocks) // 4 + 1))
+        command = np.repeat(levels[: len(self.blocks)], holds)[: len(self.blocks)]
+        torque = command + self.noise
+        foretold, stays = foretell(torque, self.blocks)
+        assert stays
+        assert np.max(np.abs(foretold - command)) < 6.0
+        assert np.mean(foretold == torque) < 0.25
+
     def test_a_command_that_moves_is_foretold_by_least_squares(self) -> None:
         command = 40.0 * np.sin(0.2 * np.arange(len(self.blocks)))
         torque = command + self.noise
