@@ -22,6 +22,9 @@ from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 
+STEPS = 40.0
+"""Of the free run's integration, in a time scale."""
+
 
 @dataclass(frozen=True, slots=True)
 class TracedModel:
@@ -105,14 +108,14 @@ class TracedModel:
         Args:
             signals: torque, channels, and of the motion what came before each free run: its first rate and heading, and
                 of a memory the water that an earlier turn set in motion.
-            step: of the integration [s], rounded to whole grid steps; T_c/40 if not given.
+            step: of the integration [s], rounded to whole grid steps; T_c/STEPS if not given.
             spans: of the grid, each with what came before it in its run; all runs as a whole if not given.
 
         Returns:
             indices into the grid of `signals.pieces(spans)` and the simulated rate there [rad/s].
         """
         spans = signals.runs() if spans is None else spans
-        hop = max(round((step or self.scale / 40.0) / signals.step), 1)
+        hop = max(round((step or self.scale / STEPS) / signals.step), 1)
         plan = Plan(self, signals, spans, hop)
         first = [span.start for span in spans]
         rate, heading = signals.rate[first], signals.heading[first]

@@ -7,17 +7,17 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import erf
 
 from incsvr.effects import Signals, Term
 from incsvr.evidence import rms
-from incsvr.tracer.forward import model_of
+from incsvr.tracer.comparison import gained, likelier
+from incsvr.tracer.forward import STEPS, model_of
 from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
 from incsvr.tracer.posing import pose_like
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
-from incsvr.tracer.weak_form import split
-from incsvr.tracer.whitening import burg, whiten
 
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""
@@ -27,9 +27,6 @@ FEW = 20
 
 LOST = 2.0
 """By how many standard errors the free run may be worse as it is where, weighed by its noise, it is better."""
-
-FEWEST_MEANS = 8
-"""Of a piece that is weighed by its noise."""
 
 QUICK_FOLDS = 3
 """The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
@@ -46,6 +43,8 @@ class Errors:
         free_run: simulated − measured.
         block_time: stamps of the block residuals [s].
         block_rate: mean yaw rate of each block [rad/s].
+        block_error: mean free-run error of each block [rad/s].
+        mistimed: of each block, as `Blocks` has it.
         torque: (n_b,) block residuals [N m].
     """
 
@@ -55,6 +54,8 @@ class Errors:
     free_run: tuple[Array, ...]
     block_time: tuple[Array, ...]
     block_rate: tuple[Array, ...]
+    block_error: tuple[Array, ...]
+    mistimed: tuple[Array, ...]
     torque: tuple[Array, ...]
 
     def free_run_rmse(self) -> float:
@@ -108,15 +109,16 @@ class Court:
         """Whether the free run of `new` beats that of `old` by more than chance would have it.
 
         Its error is the noise of the water, summed up by the vehicle; what an effect changes may be small beside that
-        and yet certain. So the two are compared as they are, and with every frequency weighed by the noise there. But a
-        torque that answers the noise carries it into the free run.
+        and yet certain. So the two are compared as they are, and by the likelihood of what the noise makes of a free
+        run. But a torque that answers the noise carries it into the free run.
         """
         before, after = self.errors(old), self.errors(new)
         plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
-        if _gained(plain) or not self.weighs:
-            return _gained(plain)
+        if gained(plain) or not self.weighs:
+            return gained(plain)
         lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
-        return not lost and _gained(_weighed(before, after, self.problem.blocks.period))
+        period = self.problem.blocks.period
+        return not lost and gained(likelier(before.block_error, after.block_error, after.mistimed, period))
 
     def errors(self, hypothesis: Hypothesis) -> Errors:
         """Errors of a hypothesis on unseen data; those it was asked for before are known."""
@@ -160,21 +162,37 @@ def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Se
     size = blocks.size
     slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
     signals = problem.signals.pieces(slices)
-    index, simulated = model_of(fitted, hypothesis).simulate(_driving(problem), spans=slices)
+    step = min(signals.scale / STEPS, blocks.period)
+    index, simulated = model_of(fitted, hypothesis).simulate(_driving(problem), step, slices)
     run = np.searchsorted(signals.start, index, side="right") - 1
     groups = [np.flatnonzero(run == k) for k in range(len(slices))]
     measured = signals.rate[index]
+    error = simulated - measured
+    mean_error = [
+        _averaged(error[g], (index[g] - signals.start[k]) // size, p.stop - p.start)
+        for k, (g, p) in enumerate(zip(groups, spans, strict=True))
+    ]
     mean_rate = blocks.mean(problem.signals.rate)
     middle = problem.signals.time[blocks.first + size // 2]
     return Errors(
         time=tuple(signals.time[index[g]] for g in groups),
         measured=tuple(measured[g] for g in groups),
         simulated=tuple(simulated[g] for g in groups),
-        free_run=tuple(simulated[g] - measured[g] for g in groups),
+        free_run=tuple(error[g] for g in groups),
         block_time=tuple(middle[p] for p in spans),
         block_rate=tuple(mean_rate[p] for p in spans),
+        block_error=tuple(mean_error),
+        mistimed=tuple(blocks.mistimed[p] for p in spans),
         torque=tuple(residual[p] for p in spans),
     )
+
+
+def _averaged(values: Array, block: NDArray[np.intp], count: int) -> Array:
+    """(count,) mean of the values in each block; what lies at the end of the last is in none."""
+    inside = block < count
+    total = np.bincount(block[inside], weights=values[inside], minlength=count)
+    mean: Array = total / np.bincount(block[inside], minlength=count)
+    return mean
 
 
 def _posed(problem: Problem, runs: Sequence[Run]) -> Problem:
@@ -188,41 +206,6 @@ def _driving(problem: Problem) -> Signals:
     """What drives a free run: the torque, or the command where it is known what of the torque is but noise."""
     s, plain = problem.signals, problem.command.plain
     return replace(s, torque=plain) if s.known and plain is not None else s
-
-
-def _gained(gain: Array) -> bool:
-    """Whether the gains of the pieces, (pieces,), exceed their standard error in the mean.
-
-    Or whether so many of eight or more pieces gained that a coin would do it once in twenty times: one piece that runs
-    away where the fit had seen no such rates does not outweigh all others.
-    """
-    if gain.size and gain.mean() > gain.std() / np.sqrt(gain.size):
-        return True
-    return bool(gain.size >= 8 and np.mean(gain > 0.0) > 0.5 + 0.85 / np.sqrt(gain.size))
-
-
-def _weighed(before: Errors, after: Errors, period: float) -> Array:
-    """(pieces,) what the squared free-run error gains where an AR(3) has made the error of `after` white.
-
-    Args:
-        period: over which the errors are averaged first: the sensor's noise is no error of the model [s].
-    """
-    old, new, sizes = [], [], []
-    for time, o, n in zip(after.time, before.free_run, after.free_run, strict=True):
-        count = max(round(period / float(time[1] - time[0])), 1)
-        whole = n.size // count
-        if whole > FEWEST_MEANS:
-            old.append(o[: whole * count].reshape(whole, count).mean(axis=1))
-            new.append(n[: whole * count].reshape(whole, count).mean(axis=1))
-            sizes.append(whole)
-    if not sizes:
-        return np.zeros(0)
-    means = split(np.concatenate([[0], np.cumsum(sizes)]).astype(np.intp), 1, period)
-    old_means, new_means = np.concatenate(old)[means.first], np.concatenate(new)[means.first]
-    ar = burg(new_means, means)
-    gain = whiten(old_means, ar, means) ** 2 - whiten(new_means, ar, means) ** 2
-    piece = np.searchsorted(means.start, means.whole, side="right") - 1
-    return np.bincount(piece, weights=gain, minlength=len(sizes)).astype(np.float64)
 
 
 def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:

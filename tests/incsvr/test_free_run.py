@@ -11,8 +11,10 @@ from scipy.signal import lfilter
 from incsvr.effects import Signals, Term, catalogue
 from incsvr.tracer.forward import TracedModel
 from incsvr.tracer.hypothesis import nothing, settle
+from incsvr.tracer.posing import pose
 from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Array
+from incsvr.tracer.run import Array, Run
+from simulator.trial import Trial, play
 from tests.incsvr.turning import command, instants, turning
 
 FRICTION = 6.0
@@ -66,6 +68,20 @@ def test_what_is_small_beside_the_slow_noise_shows_where_the_noise_is_small() ->
     assert weighed.better(found, base)
     assert not plain.better(found, base)
     assert not weighed.better(base, found)
+
+
+@pytest.mark.parametrize("seed", [301_004, 301_009])
+def test_the_instants_of_jumps_do_not_hide_what_is_small_beside_them(seed: int) -> None:
+    """A command jumps anywhere within a sample: what a free run misses there says nothing for or against an effect."""
+    outcome = play(Trial(seed, ("inflow",), 1.0, "small", "telegraph", 0.9))
+    columns = dict(outcome.recording.columns)
+    run = Run("jumping", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    problem = pose([run], outcome.inertia, [])
+    base = nothing(problem)
+    found = settle(problem, [(catalogue()["inflow"], (), ())], base)
+    court = Court.of(problem, None, quick=True)
+    assert court.better(found, base)
+    assert not court.better(base, found)
 
 
 def test_a_free_run_knows_the_command_and_the_turn_before_it() -> None:
