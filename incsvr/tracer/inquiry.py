@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.effects import Effect, candidates
-from incsvr.evidence import evidence, p_value
+from incsvr.evidence import NORMAL_95, evidence, intervals, p_value
 from incsvr.tracer.alignment import aligned, misread, reread
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import THRESHOLD, against_physics
@@ -31,6 +31,9 @@ LEVEL = 1e-5
 
 FEIGNED = 3
 """Effects that the noise of shorter blocks feigns, beside which what lasts but an instant must stand."""
+
+AGREES = 2.0
+"""Standard errors, of both together, by which longer and shorter blocks may differ about an effect."""
 
 MISREAD = 0.1
 """Change of the noise's share, as read beside all effects, that asks for another search: beside one it was misread."""
@@ -121,6 +124,7 @@ def _looked_closer(
     others = [effect for effect in case.effects if not effect.brief and effect.name not in base.names()]
     feigned = [lead for lead in scan(finer, base, others) if lead.score > THRESHOLD]
     grown = _beside_feigned(finer, feigned[:FEIGNED], base, grown, hunt.refused)
+    grown = _agreed(case.problem, finer, base, grown, hunt.refused)
     # the shorter blocks had the last word on these
     refused |= {effect.name: hunt.refused[effect.name] for effect in brief if effect.name in hunt.refused}
     if not set(grown.names()) > set(found.names()):
@@ -150,6 +154,28 @@ def _beside_feigned(
             )
             return base
     return grown
+
+
+def _agreed(
+    problem: Problem, finer: Problem, base: Hypothesis, grown: Hypothesis, refused: dict[str, str]
+) -> Hypothesis:
+    """`grown`, or `base` where the longer blocks, as far as they can tell, say another size of a new effect."""
+    sizes, longer = intervals(finer, grown), resettled(problem, grown)
+    for k, (shorter, long) in enumerate(zip(sizes, intervals(problem, longer), strict=True)):
+        for name, ends in shorter.items() if grown.effects[k].name not in base.names() else ():
+            (here, doubt), (there, other) = (_middle(*x) for x in (ends, long[name]))
+            if abs(here - there) > AGREES * np.hypot(doubt, other):
+                refused[grown.effects[k].name] = (
+                    f"its {name} would be {here:.3g} in blocks of {finer.blocks.period:.2g} s, and {there:.3g} in "
+                    f"blocks of {problem.blocks.period:.2g} s: more than the noise of the two"
+                )
+                return base
+    return grown
+
+
+def _middle(low: float, high: float) -> tuple[float, float]:
+    """Estimate and standard error of a 95 % interval."""
+    return 0.5 * (low + high), 0.5 * (high - low) / NORMAL_95
 
 
 def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:

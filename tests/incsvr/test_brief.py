@@ -32,3 +32,14 @@ def test_friction_where_a_turn_reverses_is_found(seed: int) -> None:
 def test_none_is_found_where_there_is_none(seed: int) -> None:
     run, outcome = swinging(seed, 0.0)
     assert trace([run], inertia=outcome.inertia).effects == ()
+
+
+def test_what_longer_blocks_say_otherwise_is_not_believed() -> None:
+    """There the gyro's noise feigns an inflow four times what the longer blocks allow: its damping is biased, too."""
+    outcome = play(Trial(270_029, ("tether",), 0.5, "leng", "multisine", 0.9))
+    channels = dict(outcome.recording.columns)
+    rate, torque = channels.pop("yaw_rate"), channels.pop("torque")
+    found = trace([Run("swinging", outcome.recording.time, rate, torque, channels)], inertia=outcome.inertia)
+    assert [effect.effect for effect in found.effects] == ["tether"]
+    (inflow,) = [refused for refused in found.rejected if refused.effect == "inflow"]
+    assert "in blocks of" in inflow.reason
