@@ -8,7 +8,7 @@ from itertools import permutations
 
 from incsvr.effects import Effect
 from incsvr.tracer.gates import ON_ONE_SINE, STRONG, THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
-from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, excepting, instead, scan, with_lead, without
 
@@ -190,8 +190,8 @@ class Search:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
         But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
-        nor is it one against fewer effects that the equation prefers, nor for an effect that may be the noise's colour
-        where the equation prefers another.
+        nor is it one against fewer effects that the equation prefers, nor for what may be the noise's colour or the
+        sampling where the equation prefers another.
         """
         if self._doubted(new) != self._doubted(old):
             doubted, other = (new, old) if self._doubted(new) else (old, new)
@@ -206,9 +206,10 @@ class Search:
         return worth(new) > worth(old)
 
     def _doubted(self, hypothesis: Hypothesis) -> bool:
-        """Whether it holds an effect that the noise's colour might be taken for."""
+        """Whether it holds an effect that the noise's colour might be taken for, or nothing but how it was sampled."""
         named = zip(hypothesis.effects, hypothesis.terms, strict=True)
-        return any(effect.must_prove(term, self.problem.signals) for effect, term in named)
+        sampled = bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
+        return sampled or any(effect.must_prove(term, self.problem.signals) for effect, term in named)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first."""

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
+from incsvr.tracer.run import Run
 from incsvr.tracer.search import Search
+from simulator.trial import Trial, play
 from tests.incsvr.turning import INERTIA, command, instants, turning
 
 TIME = instants(400.0)
@@ -136,3 +139,22 @@ def test_a_width_that_was_found_without_the_second_effect_is_found_again(seed: i
     pair = [(known["dead_zone/shifted"], (4.0,), ()), (known["bias_torque"], (), ())]
     found = parameters(search(problem)._reformed(settle(problem, pair, nothing(problem))))
     assert found["dead_zone/shifted"]["half_width_nm"] == pytest.approx(8.0, rel=0.15)
+
+
+def test_how_the_streams_were_sampled_does_not_win_against_an_effect() -> None:
+    """In closed loop the free run decides, but a lag within a sample is no finding that friction could lose against."""
+    outcome = play(Trial(270_114, ("coulomb",), 1.0, "small", "closed_loop", 0.9))
+    columns = outcome.recording.columns
+    run = Run("following", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    problem = pose([run], outcome.inertia, [])
+    known, base = catalogue(), nothing(problem)
+    friction = settle(problem, [(known["coulomb"], (0.02,), ())], base)
+    rotor = known["torque_lag/rotor speed"]
+    lag = settle(problem, [(rotor, rotor.starts(problem.signals)[0], ())], base)
+    hunt = search(problem)
+    hunt.closed_loop = problem.closed_loop
+    assert problem.closed_loop
+    assert below_sampling(lag.terms[0], problem)
+    assert hunt.free_run.better(lag, friction)
+    assert hunt._beats(friction, lag)
+    assert not hunt._beats(lag, friction)
