@@ -18,8 +18,9 @@ from incsvr.evidence import change_of_rms, rms
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.grid import on_fine_grid
 from incsvr.tracer.run import Run, stream
-from incsvr.tracer.weak_form import SUBSTEPS, on_fine_grid
+from incsvr.tracer.weak_form import SUBSTEPS
 from incsvr.verdict import Comparison
 
 STILL = 0.2
@@ -95,7 +96,8 @@ def _taught(
 def _free_run(run: Run, model: TracedModel) -> tuple[list[Array], float]:
     """The errors of each stretch without a pause [rad/s], and the time between two of them [s]."""
     sampled = float(np.median(np.diff(stream(run, run.yaw_rate)[0])))
-    signals = on_fine_grid([run], max(model.block / SUBSTEPS, sampled), list(run.channels), held=False)
+    step = max(model.block / SUBSTEPS, sampled)
+    signals = on_fine_grid([run], step, list(run.channels), held=False, inertia=model.inertia)
     signals = replace(signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin)
     index, simulated = model.simulate(signals)
     error, stretch = simulated - signals.rate[index], np.searchsorted(signals.start, index, side="right")

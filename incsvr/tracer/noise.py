@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.tracer.grid import despiked, scatter
 from incsvr.tracer.run import Array, Run, sample_period, stream
-from incsvr.tracer.weak_form import Blocks, despiked, scatter
+from incsvr.tracer.weak_form import Blocks
 
 JUMP = 4.0
 """Deviations from what is usual beyond which the command has jumped."""

@@ -10,11 +10,12 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.tracer.command import told
 from incsvr.tracer.damping import Damping
+from incsvr.tracer.grid import on_fine_grid, time_scale
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, jumps, white_noise
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.swing import swing
-from incsvr.tracer.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, derivative, on_fine_grid, split, time_scale
+from incsvr.tracer.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, derivative, split
 from incsvr.tracer.whitening import Fit, fit
 
 MOST_BLOCKS = 2000
@@ -125,7 +126,7 @@ def pose_like(problem: Problem, runs: Sequence[Run]) -> Problem:
     """The equations of other runs, with the grid, blocks, damping basis and noise share of `problem`."""
     s = problem.signals
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
-    signals = on_fine_grid(runs, s.step, names, problem.held)
+    signals = on_fine_grid(runs, s.step, names, problem.held, s.inertia)
     blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
     blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * problem.resolution / blocks.period)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
@@ -166,7 +167,8 @@ def _equations(
 ) -> Problem:
     step = max(block / SUBSTEPS, period)
     size = max(round(block / step), 1)
-    signals = on_fine_grid(runs, step, ["heading", *channels] if _has_heading(runs) else channels, held)
+    names = ["heading", *channels] if _has_heading(runs) else channels
+    signals = on_fine_grid(runs, step, names, held, inertia)
     blocks = split(signals.start, size, step, scale)
     resolution = _resolution(runs)
     blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * resolution / blocks.period)

@@ -1,4 +1,4 @@
-"""Blocks, resampling, time scale and the whitened regression."""
+"""Blocks, their derivative and the whitened regression."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.weak_form import derivative, despiked, on_fine_grid, split, time_scale
+from incsvr.tracer.run import Array
+from incsvr.tracer.weak_form import derivative, split
 from incsvr.tracer.whitening import burg, fit
 
 
@@ -29,75 +29,11 @@ def test_the_beginning_of_a_run_is_in_no_block() -> None:
     np.testing.assert_array_equal(np.flatnonzero(held[:10_001] == 0.0), np.arange(50))
 
 
-def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:
-    time = np.asarray(np.arange(0.0, 20.0, 0.01), dtype=np.float64)
-    rate = np.where(np.arange(time.size) % 2 == 0, np.sin(time), np.nan)
-    torque = np.where(np.arange(time.size) % 7 == 3, np.cos(time), np.nan)
-    signals = on_fine_grid([Run("x", time, rate, torque)], 0.1, [], held=False)
-    inside = slice(2, -2)
-    np.testing.assert_allclose(signals.rate[inside], np.sin(signals.time[inside]), atol=2e-3)
-    np.testing.assert_allclose(signals.torque[inside], np.cos(signals.time[inside]), atol=3e-3)
-
-
-def test_a_pause_of_the_recorder_splits_a_run() -> None:
-    time = np.concatenate([np.arange(0.0, 30.0, 0.05), np.arange(45.0, 80.0, 0.05)])
-    signals = on_fine_grid([Run("x", time, np.sin(time), np.cos(time))], 0.1, [], held=False)
-    assert len(signals.runs()) == 2
-    assert not np.any((signals.time > 30.1) & (signals.time < 44.9))
-
-
-def test_spikes_go_and_steps_stay() -> None:
-    steps = np.repeat([0.0, 40.0, -40.0], 50)
-    noisy = steps + np.random.default_rng(1).normal(0.0, 1.0, steps.size)
-    spiked = noisy.copy()
-    spiked[[20, 75, 120]] += 30.0
-    clean = despiked(spiked)
-    assert np.max(np.abs(clean - steps)) < 6.0
-    np.testing.assert_array_equal(despiked(steps), steps)
-
-
-def test_what_drops_out_of_a_coarse_command_goes() -> None:
-    """A command that mostly stays where it is deviates by nothing: one drop-out in a hundred is no usual deviation."""
-    coarse = np.repeat([40.0, -40.0, 20.0, -20.0], 100) + 1.5 * (np.random.default_rng(3).random(400) < 0.1)
-    dropped = coarse.copy()
-    dropped[[20, 130, 250, 377]] = 0.0
-    assert np.max(np.abs(despiked(dropped) - coarse)) <= 1.5
-
-
-def test_a_command_that_runs_faster_than_it_scatters_is_no_spike() -> None:
-    """Half of it hardly moves and half of it runs: there most samples are the median of their neighbourhood."""
-    time = np.asarray(np.arange(0.0, 400.0, 0.05), dtype=np.float64)
-    command = 5.0 * np.sin(2.0 * np.pi * time * np.where(time < 200.0, 0.01, 0.4))
-    noisy = command + np.random.default_rng(2).normal(0.0, 0.2, time.size)
-    assert np.mean(despiked(noisy) != noisy) < 0.001
-
-
-def test_a_held_torque_and_the_motion_it_makes_agree_in_blocks_of_few_samples() -> None:
-    """I ṙ = τ, sampled as fast as the torque is held: whatever the torque, nothing is left of a block's equation."""
-    period, inertia = 0.05, 2.0
-    time = np.asarray(period * np.arange(400), dtype=np.float64)
-    torque = np.random.default_rng(3).normal(size=400)
-    rate = np.concatenate([[0.0], np.cumsum(torque[:-1] * period / inertia)])
-    signals = on_fine_grid([Run("x", time, rate, torque)], period, [], held=True)
-    blocks = split(signals.start, 3, period)
-    inside = slice(1, -1)
-    left = blocks.mean(signals.torque) - inertia * blocks.slope(signals.ends)
-    np.testing.assert_allclose(left[inside], 0.0, atol=1e-12)
-    between_means = blocks.mean(signals.torque) - inertia * blocks.slope(signals.rate)
-    assert np.std(between_means[inside]) > 0.05  # what the difference of cell means would leave
-
-
 def test_what_two_blocks_share_holds_the_mean_of_theirs() -> None:
     blocks = split(np.array([0, 9, 18]), 4, 0.1)
     held = blocks.spread(np.array([1.0, 3.0, 10.0, 20.0]), 18)
     np.testing.assert_array_equal(held[:9], [1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0])
     assert held[9] == 10.0  # the next run's first sample is shared with nobody
-
-
-def test_the_time_scale_is_that_of_the_motion() -> None:
-    time = np.asarray(np.arange(0.0, 600.0, 0.05), dtype=np.float64)
-    scale = time_scale([Run("x", time, np.sin(2 * np.pi * time / 60.0), np.zeros(time.size))])
-    assert scale == pytest.approx(10.0, rel=0.03)  # cos = 1/2 after a sixth of the period
 
 
 @pytest.mark.parametrize("sigma", [1.5, 4.0])
