@@ -13,6 +13,9 @@ from incsvr.effects.signals import Array, Signals
 LEAST = 0.03
 """Of the highest commands that a limit must take: a limit just above them takes but the torque's noise."""
 
+HIGHEST = 0.999
+"""Of the commands a limit may lie below: a controller asks for most but for instants, and loses most there."""
+
 ROUND = (0.15, 0.3, 0.45)
 """Of the limit: widths of a rounded corner, from a supply that cuts to one that sags."""
 
@@ -43,7 +46,7 @@ class Saturation(Effect):
         return [(limit,) for limit in limits]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        largest = float(np.quantile(np.abs(s.torque), 0.99))
+        largest = float(np.quantile(np.abs(s.torque), HIGHEST))
         return (0.5 * largest, 2.5 * largest) if self.variant == "smooth limit" else (0.3 * largest, 0.97 * largest)
 
     def lost(self, command: Array, inner: tuple[float, ...]) -> Array:
@@ -67,7 +70,7 @@ class Saturation(Effect):
         if not 0.5 < term.coefficients[0] < 1.3:
             return f"beyond the limit {term.coefficients[0]:.0%} of the command would be lost, saturation loses all"
         largest = np.abs(s.foretold)
-        largest = largest[largest >= np.quantile(largest, 0.95)]
+        largest = largest[largest >= np.quantile(largest, 0.99)]
         part = float(np.mean(self.lost(largest, term.inner)) / np.mean(largest))
         if part < LEAST:
             return f"of the highest commands {part:.1%} would be lost, no more than their noise"

@@ -25,7 +25,7 @@ FOLDS = 5
 FEW = 20
 """Fewer pieces than that are held out one by one."""
 
-LOST = 2.0
+LOST = 1.0
 """By how many standard errors the free run may be worse as it is where, weighed by its noise, it is better."""
 
 QUICK_FOLDS = 3
