@@ -165,7 +165,8 @@ def _moving(torque: Array, position: NDArray[np.intp]) -> Array:
 
 def _usual_change(torque: Array, position: NDArray[np.intp]) -> float:
     """Median change from one block to the next but one: where a command mostly stays, its noise and not its jumps."""
-    return float(np.median(np.abs(torque[2:] - torque[:-2])[position[2:] >= 2]))
+    change = np.abs(torque[2:] - torque[:-2])[position[2:] >= 2]
+    return float(np.median(change)) if change.size else np.inf
 
 
 def _since_jump(torque: Array, position: NDArray[np.intp], limit: float) -> Array:
