@@ -12,7 +12,7 @@ from incsvr.tracer.weak_form import split
 from incsvr.tracer.whitening import DEGREES, fit, loudness, whiten
 
 FEWEST_MEANS = 8
-"""Blocks of a piece that is weighed by its noise."""
+"""Blocks of a piece, below which its noise is not told."""
 
 
 def gained(gain: Array) -> bool:

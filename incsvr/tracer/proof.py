@@ -26,7 +26,7 @@ FEW = 20
 """Fewer pieces than that are held out one by one."""
 
 LOST = 1.0
-"""By how many standard errors the free run may be worse as it is where, weighed by its noise, it is better."""
+"""By how many standard errors the free run may be worse as it is where its errors are likelier."""
 
 QUICK_FOLDS = 3
 """The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
@@ -71,7 +71,7 @@ class Court:
         problem: the fitted recordings.
         validation: the validation recordings, posed alike; None for held-out pieces.
         pieces: blocks of each held-out piece.
-        weighs: whether free runs may be compared by the noise at each frequency, too.
+        weighs: whether free runs may be compared by the likelihood of their errors, too.
         quick: whether a search asks.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
