@@ -142,6 +142,7 @@ def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp
         models = following(session)
         teach(session, KEYS, 9, 0, 45)
         first = next_model(models)
+        taken_until(session, 44.9)
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE) == 0
         assert "DELETE" in alive.get(timeout=PATIENCE)
