@@ -11,6 +11,10 @@ from incsvr.effects.signals import Array, Signals
 STARTS = {"shifted": 9, "step": 24}
 """Half widths that are tried. The command of a controller stays about a step's edge: past it little is explained."""
 
+NARROWEST = 1.5
+"""Half width in steps of the recorded torque: of commands about zero a first step holds mostly its smaller half, and
+less thrust than it says."""
+
 
 class DeadZone(Effect):
     """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`).
@@ -38,7 +42,8 @@ class DeadZone(Effect):
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         largest = float(np.quantile(np.abs(s.torque), 0.99))
-        return 0.02 * largest, 0.5 * largest
+        low = max(0.02 * largest, NARROWEST * s.quantum)
+        return low, max(0.5 * largest, low)
 
     def lost(self, command: Array, width: float) -> Array:
         if self.variant == "shifted":
@@ -57,6 +62,11 @@ class DeadZone(Effect):
             return inside
 
         return stack(s.over_jumps(s.expected, lost))
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        """At other widths, which need not be the same to either side."""
+        other = super().bends(s, term)
+        return np.concatenate([np.maximum(other, 0.0), np.minimum(other, 0.0)], axis=1)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"half_width_nm": term.inner[-1]}

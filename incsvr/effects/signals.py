@@ -46,6 +46,7 @@ class Signals:
         share: part of the noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
         gyro: part of the equation's noise that is neither but the gyro's, 0…1.
         known: whether `command` is free of the torque's noise.
+        quantum: step in which the torque was recorded, 0 for none [N m].
         inertia: I₀, the declared moment of inertia [kg m²].
         scale: T_c, the time in which the yaw rate forgets itself [s].
         block: T_b [s].
@@ -71,6 +72,7 @@ class Signals:
     share: float = 0.0
     gyro: float = 0.0
     known: bool = False
+    quantum: float = 0.0
     inertia: float = 1.0
     scale: float = 1.0
     block: float = 1.0

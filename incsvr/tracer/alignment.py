@@ -67,7 +67,7 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     def left(problem: Problem) -> tuple[Array, Array]:
         """What is left, and what the gyro's noise does to that."""
         residual = left_over(problem, found)[0]
-        return residual, left_over(pose_like(problem, shaken), found)[0] - residual
+        return residual, left_over(pose_like(problem, shaken, problem.command), found)[0] - residual
 
     residual, gyro = left(problem)
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
@@ -128,7 +128,7 @@ def _smoother(
     ]
     left = []
     for problem, best in ((linear, one), (held, two)):
-        unit = pose_like(problem, noise)
+        unit = pose_like(problem, noise, problem.command)
         torque = unit.blocks.mean(unit.signals.torque)
         left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
     square = two.fit.scale**2

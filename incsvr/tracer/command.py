@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 
 from incsvr.effects import Signals
-from incsvr.tracer.noise import JUMP, differences, leaps
+from incsvr.tracer.noise import COARSE, JUMP, LEAP, differences, leaps
 from incsvr.tracer.run import Array
 from incsvr.tracer.sweeps import as_sweeps
 from incsvr.tracer.tones import as_tones
@@ -26,6 +26,9 @@ LASTING = 1.25
 
 WIDEST = 4
 """Cells that a single jump touches at most: of more, which hold several, the torque is taken as it is."""
+
+FEW = 5
+"""Cells before and after it by whose means a jump is told that no two cells tell."""
 
 LATER = 8
 """Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
@@ -82,6 +85,7 @@ def as_levels(signals: Signals) -> Array:
     for run in signals.runs():
         torque, level = signals.torque[run], found[run]
         edges, usual = leaps(torque)
+        edges |= _slow_leaps(torque)
         still = np.concatenate([[False], ~edges, [False]])
         begins, ends = np.flatnonzero(still[1:] & ~still[:-1]), np.flatnonzero(still[:-1] & ~still[1:])
         means = [float(np.mean(torque[a:b])) for a, b in zip(begins, ends, strict=True)]
@@ -93,6 +97,21 @@ def as_levels(signals: Signals) -> Array:
                 inside = np.where(np.abs(inside - before) < usual, before, inside)
                 level[a:b] = np.where(np.abs(inside - after) < usual, after, inside)
     return found
+
+
+def _slow_leaps(torque: Array) -> NDArray[np.bool_]:
+    """(n,) cells about those in which the means of a few cells before and after differ the most, and unusually so.
+
+    A jump that takes two samples, or is hardly larger than the noise of one, is none from cell to cell.
+    """
+    beside = uniform_filter1d(torque, FEW)
+    change = np.zeros(torque.size)
+    apart = FEW // 2 + 1
+    change[apart:-apart] = np.abs(beside[2 * apart :] - beside[: -2 * apart])
+    usual = LEAP * 1.4826 * float(np.median(change)) + COARSE * float(np.std(torque))
+    highest = (change > usual) & (change == maximum_filter1d(change, 2 * FEW + 1))
+    cells: NDArray[np.bool_] = maximum_filter1d(highest, 3)
+    return cells
 
 
 def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
@@ -127,6 +146,7 @@ def _missed(torque: Array, found: Array, limit: float | None = None) -> float:
 def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
     """Whether what the torque holds beside the command, (n_b,), never turned the vehicle, at once or later.
 
+    Nor where the disturbances in the water hide it: there it is little, and what an effect would make of it, less.
     Noise is in the equation's residual as it is; of thrust the motion takes its part out, that which comes late a few
     blocks later, so that it, too, is in the residual at first. What the motion answers is summed up over these blocks.
     """
@@ -143,7 +163,7 @@ def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
         return False
     noise = float(np.mean((answered - late @ slopes) ** 2))
     doubt = float(np.sqrt(noise * np.sum(np.linalg.inv(normal))))
-    return float(np.sum(slopes)) + doubt < DRIVES
+    return float(np.sum(slopes)) < DRIVES or doubt > DRIVES
 
 
 def _moving(torque: Array, position: NDArray[np.intp]) -> Array:

@@ -26,17 +26,12 @@ Twice that on one sine for an effect of the motion: of the noise, too, only a fe
 CONTRIBUTION = 0.05
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
 
-SHAPE = 0.06
-"""Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that.
-
-What is left of the wrong shape of an effect of the motion is a function of the motion. It can pass for another such
-effect, and must be outdone by one; a bias, a drift or an extra channel is none.
-"""
-
 LARGER = 0.3
-"""Of a larger effect's contribution: one that adds less must outdo the other shapes of the larger, too."""
+"""Of a larger effect's contribution: one that adds less must outdo the other shapes of the larger, too.
 
-ON_ONE_SINE = 0.35
+What is left of an effect's wrong shape is a function of what it is a function of, and can pass for another."""
+
+ON_ONE_SINE = 0.25
 """Of what all effects of the motion gain, where the command is one sine: rate, heading, thrust and their derivatives
 are functions of one phase there, and two of them fit the shape error of any third."""
 
@@ -117,8 +112,10 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
                 f"have it: {free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
             ), k
     if problem.signals.share > SENSED:
+        seen = views(problem, base)
         for k, effect in enumerate(base.effects):
-            if effect.whole and fed_by_noise(problem, base, k):
+            # where the command is known there is no noise in what it sees
+            if effect.whole and not seen.of(effect).known and fed_by_noise(problem, base, k):
                 return "it feeds on the torque's noise: with more noise in the torque it explains as much", k
     return "", 0
 
@@ -147,21 +144,10 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
     forbidden = against_physics(problem, hypothesis)
     if forbidden:
         return forbidden
-    alone = [unique_share(problem, hypothesis, k) for k in range(len(hypothesis.terms))]
     # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
-    white = alone
-    if any(effect.brief for effect in hypothesis.effects):
-        white = [unique_share(problem, hypothesis, k, white=True) for k in range(len(hypothesis.terms))]
-    size = [w if e.brief else a for e, w, a in zip(hypothesis.effects, white, alone, strict=True)]
-    order = sorted(range(len(alone)), key=lambda k: size[k])
-    if order and size[order[0]] < CONTRIBUTION:
-        return "what it alone explains is lost in the noise", order[0]
-    terms = zip(hypothesis.effects, hypothesis.terms, strict=True)
-    phased = [e.of_phase and not below_sampling(t, problem) for e, t in terms]
-    for k in order:
-        told = white if hypothesis.effects[k].brief else alone
-        if phased[k] and told[k] < SHAPE * max(told[j] for j in order if phased[j]):
-            return "what it alone explains is within the shape error of a larger effect", k
+    size = [unique_share(problem, hypothesis, k, white=e.brief) for k, e in enumerate(hypothesis.effects)]
+    if size and min(size) < CONTRIBUTION:
+        return "what it alone explains is lost in the noise", int(np.argmin(size))
     return "", 0
 
 

@@ -15,6 +15,9 @@ from incsvr.tracer.run import Array, Run, sample_period, stream
 BETWEEN = 4
 """Parts of a sample period in which the yaw rate is followed."""
 
+FEW_VALUES = 0.25
+"""Of the samples: a torque of fewer values was recorded in steps."""
+
 
 def scatter(third: Array) -> float:
     """Deviation of white noise from its third differences, which no motion survives."""
@@ -142,9 +145,17 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
         rate=joined.pop("rate"),
         ends=joined.pop("ends"),
         torque=joined.pop("torque"),
+        quantum=_quantum(runs),
         channels=joined,
     )
     return replace(signals, heading=signals.integral(signals.rate) if heading is None else heading)
+
+
+def _quantum(runs: Sequence[Run]) -> float:
+    """Step in which the torque was recorded [N m]; 0 where nearly every sample has a value of its own."""
+    torque = np.concatenate([stream(run, run.torque)[1] for run in runs])
+    values = np.unique(np.round(torque, 9))
+    return float(np.median(np.diff(values))) if 1 < values.size < FEW_VALUES * torque.size else 0.0
 
 
 def _channel(run: Run, name: str, centres: Array, step: float) -> Array:

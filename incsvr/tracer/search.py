@@ -7,7 +7,18 @@ from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 from incsvr.effects import Effect
-from incsvr.tracer.gates import ON_ONE_SINE, STRONG, THRESHOLD, FreeRun, against_physics, objection, pays, sound, worth
+from incsvr.tracer.gates import (
+    ON_ONE_SINE,
+    PROVEN,
+    STRONG,
+    THRESHOLD,
+    FreeRun,
+    against_physics,
+    objection,
+    pays,
+    sound,
+    worth,
+)
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, excepting, instead, scan, with_lead, without
@@ -135,7 +146,7 @@ class Search:
         """`base` without an effect that another form of one of the others explains as well.
 
         A thrust scaled by a channel about another level is the same about the channel's mean, and another inertia; a
-        tether untwisted at another heading, and a constant moment.
+        tether untwisted at another heading, and a constant moment. What is the same runs as free.
         """
         for k, less in permutations(range(len(base.terms)), 2):
             forms = [e for e in self.effects if e.name == base.effects[k].name and self._otherwise(e, base.effects[k])]
@@ -147,7 +158,8 @@ class Search:
                 same = lead.effect.key == base.effects[k].key
                 for inner in lead.effect.starts(self.problem.signals) if same else [lead.inner]:
                     one = instead(self.problem, base, (k, less), replace(lead, inner=inner))
-                    if one.criterion >= base.criterion - allowed and not sound(self.problem, one)[0]:
+                    explains = one.criterion >= base.criterion - allowed and not sound(self.problem, one)[0]
+                    if explains and PROVEN * self.free_run(one) <= self.free_run(base):
                         return self._simpler(one)
         return base
 
@@ -162,7 +174,8 @@ class Search:
         Two wrong ones fit the shape of a third that is not among them. On one sine, where all are functions of one
         phase, it may be one of them.
         """
-        phased = [k for k, effect in enumerate(base.effects) if effect.of_phase]
+        named = enumerate(zip(base.effects, base.terms, strict=True))
+        phased = [k for k, (effect, term) in named if effect.of_phase and not below_sampling(term, self.problem)]
         if len(phased) < 2:
             return base
         others = excepting(self.problem, base, phased)

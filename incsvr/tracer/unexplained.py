@@ -7,13 +7,17 @@ from dataclasses import dataclass
 
 from incsvr.effects import SmoothTerm
 from incsvr.evidence import evidence, p_value
-from incsvr.tracer.gates import CONTRIBUTION, SHAPE, THRESHOLD, FreeRun, unique_share
+from incsvr.tracer.gates import CONTRIBUTION, THRESHOLD, FreeRun, unique_share
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import scan, with_lead
 
 LEVEL = 1e-3
 """Largest p-value, corrected for the number of terms tried."""
+
+SHAPE = 0.06
+"""Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that, and any
+channel may happen to follow what is left of it."""
 
 
 @dataclass(frozen=True, slots=True)

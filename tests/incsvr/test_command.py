@@ -107,6 +107,19 @@ class TestTones:
         assert found.plain is not None
         assert np.std(found.plain - jumps) < 0.25
 
+    def test_a_jump_that_two_samples_share_is_one(self) -> None:
+        """Between two cells it is no more than what noise does; between the means of a few there is no doubt."""
+        draw = np.random.default_rng(9)
+        level = draw.choice([-6.0, -3.3, 3.3, 6.0], 145)
+        command = np.repeat(level, 100)[: self.TIME.size]
+        shared = np.asarray(np.convolve(command, np.ones(3) / 3.0, "same"), dtype=np.float64)
+        found = told(self.signals(shared, 0.35), self.BLOCKS).plain
+        assert found is not None
+        for a, b in zip(self.START[:-1], self.START[1:], strict=True):
+            jumps = np.abs(np.diff(command[a:b], prepend=command[a])) > 0.0
+            far = np.convolve(jumps, np.ones(9), "same") == 0.0
+            assert np.max(np.abs(found - command)[a:b][far]) < 0.5
+
     def test_thrust_beside_the_tones_is_no_noise(self) -> None:
         """Noise of the torque is in the equation's residual as it is; thrust turned the vehicle, and is not."""
         draw = np.random.default_rng(10)
@@ -121,6 +134,12 @@ class TestTones:
         beside, water = draw.normal(size=len(self.BLOCKS)), draw.normal(size=len(self.BLOCKS))
         answered = np.concatenate([np.zeros(late), beside[: beside.size - late]])
         assert not is_noise(self.BLOCKS, beside, beside - answered + 0.3 * water)
+
+    def test_what_the_water_hides_is_taken_for_noise(self) -> None:
+        """Thrust so small would matter to no effect; but its noise, were it none, feigns thrust that falls short."""
+        draw = np.random.default_rng(13)
+        beside, water = draw.normal(size=len(self.BLOCKS)), draw.normal(size=len(self.BLOCKS))
+        assert is_noise(self.BLOCKS, beside, 30.0 * water)
 
     def test_what_too_few_blocks_tell_is_not_taken_for_noise(self) -> None:
         few = split(np.array([0, 80 * self.SIZE + 1]), self.SIZE, self.STEP)

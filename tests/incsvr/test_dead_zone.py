@@ -1,14 +1,23 @@
-"""A dead band whose edge is a step, under a controller that keeps its command there."""
+"""A dead band: its width, that of either side, and what the recording's own steps look like."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
 from incsvr.tracer.alignment import aligned
+from incsvr.tracer.gates import objection
 from incsvr.tracer.hypothesis import nothing, settle
+from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
 from simulator.trial import Trial, play
+from tests.incsvr.turning import instants, turning
+
+TIME = instants(400.0)
+SINE = 60.0 * np.sin(2.0 * np.pi * TIME / 20.0)
 
 
 def test_a_steps_edge_is_found_from_the_starts_beside_it() -> None:
@@ -27,3 +36,24 @@ def test_a_steps_edge_is_found_from_the_starts_beside_it() -> None:
     assert found.criterion > base.criterion + 400.0
     beside = settle(problem, [(step, (1.17 * width,), ())], base)
     assert beside.criterion < base.criterion + 40.0
+
+
+@pytest.mark.parametrize("key", ["dead_zone/step", "dead_zone/shifted"])
+def test_none_is_looked_for_within_the_steps_of_the_recorded_torque(key: str) -> None:
+    """Of commands about zero most that are recorded as one step were less: thrust that is missing, but no dead band."""
+    effect, signals = catalogue()[key], turning(0, SINE).signals
+    assert min(effect.starts(signals))[0] < 3.0
+    coarse = effect.starts(replace(signals, quantum=8.0))
+    assert min(coarse)[0] == pytest.approx(12.0)
+    assert all(low < high for low, high in (effect.bracket(replace(signals, quantum=8.0), start) for start in coarse))
+
+
+def test_a_band_that_is_wider_to_one_side_is_no_bias() -> None:
+    lost = np.clip(SINE, -8.0, 14.0)
+    problem = turning(0, SINE, gain=1.0 - lost / np.where(SINE == 0.0, 1.0, SINE))
+    known, base = catalogue(), nothing(problem)
+    pair = [(known["dead_zone/shifted"], (11.0,), ()), (known["bias_torque"], (), ())]
+    found = settle(problem, pair, base, frozenset({"dead_zone/shifted"}))
+    reason, k = objection(problem, Court.of(problem, None, quick=True), found)
+    assert found.names()[k] == "bias_torque"
+    assert "another shape" in reason

@@ -27,6 +27,14 @@ def test_a_pause_of_the_recorder_splits_a_run() -> None:
     assert not np.any((signals.time > 30.1) & (signals.time < 44.9))
 
 
+def test_the_steps_in_which_a_torque_was_recorded_are_told() -> None:
+    time = np.asarray(np.arange(0.0, 40.0, 0.05), dtype=np.float64)
+    command = 10.0 * np.sin(time) + np.random.default_rng(4).normal(0.0, 1.0, time.size)
+    for recorded, step in ((command, 0.0), (1.7 * np.round(command / 1.7), 1.7)):
+        signals = on_fine_grid([Run("x", time, np.sin(time), recorded)], 0.1, [], held=False, inertia=1.0)
+        assert signals.quantum == pytest.approx(step)
+
+
 def test_spikes_go_and_steps_stay() -> None:
     steps = np.repeat([0.0, 40.0, -40.0], 50)
     noisy = steps + np.random.default_rng(1).normal(0.0, 1.0, steps.size)
