@@ -17,7 +17,7 @@ from incsvr.tracer.excitation import answered
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.gates import THRESHOLD, sound
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, resettled, settle
 from incsvr.tracer.inquiry import Case, inquire, p_value_of
 from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.noise import torque_scatter
@@ -26,7 +26,7 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
-from incsvr.tracer.scan import Lead, scan, with_lead
+from incsvr.tracer.scan import Lead, scan, with_lead, without
 from incsvr.tracer.sentences import sentence, streams
 from incsvr.tracer.unexplained import smooth_terms
 
@@ -103,8 +103,7 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
             )
             continue
         p = p_value_of(case, found, k)
-        tied = rivals(problem, found, k, [other for other in case.effects if other.name not in case.feigned])
-        names = tuple(h.terms[-1].effect for h in tied)
+        tied, manoeuvre = _tied(case, found, k)
         findings.append(
             Finding(
                 effect=term.effect,
@@ -113,14 +112,34 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
                 interval=spans[k],
                 p_value=p,
                 share=share,
-                cannot_tell_from=names,
-                next_manoeuvre=separate(problem, found, tied[0], names[0]) if tied else "",
+                cannot_tell_from=tied,
+                next_manoeuvre=manoeuvre,
                 sentence=sentence(effect, parameters, spans[k], share),
             )
         )
     if {"tether", "bias_torque"} <= set(found.names()):
         notes.append("a constant moment beside a tether is, in the equation, a tether untwisted at another heading")
     return findings, notes
+
+
+def _tied(case: Case, found: Hypothesis, k: int) -> tuple[tuple[str, ...], str]:
+    """From which effects the k-th cannot be told, and what to drive to tell it from the first of them.
+
+    What lasts the shorter blocks cannot judge: of that it is asked whether it explains as much in the longer ones.
+    """
+    problem = case.problem
+    tied = rivals(problem, found, k, [other for other in case.effects if other.name not in case.feigned])
+    if case.longer is not None:
+        beside, lasting = resettled(case.longer, found), [other for other in case.effects if not other.brief]
+        least = without(case.longer, beside, k).criterion + THRESHOLD
+        known = {rival.terms[-1].effect for rival in tied}
+        others = [rival for rival in rivals(case.longer, beside, k, lasting) if rival.criterion > least]
+        others = [rival for rival in others if rival.terms[-1].effect not in known]
+        if others and not tied:
+            problem, found = case.longer, beside
+        tied = (*tied, *others)
+    names = tuple(rival.terms[-1].effect for rival in tied)
+    return names, separate(problem, found, tied[0], names[0]) if tied else ""
 
 
 def _loop(problem: Problem) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ HARM = 0.03
 VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
-LEVEL = 1e-5
+LEVEL = 1e-4
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 FEIGNED = 3
@@ -50,6 +50,7 @@ class Case:
         pieces: held-out pieces of the fitted recordings, where the search judges.
         channels: extra streams that are used.
         feigned: names of effects that shorter blocks seem to hold and longer ones do not: noise of these equations.
+        longer: the equations of the longer blocks where `problem` are those of shorter ones, else None.
     """
 
     problem: Problem
@@ -58,6 +59,7 @@ class Case:
     pieces: Court
     channels: Sequence[str]
     feigned: frozenset[str] = frozenset()
+    longer: Problem | None = None
 
 
 def inquire(
@@ -132,7 +134,7 @@ def _looked_closer(
     for name in grown.names():
         refused.pop(name, None)
     names = frozenset(lead.effect.name for lead in feigned)
-    return Case(finer, case.effects, court, pieces, case.channels, names), grown
+    return Case(finer, case.effects, court, pieces, case.channels, names, case.problem), grown
 
 
 def _beside_feigned(

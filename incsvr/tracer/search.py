@@ -171,8 +171,8 @@ class Search:
     def _one_for_several(self, base: Hypothesis) -> Hypothesis:
         """`base` with a single effect of the motion where that explains nearly what its several do.
 
-        Two wrong ones fit the shape of a third that is not among them. On one sine, where all are functions of one
-        phase, it may be one of them.
+        Two wrong ones fit the shape of a third that is not among them; on one sine, where all are functions of one
+        phase, any two do.
         """
         named = enumerate(zip(base.effects, base.terms, strict=True))
         phased = [k for k, (effect, term) in named if effect.of_phase and not below_sampling(term, self.problem)]
@@ -183,8 +183,8 @@ class Search:
         enough = others.criterion + (1.0 - given) * (base.criterion - others.criterion)
         for one in self._grown([others], BEAM[0][1]):
             effect = one.effects[-1]
-            stands = effect.of_phase and (self.problem.one_sine or effect.name not in base.names())
-            if stands and one.criterion >= enough and self._clean(one).names() == one.names():
+            other = effect.of_phase and effect.name not in base.names()
+            if other and one.criterion >= enough and self._clean(one).names() == one.names():
                 return one
         return base
 

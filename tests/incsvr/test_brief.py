@@ -43,3 +43,13 @@ def test_what_longer_blocks_say_otherwise_is_not_believed() -> None:
     assert found.effects == ()
     (inflow,) = [refused for refused in found.rejected if refused.effect == "inflow"]
     assert "in blocks of" in inflow.reason
+
+
+def test_what_lasts_is_a_rival_where_the_longer_blocks_say_so() -> None:
+    """Half the usual change of inertia: an inflow explains as much, and the shorter blocks cannot judge an inertia."""
+    outcome = play(Trial(310_021, ("inertia",), 0.5, "leng", "multisine", 0.9))
+    channels = dict(outcome.recording.columns)
+    rate, torque = channels.pop("yaw_rate"), channels.pop("torque")
+    (found,) = trace([Run("turning", outcome.recording.time, rate, torque, channels)], inertia=outcome.inertia).effects
+    assert "inertia" in (found.effect, *found.cannot_tell_from)
+    assert found.next_manoeuvre

@@ -7,6 +7,7 @@ import pytest
 
 from incsvr.tracer.run import Array, Run
 from incsvr.tracing import trace
+from simulator.trial import Trial, play
 
 INERTIA = 300.0
 PERIOD = 0.05
@@ -49,3 +50,14 @@ def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
     found = trace([swung(seed, 0.7, rotor=True, water=0.0, sensor=3.5)], inertia=INERTIA).effects
     assert [f.effect for f in found] == ["torque_lag"]
     assert found[0].parameters["time_constant_s"] == pytest.approx(0.7, rel=0.05)
+
+
+def test_two_effects_of_which_neither_is_the_others_shape_are_both_found() -> None:
+    """Beside a dead band an inflow explains a quarter of all that is explained: no dead band's shape is so wrong."""
+    outcome = play(Trial(315_012, ("dead_zone", "inflow"), 1.0, "leng", "sine", 0.5, noise="torque"))
+    columns = outcome.recording.columns
+    run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    found = {f.effect: f for f in trace([run], inertia=outcome.inertia).effects}
+    assert set(found) == {"dead_zone", "inflow"}
+    truth = float(outcome.truth["dead_zone"]["half_width_nm"])
+    assert found["dead_zone"].parameters["half_width_nm"] == pytest.approx(truth, rel=0.1)

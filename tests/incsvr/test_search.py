@@ -92,6 +92,17 @@ def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None
     assert search(problem)._simpler(two) is two
 
 
+def test_what_runs_worse_without_an_effect_is_no_simpler_way_to_say_it() -> None:
+    """Commands of two levels: another form of the limit takes most of the inertia's evidence, and none of its motion."""
+    outcome = play(Trial(310_056, ("inertia", "torque_saturation"), 1.0, "small", "telegraph", 0.9))
+    columns = outcome.recording.columns
+    run = Run("jumping", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    problem, known = pose([run], outcome.inertia, []), catalogue()
+    pair = [(known["inertia"], (), ()), (known["torque_saturation/coefficient"], (), ())]
+    two = settle(problem, pair, nothing(problem))
+    assert search(problem)._simpler(two) is two
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_dead_band_outside_which_every_command_lies_has_its_true_width(seed: int) -> None:
     """Its width and the part that is lost inside would stand for each other: inside, all is lost."""
