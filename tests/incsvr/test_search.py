@@ -93,7 +93,7 @@ def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None
 
 
 def test_what_runs_worse_without_an_effect_is_no_simpler_way_to_say_it() -> None:
-    """Commands of two levels: another form of the limit takes most of the inertia's evidence, and none of its motion."""
+    """Commands of two levels: another form of the limit takes most of the inertia's evidence, none of its motion."""
     outcome = play(Trial(310_056, ("inertia", "torque_saturation"), 1.0, "small", "telegraph", 0.9))
     columns = outcome.recording.columns
     run = Run("jumping", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
