@@ -142,7 +142,7 @@ class Court:
             for piece in held:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
-            parts.append(_errors(self.problem, self.problem, refit(less, hypothesis, refine=not self.quick), held))
+            parts.append(_errors(less, self.problem, refit(less, hypothesis, refine=not self.quick), held))
         return Errors(*(tuple(x for part in parts for x in getattr(part, name)) for name in Errors.__slots__))
 
 
