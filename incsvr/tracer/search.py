@@ -146,7 +146,7 @@ class Search:
         """`base` without an effect that another form of one of the others explains as well.
 
         A thrust scaled by a channel about another level is the same about the channel's mean, and another inertia; a
-        tether untwisted at another heading, and a constant moment. What is the same runs as free.
+        tether untwisted at another heading, and a constant moment. What says the same also runs as well.
         """
         for k, less in permutations(range(len(base.terms)), 2):
             forms = [e for e in self.effects if e.name == base.effects[k].name and self._otherwise(e, base.effects[k])]
