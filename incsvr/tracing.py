@@ -158,8 +158,8 @@ def _command(problem: Problem) -> tuple[str, ...]:
         return ()
     what = "tones or a sweep" if problem.command.exact else "levels"
     return (
-        f"the torque is a command of {what} with noise on it that no turn is seen to follow: free runs are driven by the "
-        "command",
+        f"the torque is a command of {what} with noise on it that no turn is seen to follow: free runs are driven "
+        "by the command",
     )
 
 
