@@ -15,7 +15,7 @@ def test_what_is_sent_at_a_steady_pace_arrives_whole() -> None:
 
 
 def test_the_learner_is_asked_in_turn_with_the_echo(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bus, "QUESTIONS", 20)
+    monkeypatch.setattr(bus, "QUESTIONS", 200)
     found = bus.latency()
     for state in ("idle", "training"):
         for figure in ("p50", "p99"):
