@@ -140,7 +140,7 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
     design = [hypothesis.columns[:, :base]]
     for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
         s = seen.of(effect)
-        values = [*term.coefficients, *(term.inner[-1:] if effect.searched else ())]
+        values = [*term.coefficients, *(term.inner[place] for place in effect.sought)]
         for j, value in enumerate(values):
             sides = []
             nudge = 1e-3 * abs(value) + 1e-9
@@ -148,7 +148,7 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
                 moved = list(values)
                 moved[j] += sign * nudge
                 coefficients = tuple(moved[: len(term.coefficients)])
-                inner = (*term.inner[:-1], moved[-1]) if effect.searched else term.inner
+                inner = effect.moved(term.inner, moved[len(term.coefficients) :])
                 bend = effect.offset(s, coefficients)
                 loss = effect.columns(s, inner, coefficients) @ np.array(coefficients)
                 sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
@@ -160,7 +160,7 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
     covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
     out, at = [], base
     for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
-        count = len(term.coefficients) + (1 if effect.searched else 0)
+        count = len(term.coefficients) + len(effect.sought)
         out.append(_delta(effect, term, covariance[at : at + count, at : at + count], problem.signals.inertia))
         at += count
     return out
@@ -169,12 +169,12 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
 def _delta(effect: Effect, term: Term, covariance: Array, inertia: float) -> dict[str, tuple[float, float]]:
     centre = effect.parameters(term, inertia)
     gradient: dict[str, list[float]] = {name: [] for name in centre}
-    values = [*term.coefficients, *(term.inner[-1:] if effect.searched else ())]
+    values = [*term.coefficients, *(term.inner[place] for place in effect.sought)]
     for j, value in enumerate(values):
         nudge = 1e-4 * abs(value) + 1e-9
         moved = list(values)
         moved[j] += nudge
-        inner = (*term.inner[:-1], moved[-1]) if effect.searched else term.inner
+        inner = effect.moved(term.inner, moved[len(term.coefficients) :])
         there = effect.parameters(
             replace(term, coefficients=tuple(moved[: len(term.coefficients)]), inner=inner), inertia
         )

@@ -11,6 +11,7 @@ built from the rate side (the moment that must have acted), because one built fr
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -52,6 +53,7 @@ class Effect(ABC):
         stage: the order of thrust effects, from command to thrust.
         core: how many of the columns carry the effect; the others only place its zero (an offset, a reference).
         searched: whether the last inner parameter is continuous and searched.
+        shapes: range of the first inner parameter where that is searched, too, else None.
         looks: about how many independent values of the inner parameters a search tries (paid for in evidence).
         curved: whether the columns change with θ, so that the fit is repeated.
         channels: extra streams that it reads.
@@ -71,6 +73,7 @@ class Effect(ABC):
     stage: ClassVar[int] = 0
     core: int = 1
     searched: bool = False
+    shapes: tuple[float, float] | None = None
     looks: float = 1.0
     curved: ClassVar[bool] = False
     channels: tuple[str, ...] = ()
@@ -89,6 +92,18 @@ class Effect(ABC):
     def of_phase(self) -> bool:
         """Whether, under a periodic command, the effect is a function of the command's phase alone."""
         return self.acts in ("motion", "thrust", "inertia") and not self.channels
+
+    @property
+    def sought(self) -> tuple[int, ...]:
+        """Places in the inner parameters of those that are searched."""
+        return ((0,) if self.shapes else ()) + ((-1,) if self.searched else ())
+
+    def moved(self, inner: tuple[float, ...], values: Sequence[float]) -> tuple[float, ...]:
+        """The inner parameters with other values of those that are searched."""
+        found = list(inner)
+        for place, value in zip(self.sought, values, strict=True):
+            found[place] = value
+        return tuple(found)
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         """Inner parameters from which the search begins."""

@@ -17,7 +17,13 @@ HIGHEST = 0.999
 """Of the commands a limit may lie below: a controller asks for most but for instants, and loses most there."""
 
 ROUND = (0.15, 0.3, 0.45)
-"""Of the limit: widths of a rounded corner, from a supply that cuts to one that sags."""
+"""Of the limit: widths of a rounded corner from which the search begins, from a supply that cuts to one that sags."""
+
+WIDTHS = (0.05, 0.6)
+"""Range of these."""
+
+BEYOND = (0.6, 0.8, 1.0, 1.25)
+"""Parts of the limit between which a true curve of thrust may bend otherwise."""
 
 
 class Saturation(Effect):
@@ -38,6 +44,7 @@ class Saturation(Effect):
 
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant
+        self.shapes = WIDTHS if variant == "rounded corner" else None
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         limits = [float(limit) for limit in np.linspace(*self.bounds(s), 6)]
@@ -62,6 +69,12 @@ class Saturation(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        """Any other course beyond part of the limit, which need not be the same to either side."""
+        limits = [part * term.inner[-1] for part in BEYOND]
+        sides = [np.maximum(sign * s.foretold - limit, 0.0) for limit in limits for sign in (1.0, -1.0)]
+        return np.stack(sides, axis=1)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"limit_nm": term.inner[-1]}

@@ -88,10 +88,19 @@ def with_share(problem: Problem, share: float) -> Problem:
     return there.answering(problem.drag, problem.colour)
 
 
+def without_command(problem: Problem, promising: Hypothesis) -> Problem:
+    """The equations with the torque in the place of the command, where it turns the vehicle beside these effects."""
+    s = problem.signals
+    known = s.known and problem.knows_command(left_over(with_share(problem, 1.0), promising)[0])
+    return replace(problem, signals=replace(s, known=known))
+
+
 def misread(before: Problem, after: Problem, change: float) -> bool:
-    """Whether the noise is another on second reading: its share by more than `change`, or feedback or none."""
+    """Whether the noise is another on second reading: its share by more than `change`, feedback or none, or a command
+    that is none."""
     moved = abs(after.signals.share - before.signals.share) > change
-    return moved or (after.feedback > 0.0) != (before.feedback > 0.0)
+    unknown = before.signals.known and not after.signals.known
+    return moved or unknown or (after.feedback > 0.0) != (before.feedback > 0.0)
 
 
 def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:

@@ -82,7 +82,7 @@ def below_sampling(term: Term, problem: Problem) -> bool:
 
 def price(effect: Effect, columns: int, problem: Problem) -> float:
     """What an effect pays in 2 ℓ for its freedom (BIC) and for the looks of the search over its inner parameter."""
-    freedom = columns + (1 if effect.searched else 0)
+    freedom = columns + len(effect.sought)
     return freedom * float(np.log(len(problem.blocks))) + 2.0 * float(np.log(effect.looks))
 
 
@@ -139,11 +139,12 @@ def settle(
         answers = [seen.turned(e, i, c, x) for e, i, c, x in zip(effects, inner, coefficients, coarse, strict=True)]
         if turn in (1, 2):
             for k, effect in enumerate(effects):
-                if effect.searched and effect.key in refine:
-                    inner[k] = _refined(
-                        problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
-                        [problem.turned, *answers], k + 1, fitted, 6 if turn == 1 and passes > 2 else 10,
-                    )  # fmt: skip
+                if effect.sought and effect.key in refine:
+                    for place in effect.sought:
+                        inner[k] = _refined(
+                            problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
+                            [problem.turned, *answers], k + 1, fitted, 6 if turn == 1 and passes > 2 else 10, place,
+                        )  # fmt: skip
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                     coarse[k] = _mean(problem, effect, fine[k])
                     answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
@@ -211,25 +212,30 @@ def _refined(
     k: int,
     start: Fit,
     most: int,
+    place: int,
 ) -> tuple[float, ...]:
+    """The inner parameters with the one at this place found again."""
     if effect.whole:  # taken off whole, it has no column
         at = sum(part.shape[1] for part in coarse[:k])
         answers, start = [*answers[:k], *answers[k + 1 :]], replace(start, theta=np.delete(start.theta, at))
     turned = np.concatenate(answers, axis=2)
 
+    def moved(value: float) -> tuple[float, ...]:
+        return (value, *inner[1:]) if place == 0 else (*inner[:-1], value)
+
     def lost(value: float) -> float:
-        column = problem.blocks.mean(effect.columns(seen, (*inner[:-1], value), coefficients))
+        column = problem.blocks.mean(effect.columns(seen, moved(value), coefficients))
         left = y - column[:, 0] if effect.whole else y
         columns = np.concatenate([*coarse[:k], *([] if effect.whole else [column]), *coarse[k + 1 :]], axis=1)
         return -fit(left, columns, problem.blocks, start, rounds=1, turned=turned, warm=True).log_likelihood
 
-    low, high = effect.bracket(seen, inner)
+    low, high = effect.shapes if place == 0 and effect.shapes else effect.bracket(seen, inner)
     if not low < high:
         return inner
     best = minimize_scalar(
         lost, bounds=(low, high), method="bounded", options={"xatol": 0.01 * (high - low), "maxiter": most}
     )
-    return (*inner[:-1], float(best.x)) if best.fun <= lost(inner[-1]) else inner
+    return moved(float(best.x)) if best.fun <= lost(inner[place]) else inner
 
 
 def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tuple[Array, dict[str, Array]]:

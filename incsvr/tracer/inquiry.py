@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import NORMAL_95, evidence, intervals, p_value
-from incsvr.tracer.alignment import aligned, misread, reread
+from incsvr.tracer.alignment import aligned, misread, reread, without_command
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import THRESHOLD, against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
@@ -26,7 +26,7 @@ HARM = 0.03
 VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
-LEVEL = 1e-4
+LEVEL = 1e-5
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 FEIGNED = 3
@@ -67,11 +67,12 @@ def inquire(
 ) -> tuple[Case, Hypothesis, dict[str, str]]:
     """What was asked, the effects that are proven, and why others are not among them."""
     problem = aligned(runs, inertia, names)
-    case, found, refused = _searched(problem, validate, names)
-    again = reread(runs, problem, found)
+    case, found, hunt = _searched(problem, validate, names)
+    # an effect that a controller makes up for hides what it asks the thrust for, and so from the judge, too
+    again = without_command(reread(runs, problem, found), hunt.promising)
     if misread(problem, again, MISREAD):
-        problem = again
-        case, found, refused = _searched(problem, validate, names, found)
+        case, found, hunt = _searched(again, validate, names, found)
+    refused = hunt.refused
     found = _proven(case, _evident(case, found, refused), refused)
     case, found = _looked_closer(case, found, refused, runs, validate)
     found = _proven(case, _evident(case, found, refused), refused)
@@ -80,8 +81,8 @@ def inquire(
 
 def _searched(
     problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str], before: Hypothesis | None = None
-) -> tuple[Case, Hypothesis, dict[str, str]]:
-    """What is asked, the best set of effects, and why others are not in it.
+) -> tuple[Case, Hypothesis, Search]:
+    """What is asked, the best set of effects, and the search that knows why others are not in it.
 
     Effects are chosen on pieces held out of the fitted recordings: validation recordings never choose. Where they threw
     everything out, the search goes on without what they refused. What was found `before`, when the noise was read
@@ -100,7 +101,7 @@ def _searched(
         best = hunt.run()
         found = _surviving(problem, court, best, hunt.refused) if court.validation else best
         if found.terms or not best.terms or not vetoes:
-            return case, found, hunt.refused
+            return case, found, hunt
         refused |= {name: hunt.refused[name] for name in best.names()}
         vetoes -= 1
 
@@ -231,4 +232,4 @@ def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesi
 def p_value_of(case: Case, found: Hypothesis, k: int) -> float:
     effect = found.effects[k]
     looks = effect.looks * max(len(case.effects), 1)
-    return p_value(evidence(case.problem, found, k), effect.core + (1 if effect.searched else 0), looks)
+    return p_value(evidence(case.problem, found, k), effect.core + len(effect.sought), looks)

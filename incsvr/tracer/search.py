@@ -21,7 +21,7 @@ from incsvr.tracer.gates import (
 )
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.scan import best_leads, excepting, instead, scan, with_lead, without
+from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_lead, without
 
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
@@ -37,6 +37,12 @@ CLIMBERS = 2
 
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
+
+OUT = 0.01
+"""Of its range: a searched parameter that ended so near to an end of it would go on."""
+
+RETRIES = 2
+"""How many other starts are tried then."""
 
 SWAPS = 3
 """How many leads are tried in the place of one of several effects."""
@@ -60,6 +66,7 @@ class Search:
         most: effects that may stand at once.
         given: a set that was found before, when the noise was read otherwise: it stands among the finalists.
         refused: effect → why it was not added though the equation asked for it.
+        promising: what the equation alone holds for the best, before any gate.
         judged: keys of a set of effects → what the gates left of it: itself, or one effect less.
     """
 
@@ -70,6 +77,7 @@ class Search:
     most: int = 5
     given: Hypothesis | None = None
     refused: dict[str, str] = field(default_factory=dict)
+    promising: Hypothesis = field(init=False)
     judged: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
 
     def run(self) -> Hypothesis:
@@ -86,6 +94,7 @@ class Search:
             if not beam or (len(beam[0].terms) > 1 and worth(beam[0]) <= max(map(worth, seen))):
                 break
             seen += grown
+        self.promising = max(seen, key=worth)
         best = base
         for finalist in [*self._finalists(seen), *([self.given] if self.given else [])]:
             cleaned = self._clean(finalist)
@@ -236,7 +245,7 @@ class Search:
                 if keys in settled and len(keys) > 1:  # the same set came from another of its members
                     continue
                 settled.add(keys)
-                new = with_lead(self.problem, base, lead)
+                new = self._held_back(base, lead, with_lead(self.problem, base, lead))
                 names = frozenset(new.names())
                 known = grown.get(names)
                 # of two effects that hide each other neither is worth its price alone; on one sine any two seem to
@@ -247,6 +256,20 @@ class Search:
                 if not against_physics(self.problem, new):
                     grown[names] = new
         return sorted(grown.values(), key=worth, reverse=True)
+
+    def _held_back(self, base: Hypothesis, lead: Lead, new: Hypothesis) -> Hypothesis:
+        """`new`; where the search of the lead's parameter ran out of its range, and of physics, what it comes to from
+        the next starts: a wrong shape may be best where the effect is no longer itself."""
+        effect = lead.effect
+        if not effect.searched or not against_physics(self.problem, new):
+            return new
+        low, high = effect.bounds(self.problem.signals)
+        if low + OUT * (high - low) < new.terms[-1].inner[-1] < high - OUT * (high - low):
+            return new
+        others = [start for start in effect.starts(self.problem.signals) if start[:-1] == lead.inner[:-1]]
+        others = sorted(others, key=lambda start: abs(start[-1] - lead.inner[-1]))[1 : 1 + RETRIES]
+        tries = (with_lead(self.problem, base, replace(lead, inner=start)) for start in others)
+        return next((again for again in tries if not against_physics(self.problem, again)), new)
 
     def _clean(self, base: Hypothesis) -> Hypothesis:
         """`base` without the effects that do not pass every gate beside the others, the least of them first."""

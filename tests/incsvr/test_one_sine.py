@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.effects import candidates
+from incsvr.tracer.hypothesis import nothing
+from incsvr.tracer.posing import pose
+from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Array, Run
+from incsvr.tracer.search import Search
 from incsvr.tracing import trace
 from simulator.trial import Trial, play
 
@@ -61,3 +66,13 @@ def test_two_effects_of_which_neither_is_the_others_shape_are_both_found() -> No
     assert set(found) == {"dead_zone", "inflow"}
     truth = float(outcome.truth["dead_zone"]["half_width_nm"])
     assert found["dead_zone"].parameters["half_width_nm"] == pytest.approx(truth, rel=0.1)
+
+
+def test_a_memory_whose_time_runs_out_of_its_range_is_tried_from_further_in() -> None:
+    """Under one sine the shortest of all explains the most; two wrong effects stood in its place."""
+    outcome = play(Trial(335_013, ("memory",), 1.0, "small", "sine", 0.5, noise="torque"))
+    columns = outcome.recording.columns
+    run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    problem = pose([run], outcome.inertia, [])
+    hunt = Search(problem, candidates([]), Court.of(problem, None, quick=True))
+    assert hunt._grown([nothing(problem)], 9)[0].names() == ("memory",)
