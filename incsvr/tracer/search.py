@@ -77,7 +77,7 @@ class Search:
     most: int = 5
     given: Hypothesis | None = None
     refused: dict[str, str] = field(default_factory=dict)
-    promising: Hypothesis = field(init=False)
+    promising: Hypothesis = field(init=False, repr=False)
     judged: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
 
     def run(self) -> Hypothesis:
