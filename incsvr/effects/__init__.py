@@ -21,7 +21,7 @@ from incsvr.effects.signals import Signals
 from incsvr.effects.smooth_term import SmoothTerm
 from incsvr.effects.tether import Tether
 from incsvr.effects.thrust_efficiency import ThrustEfficiency
-from incsvr.effects.torque_asymmetry import TorqueAsymmetry
+from incsvr.effects.torque_asymmetry import CommandedAsymmetry, TorqueAsymmetry
 from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.effects.torque_lag import TorqueLag
 from incsvr.effects.torque_saturation import Saturation, SoftSaturation
@@ -34,10 +34,10 @@ def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
     """Every effect that may be named, with a coupling and the modulations of each of the `channels`."""
     fixed: list[Effect] = [
         BiasTorque(), Inertia(), TorqueLag("moment"), TorqueLag("rotor speed"), TorqueLag("rotor speed, commanded"),
-        TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(), Saturation("limit"),
-        Saturation("rounded corner"), Saturation("smooth limit"), SoftSaturation(), Inflow(""), Inflow("loaded"),
-        HeadingCurrent(1), HeadingCurrent(2), Tether(""), Tether("slack"), Wave(), DragDrift(), DragStep(),
-        Memory("linear"), Memory("quadratic"), Memory("both"), Coulomb(), BiasDrift(),
+        TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(), CommandedAsymmetry(),
+        Saturation("limit"), Saturation("rounded corner"), Saturation("smooth limit"), SoftSaturation(), Inflow(""),
+        Inflow("loaded"), HeadingCurrent(1), HeadingCurrent(2), Tether(""), Tether("slack"), Wave(), DragDrift(),
+        DragStep(), Memory("linear"), Memory("quadratic"), Memory("both"), Coulomb(), BiasDrift(),
     ]  # fmt: skip
     for channel in channels:
         fixed += [

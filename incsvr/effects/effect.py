@@ -63,6 +63,7 @@ class Effect(ABC):
         lingers: whether what it takes depends on the past of the command or the rate.
         brief: whether it may act for instants only, between which the damping takes it over.
         needs_clock: whether it refers to the recording's absolute time.
+        beside: name of the effect without which this form is no other than the plain one; empty for none.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Effect(ABC):
     lingers: ClassVar[bool] = False
     brief: ClassVar[bool] = False
     needs_clock: bool = False
+    beside: ClassVar[str] = ""
 
     @property
     def key(self) -> str:

@@ -42,5 +42,13 @@ class TorqueAsymmetry(Effect):
         return np.where(command < 0.0, command / (1.0 + term.coefficients[0]), command)
 
 
+class CommandedAsymmetry(TorqueAsymmetry):
+    """The same before a limit: what is asked of the thruster in reverse is less, and is cut at the same moment."""
+
+    variant = "before a limit"
+    stage = 1
+    beside = "torque_saturation"
+
+
 def _reverse(thrust: Array) -> Array:
     return np.minimum(thrust, 0.0)

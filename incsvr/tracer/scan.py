@@ -82,6 +82,8 @@ def scan(
     known = Known() if known is None else known
     leads = []
     for effect in effects:
+        if effect.beside and effect.beside not in base.names():
+            continue
         if effect.key not in known.columns:
             known.columns[effect.key] = _at_starts(problem, effect, seen.of(effect))
         starts, columns = known.columns[effect.key]
