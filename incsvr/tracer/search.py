@@ -19,7 +19,7 @@ from incsvr.tracer.gates import (
     sound,
     worth,
 )
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_lead, without
 
@@ -263,10 +263,11 @@ class Search:
         effect = lead.effect
         if not effect.searched or not against_physics(self.problem, new):
             return new
-        low, high = effect.bounds(self.problem.signals)
+        seen = views(self.problem, base).of(effect)
+        low, high = effect.bounds(seen)
         if low + OUT * (high - low) < new.terms[-1].inner[-1] < high - OUT * (high - low):
             return new
-        others = [start for start in effect.starts(self.problem.signals) if start[:-1] == lead.inner[:-1]]
+        others = [start for start in effect.starts(seen) if start[:-1] == lead.inner[:-1]]
         others = sorted(others, key=lambda start: abs(start[-1] - lead.inner[-1]))[1 : 1 + RETRIES]
         tries = (with_lead(self.problem, base, replace(lead, inner=start)) for start in others)
         return next((again for again in tries if not against_physics(self.problem, again)), new)
