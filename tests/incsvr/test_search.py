@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracer.gates import against_physics
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
+from incsvr.tracer.scan import Lead, with_lead
 from incsvr.tracer.search import Search
 from simulator.trial import Trial, play
 from tests.incsvr.turning import INERTIA, command, instants, turning
@@ -169,3 +173,16 @@ def test_how_the_streams_were_sampled_does_not_win_against_an_effect() -> None:
     assert hunt.free_run.better(lag, friction)
     assert hunt._beats(friction, lag)
     assert not hunt._beats(lag, friction)
+
+
+def test_where_a_search_begins_again_is_told_from_what_is_left() -> None:
+    """A tone of the command's period, at the end of its range, is the vehicle's own motion: another of the residual's
+    is tried."""
+    problem = turning(0, 60.0 * np.sin(2.0 * np.pi * TIME / 100.0), outside=8.0 * np.cos(2.0 * np.pi * TIME / 62.0))
+    base, wave = nothing(problem), catalogue()["wave"]
+    starts = sorted(wave.starts(views(problem, base).of(wave)))
+    lead = Lead(wave, starts[-1], 0.0, 0.0, doubtful=False)
+    own = with_lead(problem, base, replace(lead, inner=(99.9,)))
+    assert against_physics(problem, own)
+    held = search(problem)._held_back(base, lead, own)
+    assert held.terms[0].inner[-1] == pytest.approx(62.0, rel=0.01)
