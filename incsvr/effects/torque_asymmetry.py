@@ -46,6 +46,10 @@ class CommandedAsymmetry(TorqueAsymmetry):
     """The same before a limit: what is asked of the thruster in reverse is less, and is cut at the same moment."""
 
     variant = "before a limit"
+    sentence = (
+        "the thrust efficiency of the negative (reverse) direction differs from that of the positive one, before a "
+        "limit that cuts either at the same moment"
+    )
     stage = 1
     beside = "torque_saturation"
 
