@@ -31,7 +31,7 @@ class Term:
         effect: its name in the catalogue, with the channel if it has one.
         variant: which form of the effect (see `Effect.variant`).
         coefficients: θ, one for each column.
-        inner: the parameters that are searched, the continuous one (if any) last.
+        inner: the parameters that are searched; a shape, if any, first, and the size that the effect is known by last.
     """
 
     effect: str
