@@ -74,8 +74,10 @@ def _summary(records: Sequence[Record]) -> str:
         good = sum(counts[verdict] for verdict in GOOD)
         invisible = sum(record["evidence"] < INVISIBLE for record in chosen) if group != "quiet" else "–"
         cells = [counts[verdict] for verdict in (*VERDICTS, "failed")]
-        rows.append([meaning, len(chosen), *cells, _share(good, len(chosen)), invisible])
-    return _table(["hidden", "runs", *VERDICTS, "failed", "right or class (95 %)", "invisible"], rows)
+        shares = _share(good, len(chosen)), _share(good + counts["joint"], len(chosen))
+        rows.append([meaning, len(chosen), *cells, *shares, invisible])
+    head = ["hidden", "runs", *VERDICTS, "failed", "right or class (95 %)", "or joint (95 %)", "invisible"]
+    return _table(head, rows)
 
 
 def _alarms(records: Sequence[Record]) -> str:
@@ -111,7 +113,7 @@ def _confusion(records: Sequence[Record]) -> str:
         wrong = Counter(name for record in mine for name in record["named"] if name not in record["effects"])
         named = ", ".join(f"{name} {count}" for name, count in wrong.most_common(4))
         rows.append([kind, *cells, _cell(mine), named or "–"])
-    text = "Each cell: right + class / runs; then m missed, f false beside, b both, x failed."
+    text = "Each cell: right + class / runs; then j joint, m missed, f false beside, b both, x failed."
     return f"{text}\n\n{_table(['hidden', *EXCITATIONS, 'all', 'named instead or beside'], rows)}"
 
 
@@ -119,7 +121,7 @@ def _cell(records: Sequence[Record]) -> str:
     if not records:
         return "–"
     counts = Counter(record["judged"] for record in records)
-    marks = {"missed": "m", "false": "f", "both": "b", "failed": "x"}
+    marks = {"joint": "j", "missed": "m", "false": "f", "both": "b", "failed": "x"}
     rest = "".join(f" {counts[verdict]}{mark}" for verdict, mark in marks.items() if counts[verdict])
     return f"{counts['right']}+{counts['class']}/{len(records)}{rest}"
 

@@ -72,7 +72,8 @@ def text(found: Trace) -> str:
     for finding in found.effects:
         lines.append(f"  {finding.sentence}")
         if finding.cannot_tell_from:
-            lines.append(f"    these recordings cannot tell it from: {', '.join(finding.cannot_tell_from)}")
+            rivals = ", ".join(finding.cannot_tell_from)
+            lines.append(f"    these recordings cannot tell it from: {rivals} (either, or both at once)")
         if finding.next_manoeuvre:
             lines.append(f"    next: {finding.next_manoeuvre}")
     lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in found.unexplained]

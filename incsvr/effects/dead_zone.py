@@ -15,6 +15,9 @@ NARROWEST = 1.5
 """Half width in steps of the recorded torque: of commands about zero a first step holds mostly its smaller half, and
 less thrust than it says."""
 
+FAR = 6.0
+"""Deviations of the doubt from the edge beyond which there is no doubt on which side the command was."""
+
 
 class DeadZone(Effect):
     """Nothing comes out for |τ| < w; beyond, either all of τ (`step`) or what exceeds w (`shifted`).
@@ -56,9 +59,9 @@ class DeadZone(Effect):
         def lost(c: Array) -> Array:
             if self.variant == "shifted" or s.doubt <= 0.0:
                 return self.lost(c, width)
-            low, high = (-width - c) / s.doubt, (width - c) / s.doubt
-            density = np.exp(-0.5 * low**2) - np.exp(-0.5 * high**2)
-            inside: Array = c * (ndtr(high) - ndtr(low)) + s.doubt / np.sqrt(2.0 * np.pi) * density
+            inside = self.lost(c, width)
+            near = np.abs(np.abs(c) - width) < FAR * s.doubt
+            inside[near] = _doubted(c[near], width, s.doubt)
             return inside
 
         return stack(s.over_jumps(s.expected, lost))
@@ -78,3 +81,11 @@ class DeadZone(Effect):
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         return command - term.coefficients[0] * self.lost(command, term.inner[-1])
+
+
+def _doubted(command: Array, width: float, doubt: float) -> Array:
+    """What a step's band takes, in the mean over a Gaussian doubt of the command."""
+    low, high = (-width - command) / doubt, (width - command) / doubt
+    density = np.exp(-0.5 * low**2) - np.exp(-0.5 * high**2)
+    inside: Array = command * (ndtr(high) - ndtr(low)) + doubt / np.sqrt(2.0 * np.pi) * density
+    return inside

@@ -178,4 +178,4 @@ class Effect(ABC):
 
 def stack(*columns: Array) -> Array:
     """Columns side by side, (n, c)."""
-    return np.stack(columns, axis=1)
+    return columns[0][:, None] if len(columns) == 1 else np.stack(columns, axis=1)

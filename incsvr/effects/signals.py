@@ -163,10 +163,11 @@ class Signals:
     def later(self, values: Array, delay: float) -> Array:
         """values(t + delay), held at the ends of each run; a negative delay looks back."""
         out = np.empty_like(values)
+        whole, part = divmod(delay / self.step, 1.0)
         for run in self.runs():
             x = values[run]
-            index = np.arange(x.size)
-            out[run] = np.interp(index + delay / self.step, index, x)
+            moved = x.take(np.arange(int(whole), int(whole) + x.size + 1), mode="clip")
+            out[run] = (1.0 - part) * moved[:-1] + part * moved[1:]
         return out
 
     def slope(self, values: Array) -> Array:

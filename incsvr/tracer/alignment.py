@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.posing import pose, pose_like
 from incsvr.tracer.problem import Problem
@@ -37,16 +37,17 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
 
     Half a sample of false delay looks like a small inertia, memory or lag.
     """
-    linear = _settled(runs, pose(runs, inertia, channels, held=False), channels)
+    linear, beside_linear = _settled(runs, pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 40.0:
         return linear
-    held = _settled(runs, pose(runs, inertia, channels, held=True), channels)
+    held, beside_held = _settled(runs, pose(runs, inertia, channels, held=True), channels)
     # Likelihoods compare at one share of the noise and one answer to it alone. What the wrong of the two leaves does
     # not follow the torque, so that its share is too small; but a controller's answer, seen at another time, does.
     share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
     at_one, at_two = with_share(linear, share), with_share(held, share)
     at_two = replace(at_two, feedback=linear.feedback).answering(linear.drag, linear.colour)
-    one, two = _best(at_one, channels), _best(at_two, channels)
+    one = _best_again(at_one, linear, beside_linear, channels)
+    two = _best_again(at_two, held, beside_held, channels)
     unearned = _smoother(runs, linear, held, one, two, share) + _belated(runs, at_two)
     plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + unearned
     # where the linear one needs no effect, none that goes with the held one is believed
@@ -103,15 +104,20 @@ def misread(before: Problem, after: Problem, change: float) -> bool:
     return moved or unknown or (after.feedback > 0.0) != (before.feedback > 0.0)
 
 
-def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
-    """The equations with the noise as it is beside the best single effect."""
+def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
+    """The equations with the noise as it is beside the best single effect, and that effect."""
     best = _best(problem, channels)
     for _ in range(2):
         before, problem = problem, reread(runs, problem, best)
         if not misread(before, problem, SAME_SHARE):
             break
         best = _best(problem, channels)
-    return problem
+    return problem, best
+
+
+def _best_again(problem: Problem, before: Problem, best: Hypothesis, channels: Sequence[str]) -> Hypothesis:
+    """The best single effect; where the noise is read as `before`, the one that was best then."""
+    return _best(problem, channels) if misread(before, problem, SAME_SHARE) else resettled(problem, best)
 
 
 def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:

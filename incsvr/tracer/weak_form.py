@@ -38,6 +38,7 @@ class Blocks:
         whole: (m,) the blocks that have three predecessors in the same run (an AR(3) reaches that far).
         previous: (3, m) those predecessors.
         start: (runs + 1,) first block of each run, and the end.
+        tiled: of each run the fine samples that its blocks cover, but for the one that ends the last.
         used: (n_b,) whether a block counts in a fit.
         mistimed: (n_b,) what a sample period too early or late makes of the command's jump in it [N m].
     """
@@ -48,6 +49,7 @@ class Blocks:
     whole: NDArray[np.intp]
     previous: NDArray[np.intp]
     start: NDArray[np.intp]
+    tiled: tuple[slice, ...]
     used: NDArray[np.bool_]
     mistimed: Array
 
@@ -66,11 +68,20 @@ class Blocks:
 
     def mean(self, values: Array) -> Array:
         """Trapezoid mean over every block; `values` (n,) or (n, k) on the fine grid."""
-        total = 0.5 * (values[self.first] + values[self.first + self.size])
-        for k in range(1, self.size):
-            total += values[self.first + k]
-        mean: Array = total / self.size
-        return mean
+        if values.ndim == 2:
+            columns = np.empty((len(self), values.shape[1]))
+            for k, column in enumerate(values.T):
+                columns[:, k] = self.mean(column)
+            return columns
+        # as rows of a matrix the blocks of a run are one product: a copy for every fine step would take four times that
+        weights, half = np.full(self.size, 1.0 / self.size), 0.5 / self.size
+        weights[0] = half
+        means = [
+            values[run].reshape(-1, self.size) @ weights
+            + half * values[run.start + self.size : run.stop + 1 : self.size]
+            for run in self.tiled
+        ]
+        return means[0] if len(means) == 1 else np.concatenate(means)
 
     def slope(self, values: Array) -> Array:
         """(x(end) − x(start)) / T_b of every block."""
@@ -80,12 +91,12 @@ class Blocks:
     def spread(self, values: Array, length: int) -> Array:
         """(length,) a block value held over its fine samples; what two blocks share holds the mean of theirs, what
         is in no block zero."""
-        at = np.arange(length)
-        index = np.clip(np.searchsorted(self.first, at, side="right") - 1, 0, len(self) - 1)
-        within = (at >= self.first[index]) & (at <= self.first[index] + self.size)
-        held: Array = np.where(within, values[index], 0.0)
-        shared = np.flatnonzero(np.diff(self.first) == self.size) + 1
-        held[self.first[shared]] = 0.5 * (values[shared - 1] + values[shared])
+        held = np.zeros(length)
+        for run, part in zip(self.tiled, np.split(values, self.start[1:-1]), strict=True):
+            held[run] = np.repeat(part, self.size)
+            held[run.start + self.size : run.stop : self.size] = 0.5 * (part[1:] + part[:-1])
+            if part.size:
+                held[run.stop] = part[-1]
         return held
 
 
@@ -109,6 +120,7 @@ def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0
         whole,
         np.stack([whole - 1, whole - 2, whole - 3]),
         edges,
+        tuple(slice(int(f[0]), int(f[-1]) + size) if f.size else slice(0, 0) for f in firsts),
         np.ones(position.size, dtype=bool),
         np.zeros(position.size),
     )

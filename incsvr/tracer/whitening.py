@@ -66,7 +66,8 @@ def burg(residual: Array, blocks: Blocks, loud: float = 0.0, order: int = 3) -> 
     What the instant of a jump adds to its block is no part of the colour: there the residual is drawn in by as much.
     """
     residual = residual / np.sqrt(1.0 + loud * np.square(blocks.mistimed))
-    limit = 4.0 * max(1.4826 * float(np.median(np.abs(residual[blocks.used]))), 1e-12)
+    size = np.abs(residual[blocks.used])
+    limit = 4.0 * max(1.4826 * float(np.partition(size, size.size // 2)[size.size // 2]), 1e-12)
     forward = np.where(blocks.used, np.clip(residual, -limit, limit), 0.0)
     backward = forward.copy()
     position = np.arange(residual.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
@@ -145,8 +146,9 @@ def fit(
         # least squares comes first; later rounds go on from where the Jacobian had led
         plain = 0 if warm or turn > 0 or not corrected else steps
         for step in range(plain + steps):
-            np.multiply(white_x, weight[:, None], out=weighted)
-            normal, right = weighted.T @ white_x + ridge, weighted.T @ white_y
+            root = np.sqrt(weight)  # a matrix times its own transpose costs BLAS but half
+            np.multiply(white_x, root[:, None], out=weighted)
+            normal, right = weighted.T @ weighted + ridge, weighted.T @ (root * white_y)
             found, most = np.linalg.solve(normal, right), np.inf
             if corrected and step >= plain:
                 most = FARTHEST * _scale(weight, white_y - white_x @ found)
@@ -211,7 +213,8 @@ def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Arra
         relative = np.where(stretch > LEAST, 1.0 / np.maximum(stretch, LEAST), 0.0)
         pull += sign * (relative @ part)
         if sign > 0.0:
-            curved += (part * (relative**2)[:, None]).T @ part
+            scaled = part * relative[:, None]
+            curved += scaled.T @ scaled
     return pull, curved
 
 

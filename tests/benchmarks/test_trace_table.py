@@ -30,8 +30,10 @@ from simulator.trial_command import EXCITATIONS
         (("torque_lag",), {"torque_lag": (), "torque_delay": ("torque_lag",)}, "false"),
         (("torque_lag", "wave"), {"torque_delay": ("torque_lag",)}, "missed"),
         (("torque_lag", "wave"), {"wave": (), "torque_delay": ("torque_lag",)}, "class"),
-        # One named effect cannot stand for two hidden ones.
-        (("drag_step", "drag_drift"), {"memory": ("drag_step", "drag_drift")}, "missed"),
+        # One named effect cannot stand for two hidden ones, nor beside itself for another, but as both at once.
+        (("drag_step", "drag_drift"), {"memory": ("drag_step", "drag_drift")}, "joint"),
+        (("drag_step", "wave"), {"wave": ("drag_step",)}, "joint"),
+        (("drag_step", "wave"), {"wave": ("drag_step",), "tether": ()}, "false"),
         (("coupling:sway",), {"coupling:surge": ()}, "both"),
     ],
 )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from incsvr.effects import Signals
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import derivative, split
 from incsvr.tracer.whitening import burg, fit
@@ -34,6 +35,31 @@ def test_what_two_blocks_share_holds_the_mean_of_theirs() -> None:
     held = blocks.spread(np.array([1.0, 3.0, 10.0, 20.0]), 18)
     np.testing.assert_array_equal(held[:9], [1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0])
     assert held[9] == 10.0  # the next run's first sample is shared with nobody
+
+
+def test_every_block_is_averaged_by_the_trapezoid_rule_whatever_the_runs() -> None:
+    """One run begins with samples in no block, one is shorter than a block."""
+    runs = np.array([0, 2_003, 2_008, 2_100], dtype=np.intp)
+    blocks = split(runs, 8, 0.1, settling=2.0)
+    values = np.random.default_rng(0).normal(size=(2_100, 3))
+    for k, first in enumerate(blocks.first):
+        expected = np.trapezoid(values[first : first + 9], axis=0) / 8
+        np.testing.assert_allclose(blocks.mean(values)[k], expected, atol=1e-12)
+    np.testing.assert_allclose(blocks.mean(values[:, 0]), blocks.mean(values)[:, 0])
+    assert blocks.mean(values[:, :0]).shape == (len(blocks), 0)
+    held = blocks.spread(blocks.mean(values[:, 1]), 2_100)
+    np.testing.assert_array_equal(held[blocks.first + 4], blocks.mean(values[:, 1]))
+    assert not np.any(held[2_003:2_008])
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.13, -0.27, -4.0, 1e3])
+def test_a_signal_at_another_time_is_linear_between_its_samples(delay: float) -> None:
+    start, step = np.array([0, 40, 100]), 0.1
+    values = np.random.default_rng(1).normal(size=100)
+    time = np.linspace(0.0, 99 * step, 100)
+    later = Signals(step, start, time, values, values).later(values, delay)
+    for run in (slice(0, 40), slice(40, 100)):
+        np.testing.assert_allclose(later[run], np.interp(time[run] + delay, time[run], values[run]), atol=1e-9)
 
 
 @pytest.mark.parametrize("sigma", [1.5, 4.0])
