@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled, settle
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.posing import pose, pose_like
 from incsvr.tracer.problem import Problem
@@ -31,29 +31,60 @@ SAME_SHARE = 0.05
 MARGIN = 40.0
 """By how much the held torque must explain more."""
 
+DOUBT = 0.2
+"""Of what it explains without having earned it: that is known no better."""
 
-def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
-    """The equations with the linear torque, unless the held one explains more, or as much without any effect.
 
-    Half a sample of false delay looks like a small inertia, memory or lag.
+def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> tuple[Problem, Problem]:
+    """The equations with the linear torque, unless the held one explains more, or as much without any effect; and the
+    linear ones in any case.
+
+    Half a sample of false delay looks like a small inertia, memory or lag. Beside one effect alone the held torque
+    explains part of a second, of a delay half a sample: where it seems to hold, a second is added to either.
     """
     linear, beside_linear = _settled(runs, pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 40.0:
-        return linear
-    held, beside_held = _settled(runs, pose(runs, inertia, channels, held=True), channels)
-    # Likelihoods compare at one share of the noise and one answer to it alone. What the wrong of the two leaves does
-    # not follow the torque, so that its share is too small; but a controller's answer, seen at another time, does.
-    share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
-    at_one, at_two = with_share(linear, share), with_share(held, share)
-    at_two = replace(at_two, feedback=linear.feedback).answering(linear.drag, linear.colour)
+        return linear, linear
+    # in the same blocks: likelihoods of different data do not compare
+    held = pose(runs, inertia, channels, held=True, period=linear.blocks.period)
+    held, beside_held = _settled(runs, held, channels)
+    at_one, at_two = _at_one_share(linear, held)
     one = _best_again(at_one, linear, beside_linear, channels)
     two = _best_again(at_two, held, beside_held, channels)
-    unearned = _smoother(runs, linear, held, one, two, share) + _belated(runs, at_two)
+    unearned = _unearned(runs, at_one, at_two, one, two)
     plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + unearned
     # where the linear one needs no effect, none that goes with the held one is believed
     explains_more = two.criterion + unearned > one.criterion + MARGIN and bool(one.terms or not two.terms)
     needs_nothing = plain_two > plain_one + MARGIN and plain_two > one.criterion - MARGIN
-    return held if explains_more or needs_nothing else linear
+    if not (explains_more or needs_nothing):
+        return linear, linear
+    one, two = _best(at_one, channels, one), _best(at_two, channels, two)
+    return held if _holds(runs, at_one, at_two, one, two) else linear, linear
+
+
+def realigned(runs: Sequence[Run], linear: Problem, held: Problem, found: Hypothesis) -> Problem:
+    """`held`, unless the linear torque explains as much beside all effects that were found with the held one."""
+    linear = reread(runs, linear, settle(linear, found.values(), nothing(linear), passes=10))
+    at_one, at_two = _at_one_share(linear, held)
+    one, two = (settle(at, found.values(), nothing(at), passes=10) for at in (at_one, at_two))
+    return held if _holds(runs, at_one, at_two, one, two) else linear
+
+
+def _holds(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> bool:
+    """Whether the held torque explains more with `two` than the linear one with `one`."""
+    unearned = _unearned(runs, linear, held, one, two)
+    return two.criterion + unearned > one.criterion + MARGIN + DOUBT * abs(unearned)
+
+
+def _at_one_share(linear: Problem, held: Problem) -> tuple[Problem, Problem]:
+    """Both with one share of the noise in the torque and one answer to it: their likelihoods compare at that alone.
+
+    What the wrong of the two leaves does not follow the torque, so that its share is too small; but a controller's
+    answer, seen at another time, does.
+    """
+    share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
+    at_two = replace(with_share(held, share), feedback=linear.feedback).answering(linear.drag, linear.colour)
+    return with_share(linear, share), at_two
 
 
 def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
@@ -120,18 +151,23 @@ def _best_again(problem: Problem, before: Problem, best: Hypothesis, channels: S
     return _best(problem, channels) if misread(before, problem, SAME_SHARE) else resettled(problem, best)
 
 
-def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:
-    base = nothing(problem)
-    leads = best_leads(problem, base, demand(problem, candidates(channels)), LEADS)
+def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None = None) -> Hypothesis:
+    """What explains most: one effect more than `beside`, that, or nothing."""
+    base = nothing(problem) if beside is None else beside
+    effects = [effect for effect in demand(problem, candidates(channels)) if effect.name not in base.names()]
+    leads = best_leads(problem, base, effects, LEADS)
     settled = [with_lead(problem, base, lead) for lead in leads]
     # a delay within a sample, or a rotor ahead of its command, is the other of the two torques in disguise
-    real = [h for h in settled if not (below_sampling(h.terms[0], problem) or against_physics(problem, h))]
+    real = [h for h in settled if not (below_sampling(h.terms[-1], problem) or against_physics(problem, h))]
     return max((base, *real), key=lambda h: h.criterion)
 
 
-def _smoother(
-    runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis, share: float
-) -> float:
+def _unearned(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> float:
+    """What the held torque wins or loses in 2 ℓ that is no sign of how the torque runs."""
+    return _smoother(runs, linear, held, one, two) + _belated(runs, held)
+
+
+def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> float:
     """What the held torque loses in 2 ℓ where its interpolation averages the sensor's noise less than the linear one.
 
     White noise at the torque's stamps, brought to the blocks in the same two ways, says by how much.
@@ -148,7 +184,7 @@ def _smoother(
         left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
     square = two.fit.scale**2
     # the differences hold a controller's answers, too, which are no noise of the torque
-    most = min(1.0, share * square / max(left[1], 1e-300)) if held.closed_loop else 1.0
+    most = min(1.0, held.signals.share * square / max(left[1], 1e-300)) if held.closed_loop else 1.0
     less = square - most * (left[1] - left[0])
     return -float(two.fit.innovation.size * np.log(max(less, 0.1 * square) / square))
 

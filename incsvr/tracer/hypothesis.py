@@ -153,7 +153,7 @@ def settle(
         none = np.zeros(base.shape[1])
         feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
         blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
-        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned, warm=turn > 0)
+        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)

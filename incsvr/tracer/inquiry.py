@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import NORMAL_95, evidence, intervals, p_value
-from incsvr.tracer.alignment import aligned, misread, reread, without_command
+from incsvr.tracer.alignment import aligned, misread, realigned, reread, without_command
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import THRESHOLD, against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
@@ -66,8 +66,12 @@ def inquire(
     runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, names: Sequence[str]
 ) -> tuple[Case, Hypothesis, dict[str, str]]:
     """What was asked, the effects that are proven, and why others are not among them."""
-    problem = aligned(runs, inertia, names)
+    problem, linear = aligned(runs, inertia, names)
     case, found, hunt = _searched(problem, validate, names)
+    if problem.held and len(found.terms) > 1:
+        problem = realigned(runs, linear, problem, found)
+        if not problem.held:
+            case, found, hunt = _searched(problem, validate, names, found)
     # an effect that a controller makes up for hides what it asks the thrust for, and so from the judge, too
     again = without_command(reread(runs, problem, found), hunt.promising)
     if misread(problem, again, MISREAD):

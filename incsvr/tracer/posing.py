@@ -37,30 +37,35 @@ FEWEST_SCALES = 12.0
 """Shortest recordings from which anything is concluded, in T_c."""
 
 
-def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False) -> Problem:
+def pose(
+    runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False, period: float | None = None
+) -> Problem:
     """Set the block length and build the equations.
 
     T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
-    at most 0.2 of the innovations' deviation, at most T_c/4.5. `held` says whether the torque stays at its value until
-    its next stamp (a command does) or is linear between them.
+    at most 0.2 of the innovations' deviation, at most T_c/4.5; or it is `period` [s]. `held` says whether the torque
+    stays at its value until its next stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
-    period = sample_period(runs, "yaw_rate")
+    sampled = sample_period(runs, "yaw_rate")
     sigma = gyro_noise(runs)
     _long_enough(runs, scale)
     resolution = _resolution(runs)
     length = sum(float(run.time[-1] - run.time[0]) for run in runs)
     block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), scale / 4.5)
+    block = block if period is None else period
     while True:
-        problem = _equations(runs, inertia, channels, scale, block, period, held)
+        problem = _equations(runs, inertia, channels, scale, block, sampled, held)
         base = fit(problem.y, problem.coarse, problem.blocks)
-        noise = _gyro_noise_in(problem, sigma, period, base)
+        noise = _gyro_noise_in(problem, sigma, sampled, base)
+        if period is not None:
+            break
         # by a step at least: where one sample fills a block, 1.3 of it would be the same again
         longer = max(1.3 * problem.blocks.period, problem.blocks.period + problem.signals.step)
         if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
             break
         block = longer
-    problem = _differentiated(problem, sigma, period, base.scale)
+    problem = _differentiated(problem, sigma, sampled, base.scale)
     problem = replace(problem, feedback=problem.feedback_beside(base.residual))
     share, gyro = problem.share_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
     known = problem.knows_command(base.residual)

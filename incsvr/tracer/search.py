@@ -26,6 +26,9 @@ from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
+NARROWER = ((4, 6), (2, 4), (1, 3), (1, 3), (1, 3))
+"""The same where the noise alone is read otherwise: what was found before is among the finalists."""
+
 SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
 
@@ -52,6 +55,9 @@ FORMS = 2
 
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
+
+HEARD = 12
+"""How many of the best sets are asked for a free run where the equation is biased."""
 
 
 @dataclass
@@ -87,7 +93,7 @@ class Search:
         """
         base = nothing(self.problem)
         beam, seen = [base], [base]
-        for width, tries in BEAM[: self.most]:
+        for width, tries in (NARROWER if self.given else BEAM)[: self.most]:
             grown = self._grown(beam, tries)
             beam = [self._reformed(one) if len(one.terms) > 1 else one for one in grown[:width]]
             grown[:width] = beam
@@ -205,7 +211,7 @@ class Search:
         if not any(len(h.terms) == 1 for h in best):
             best += [h for h in ranked if len(h.terms) == 1][:1]
         if self.closed_loop:
-            best += [h for h in sorted(seen, key=self.free_run)[:FINALISTS] if h not in best]
+            best += [h for h in sorted(ranked[:HEARD], key=self.free_run)[:FINALISTS] if h not in best]
         return best
 
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:

@@ -26,8 +26,8 @@ def test_a_steps_edge_is_found_from_the_starts_beside_it() -> None:
     columns, truth = outcome.recording.columns, outcome.truth["dead_zone"]
     assert truth["shape"] == "jump"
     width = float(truth["half_width_nm"])
-    problem = aligned([Run("loop", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})],
-                      outcome.inertia, [])  # fmt: skip
+    problem, _ = aligned([Run("loop", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})],
+                         outcome.inertia, [])  # fmt: skip
     base, step = nothing(problem), catalogue()["dead_zone/step"]
     starts = sorted(step.starts(problem.signals), key=lambda start: abs(start[-1] - width))[:2]
     tried = [settle(problem, [(step, start, ())], base, frozenset({step.key})) for start in starts]

@@ -1,0 +1,66 @@
+"""How the torque runs between its stamps is asked again beside all effects that were found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.effects import candidates
+from incsvr.tracer.alignment import aligned, realigned
+from incsvr.tracer.hypothesis import nothing, settle
+from incsvr.tracer.posing import pose
+from incsvr.tracer.run import Array, Run
+from simulator.trial import Trial, play
+
+INERTIA, PERIOD, FINE, DELAY, GAIN = 350.0, 0.2, 0.01, 0.4, 40.0
+EVERY = round(PERIOD / FINE)
+
+
+def driven(seed: int, *, held: bool) -> Run:
+    """Thrust DELAY behind a torque that is held between its stamps, or goes on; a swaying channel turns more."""
+    random = np.random.default_rng(seed)
+    time: Array = np.linspace(0.0, 600.0, round(600.0 / FINE) + 1)
+    periods, phases = random.uniform(0.8, 20.0, 6), random.uniform(0.0, 6.28, 6)
+    command: Array = 15.0 * np.sum([np.sin(6.283 * time / p + a) for p, a in zip(periods, phases, strict=True)], axis=0)
+    torque = np.repeat(command[::EVERY], EVERY)[: time.size] if held else command
+    sway: Array = np.sin(6.283 * time / 7.0) + 0.5 * np.sin(6.283 * time / 11.3)
+    behind = round(DELAY / FINE)
+    thrust = np.concatenate([np.full(behind, torque[0]), torque[:-behind]]) + GAIN * sway
+    rate, now = np.zeros(time.size), 0.0
+    for k, moment in enumerate(thrust.tolist()):
+        rate[k] = now
+        now += FINE / INERTIA * (moment - 120.0 * now - 700.0 * now * abs(now))
+    seen = slice(None, None, EVERY)
+    count = time[seen].size
+    return Run(
+        "driven", time[seen], rate[seen] + random.normal(0.0, 2e-4, count),
+        command[seen] + random.normal(0.0, 0.5, count), {"sway": sway[seen]},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_beside_all_effects_the_torque_is_what_it_is(seed: int, held: bool) -> None:
+    run = driven(seed, held=held)
+    linear = pose([run], INERTIA, ["sway"])
+    other = pose([run], INERTIA, ["sway"], held=True, period=linear.blocks.period)
+    by_key = {effect.key: effect for effect in candidates(["sway"])}
+    coupling, delay = by_key["coupling:sway"], by_key["torque_delay"]
+    terms = [(coupling, coupling.starts(other.signals)[0], ()), (delay, (DELAY,), ())]
+    found = settle(other, terms, nothing(other), passes=10)
+    problem = realigned([run], linear, other, found)
+    assert problem.held == held
+    again = settle(problem, found.values(), nothing(problem), passes=10)
+    assert again.terms[1].coefficients[0] == pytest.approx(DELAY, abs=0.02)
+
+
+def test_the_two_torques_are_compared_in_the_same_blocks() -> None:
+    """Held, the noise of this torque asks for shorter blocks: what was left in those seemed to be less."""
+    effects = ("coupling:sway", "tether")
+    outcome = play(Trial(330_017, effects, vehicle="leng", excitation="closed_loop", autocorrelation=0.5))
+    columns = dict(outcome.recording.columns)
+    run = Run("loop", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
+    problem, linear = aligned([run], outcome.inertia, ["sway"])
+    assert problem is linear
+    alone = pose([run], outcome.inertia, ["sway"], held=True)
+    assert len(alone.blocks) != len(linear.blocks)
