@@ -31,10 +31,11 @@ def judge(hidden: Collection[str], named: Mapping[str, Collection[str]]) -> str:
     spare, missing, joint = found - wanted, 0, 0
     for effect in sorted(wanted - found):
         stand_in = next((name for name in sorted(spare) if effect in named[name]), None)
-        spare.discard(stand_in or "")
-        if stand_in is None and any(effect in rivals for rivals in named.values()):
+        if stand_in is not None:
+            spare.discard(stand_in)
+        elif any(effect in rivals for rivals in named.values()):
             joint += 1
-        elif stand_in is None:
+        else:
             missing += 1
     if missing:
         return "both" if spare else "missed"

@@ -89,8 +89,8 @@ def _searched(
     """What is asked, the best set of effects, and the search that knows why others are not in it.
 
     Effects are chosen on pieces held out of the fitted recordings: validation recordings never choose. Where they threw
-    everything out, the search goes on without what they refused. What was found `before`, when the noise was read
-    otherwise, is tried again.
+    everything out, the search goes on without what they refused. What was found `before`, when noise or
+    torque were read otherwise, is tried again.
     """
     court, pieces = Court.of(problem, validate), Court.of(problem, None, quick=True)
     case = Case(problem, demand(problem, candidates(channels)), court, pieces, channels)

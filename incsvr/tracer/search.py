@@ -27,7 +27,7 @@ BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
 NARROWER = ((4, 6), (2, 4), (1, 3), (1, 3), (1, 3))
-"""The same where the noise alone is read otherwise: what was found before is among the finalists."""
+"""The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
 SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
@@ -70,7 +70,7 @@ class Search:
         free_run: the judge of every effect: what improves the equation alone is not added.
         closed_loop: whether the torque is feedback of the yaw rate.
         most: effects that may stand at once.
-        given: a set that was found before, when the noise was read otherwise: it stands among the finalists.
+        given: a set that was found before, when noise or torque were read otherwise: it stands among the finalists.
         refused: effect → why it was not added though the equation asked for it.
         promising: what the equation alone holds for the best, before any gate.
         judged: keys of a set of effects → what the gates left of it: itself, or one effect less.
