@@ -73,7 +73,7 @@ class Blocks:
             for k, column in enumerate(values.T):
                 columns[:, k] = self.mean(column)
             return columns
-        # as rows of a matrix the blocks of a run are one product: a copy for every fine step would take three times that
+        # as rows of a matrix the blocks of a run are one product: a copy for every fine step takes three times that
         weights, half = np.full(self.size, 1.0 / self.size), 0.5 / self.size
         weights[0] = half
         means = [
