@@ -68,6 +68,7 @@ def inquire(
     """What was asked, the effects that are proven, and why others are not among them."""
     problem, linear = aligned(runs, inertia, names)
     case, found, hunt = _searched(problem, validate, names)
+    # which of the two torques it is was decided beside fewer effects
     if problem.held and len(found.terms) > 1:
         problem = realigned(runs, linear, problem, found)
         if not problem.held:
