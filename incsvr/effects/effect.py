@@ -76,7 +76,7 @@ class Effect(ABC):
     searched: bool = False
     shapes: tuple[float, float] | None = None
     looks: float = 1.0
-    curved: ClassVar[bool] = False
+    curved: bool = False
     channels: tuple[str, ...] = ()
     whole: ClassVar[bool] = False
     dry: ClassVar[bool] = False

@@ -22,11 +22,18 @@ EDGE = 1.02
 """Of the shortest memory that is tried: a search that ends there would go on."""
 
 
-class Memory(Effect):
-    """A moment g m, or with drag that grows as r|r| g m |r|/r̄, or both, with T m' = r − m and r̄ the root mean square
-    rate.
+CARRIED = 0.2
+"""β at first: of the hull's rate, what the water that it drags in seems to take on."""
 
-    Co-rotating water gives g < 0 against the drag (d(r − β m) ≈ d(r) − β d'(r) m), unsteady flow g > 0.
+LEAST, MOST = 0.01, 0.9
+"""β of which the secant is taken."""
+
+
+class Memory(Effect):
+    """With T m' = r − m, the rate of the water m: a moment −g m, or drag in water that turns along, d(r − β m).
+
+    Co-rotating water gives g > 0, unsteady flow either sign. Of the drag, g is β times the drag's mean slope between
+    ±r̄, the root mean square rate; what it takes, d(r − β m) − d(r), is written as the secant up to the last pass's β.
     """
 
     name = "memory"
@@ -37,9 +44,9 @@ class Memory(Effect):
     looks = 8.0
     lingers = True
 
-    def __init__(self, variant: Literal["linear", "quadratic", "both"]) -> None:
+    def __init__(self, variant: Literal["linear", "co-rotating"]) -> None:
         self.variant = variant
-        self.core = 2 if variant == "both" else 1
+        self.curved = variant == "co-rotating"
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
@@ -54,19 +61,27 @@ class Memory(Effect):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])
-        faster = water * np.abs(s.rate) / inner[0]
-        return stack(*{"linear": (water,), "quadratic": (faster,), "both": (water, faster)}[self.variant])
+        if self.variant == "linear":
+            return stack(water)
+        slope = _mean_slope(s, inner[0])
+        carried = min(max(-coefficients[0] / slope, LEAST), MOST) if coefficients else CARRIED
+        return stack((s.drag_at(s.rate) - s.drag_at(s.rate - carried * water)) / (carried * slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"gain_nm_s": -sum(term.coefficients), "time_constant_s": term.inner[-1]}
+        return {"gain_nm_s": -term.coefficients[0], "time_constant_s": term.inner[-1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        parts = np.abs(term.coefficients)
-        if min(term.coefficients) < 0.0 < max(term.coefficients) and 4.0 * min(parts) > max(parts):
-            return "the moving water would drag at small rates and push at large ones, or the other way round"
         if term.inner[-1] < EDGE * self.bounds(s)[0]:
             return "water that followed so fast would be but another inertia"
-        gain = sum(term.coefficients) * float(np.std(s.rate))
-        if abs(gain) > 3.0 * float(np.std(s.torque)) + 3.0 * float(np.std(s.damping)):
+        if self.variant == "co-rotating":
+            carried = -term.coefficients[0] / _mean_slope(s, term.inner[0])
+            return "" if 0.0 < carried < MOST else "the water would turn against the vehicle, or ahead of it"
+        if abs(term.coefficients[0]) * float(np.std(s.rate)) > 3.0 * float(np.std(s.torque) + np.std(s.damping)):
             return "the moment of the moving water would exceed thrust and damping"
         return ""
+
+
+def _mean_slope(s: Signals, usual: float) -> float:
+    """Of the drag between ± the usual rate [N m s]; positive, as drag is."""
+    low, high = s.drag_at(np.array([-usual, usual]))
+    return max(float(high - low) / (2.0 * usual), 1e-9)

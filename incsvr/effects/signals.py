@@ -36,6 +36,7 @@ class Signals:
         heading: (n,) unwrapped [rad]; the integral of the yaw rate where no heading was recorded.
         ends: (n,) the yaw rate as the weak form's differences need it [rad/s].
         damping: (n,) d(r) of the model as fitted so far [N m].
+        drag: rates of its table [rad/s], and d there [N m].
         acceleration: (n,) ṙ [rad/s²], free of the torque's noise.
         applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
         command: (n,) moment seen from the torque side, before the stage in question [N m].
@@ -62,6 +63,7 @@ class Signals:
     heading: Array = field(default_factory=_empty)
     ends: Array = field(default_factory=_empty)
     damping: Array = field(default_factory=_empty)
+    drag: tuple[Array, Array] = field(default_factory=lambda: (np.zeros(1), np.zeros(1)))
     acceleration: Array = field(default_factory=_empty)
     applied: Array = field(default_factory=_empty)
     command: Array = field(default_factory=_empty)
@@ -102,6 +104,11 @@ class Signals:
 
     def __len__(self) -> int:
         return self.time.size
+
+    def drag_at(self, rate: Array) -> Array:
+        """d of other rates than the measured one [N m]."""
+        drag: Array = np.interp(rate, *self.drag)
+        return drag
 
     def runs(self) -> list[slice]:
         return [slice(int(a), int(b)) for a, b in zip(self.start[:-1], self.start[1:], strict=True)]

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from incsvr.effects import Effect, Signals, Term, catalogue
-from incsvr.tracer.free_run import FASTEST, Plan, rub
+from incsvr.tracer.free_run import CELLS, FASTEST, Plan, rub
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
@@ -64,6 +64,12 @@ class TracedModel:
         continued: Array = inside * beyond**2
         return continued
 
+    def drag(self) -> tuple[Array, Array]:
+        """A table of d over all rates of a free run: (2 CELLS + 1,) even rates [rad/s], and d there [N m]."""
+        fastest = FASTEST * float(np.max(np.abs(self.rate)))
+        rate = np.linspace(-fastest, fastest, 2 * CELLS + 1)
+        return rate, self.damping_at(rate)
+
     def parts(self, signals: Signals) -> dict[str, Array]:
         """The torque ledger: what each part takes of the torque, (n,) each [N m].
 
@@ -74,8 +80,9 @@ class TracedModel:
         parts = {"declared inertia": self.inertia * signals.acceleration, "damping": damping}
         thrust = self.thrust(signals)
         seen = replace(
-            signals, damping=damping, applied=thrust, inertia=self.inertia, scale=self.scale, block=self.block
-        )
+            signals, damping=damping, drag=self.drag(), applied=thrust, inertia=self.inertia,
+            scale=self.scale, block=self.block,
+        )  # fmt: skip
         command = signals.torque
         staged = sorted(zip(self.effects(), self.terms, strict=True), key=lambda pair: pair[0].stage)
         for effect, term in staged:

@@ -65,9 +65,8 @@ class Plan:
         cells = (self._cells(values) for values in (outside, factor, thrust))
         self._drive, self._factor, self._thrust = (np.concatenate([each, each], axis=1) for each in cells)
         # d(r) in even cells: the one in which a rate lies is known without a search
-        fastest = FASTEST * float(np.max(np.abs(model.rate)))
-        self._cells_per_rate = CELLS / fastest
-        self._drag = model.damping_at(np.linspace(-fastest, fastest, 2 * CELLS + 1))
+        rate, self._drag = model.drag()
+        self._cells_per_rate = CELLS / float(rate[-1])
         self._drag_step = np.diff(self._drag)
 
     def _cells(self, values: Array) -> Array:
@@ -87,17 +86,21 @@ class Plan:
         """(runs,) at the rate of each run and at one that is larger by `nudge`; in one go: calls are what costs."""
         runs = rate.size
         both = np.concatenate([rate, rate + nudge])
-        at = np.fmin(np.fmax(both * self._cells_per_rate + CELLS, 0.0), 2.0 * CELLS - 1e-9)  # no number: any cell
-        cell = at.astype(np.intp)
-        moment = self._drive[k] - self._factor[k] * (self._drag[cell] + (at - cell) * self._drag_step[cell])
+        moment = self._drive[k] - self._factor[k] * self._drag_at(both)
         if self._motion:
             twice = {constant: np.concatenate([values, values]) for constant, values in water.items()}
-            now = _Instant(both, np.concatenate([heading, heading]), self._thrust[k], twice)
+            now = _Instant(both, np.concatenate([heading, heading]), self._thrust[k], twice, self._drag_at)
             for effect, term in self._motion:
                 columns = effect.columns(now, term.inner, term.coefficients)  # type: ignore[arg-type]
                 moment = moment - columns @ np.array(term.coefficients)
         acceleration: Array = moment / self._inertia
         return acceleration[:runs], acceleration[runs:]
+
+    def _drag_at(self, rate: Array) -> Array:
+        at = np.fmin(np.fmax(rate * self._cells_per_rate + CELLS, 0.0), 2.0 * CELLS - 1e-9)  # no number: any cell
+        cell = at.astype(np.intp)
+        drag: Array = self._drag[cell] + (at - cell) * self._drag_step[cell]
+        return drag
 
     def index(self) -> tuple[Array, Array, Array]:
         """Grid index of every simulated rate, its run and its step."""
@@ -115,6 +118,7 @@ class _Instant:
     heading: Array
     applied: Array
     water: Mapping[float, Array]
+    drag_at: Callable[[Array], Array]
 
     def lowpass(self, values: Array, time_constant: float) -> Array:
         """The moving water's rate: of the simulated rate, the only signal that an effect filters while it moves."""

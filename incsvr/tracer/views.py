@@ -66,7 +66,7 @@ class Views:
                 # at rest within a dead band nothing else tells the command from a noise that lasts
                 self._expected, doubt = self._foretold, 0.0
         self._plain = replace(
-            s, damping=damping, residual=residual, doubt=doubt, known=known is not None,
+            s, damping=damping, drag=(problem.grid, curve), residual=residual, doubt=doubt, known=known is not None,
             applied=share * self._needed + (1.0 - share) * given if known is None else given,
         )  # fmt: skip
         self._cache: dict[int, Signals] = {}

@@ -24,7 +24,7 @@ EVERYTHING = (
     term("torque_delay", 0.13),
     Term("dead_zone", "shifted", (1.0,), (4.0,)),
     Term("torque_asymmetry", "", (0.2,)),
-    Term("memory", "quadratic", (-60.0,), (0.2, 4.0)),
+    Term("memory", "co-rotating", (-60.0,), (0.2, 4.0)),
     Term("inflow", "", (3.0,)),
     Term("coulomb", "", (2.0,), (0.003,)),
     Term("heading_current", "2", (3.0, -1.0)),
