@@ -23,12 +23,12 @@ from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.noise import torque_scatter
 from incsvr.tracer.plausible import doubts
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.proof import Errors, sample_errors, torque_errors
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run, check
 from incsvr.tracer.scan import Lead, scan, with_lead, without
 from incsvr.tracer.sentences import sentence, streams
 from incsvr.tracer.unexplained import smooth_terms
+from incsvr.tracer.unseen import Errors, sample_errors, torque_errors
 
 __all__ = ["Run", "Trace", "trace"]
 
@@ -69,7 +69,13 @@ def trace(runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
-        notes=(*notes, *doubts(problem), *_loop(problem), *_command(case.court.validation or problem)),
+        notes=(
+            *notes,
+            *_timing(case, base, whole),
+            *doubts(problem),
+            *_loop(problem),
+            *_command(case.court.validation or problem),
+        ),
         declared_model=model_of(problem, base),
         model=model,
         pictures=Pictures(
@@ -149,6 +155,20 @@ def _loop(problem: Problem) -> tuple[str, ...]:
     return (
         f"the torque answers the yaw rate with {problem.feedback:.3g} N m s/rad: a controller closed the loop, and the "
         "evidence allows for it",
+    )
+
+
+def _timing(case: Case, base: Hypothesis, whole: Hypothesis) -> tuple[str, ...]:
+    """The note that free runs are no better as they are, but put on time; else empty."""
+    as_they_are = [case.court.errors(each) for each in (base, whole)]
+    on_time = [case.court.on_time(each) for each in (base, whole)]
+    (before, after), (best, better) = ([e.free_run_rmse() for e in pair] for pair in (as_they_are, on_time))
+    if after < before or better >= best:
+        return ()
+    late = as_they_are[1].late()
+    return (
+        f"free runs with the effects come {abs(late):.2g} s {'late' if late > 0.0 else 'early'}, less than a sample "
+        f"period; put on time their error is {better:.3g} rad/s, of {best:.3g} without the effects",
     )
 
 

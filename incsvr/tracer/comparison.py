@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import t
 
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import split
@@ -24,6 +25,14 @@ def gained(gain: Array) -> bool:
     if gain.size and gain.mean() > gain.std() / np.sqrt(gain.size):
         return True
     return bool(gain.size >= 8 and np.mean(gain > 0.0) > 0.5 + 0.85 / np.sqrt(gain.size))
+
+
+def chance(gain: Array) -> float:
+    """p-value of the mean gain of the pieces, (pieces,), against none or a loss (Student's t); 1 of a single piece."""
+    if gain.size < 2:
+        return 1.0
+    error = max(float(gain.std(ddof=1)) / np.sqrt(gain.size), 1e-300)
+    return float(t.sf(gain.mean() / error, gain.size - 1))
 
 
 def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float) -> Array:

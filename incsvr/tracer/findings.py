@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.proof import Errors
 from incsvr.tracer.run import Array
 from incsvr.tracer.unexplained import Unexplained
+from incsvr.tracer.unseen import Errors
 
 
 @dataclass(frozen=True, slots=True)

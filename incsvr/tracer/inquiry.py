@@ -29,6 +29,9 @@ VETOES = 3
 LEVEL = 1e-5
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
+TWICE = 1e-3
+"""p-value that is enough where the equation and the free runs of held-out pieces each reach it."""
+
 FEIGNED = 3
 """Effects that the noise of shorter blocks feigns, beside which what lasts but an instant must stand."""
 
@@ -205,19 +208,31 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
 
 
 def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects whose own p-value, all others fitted beside them, is below LEVEL."""
+    """The effects whose own p-value, all others fitted beside them, is below LEVEL, or that are told twice."""
     while found.terms:
         p = [p_value_of(case, found, k) for k in range(len(found.terms))]
-        worst = int(np.argmax(p))
         # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
-        if p[worst] <= LEVEL or below_sampling(found.terms[worst], case.problem):
+        asked = [k for k, term in enumerate(found.terms) if not below_sampling(term, case.problem)]
+        doubtful = [k for k in asked if p[k] > LEVEL and not _told_twice(case, found, k, p[k])]
+        if not doubtful:
             return found
+        worst = max(doubtful, key=lambda k: p[k])
         refused[found.terms[worst].effect] = (
             f"noise of this colour brings forth as much: its p-value, corrected for the search, is {p[worst]:.2g}, "
             f"below {LEVEL:.0e} is asked"
         )
         found = without(case.problem, found, worst)
     return found
+
+
+def _told_twice(case: Case, found: Hypothesis, k: int, p: float) -> bool:
+    """Whether the equation tells the k-th effect, and the free runs of held-out pieces tell it by themselves.
+
+    A controller carries the noise into the free runs: there they are no second witness.
+    """
+    if case.problem.closed_loop or p > TWICE:
+        return False
+    return case.pieces.by_chance(found, without(case.problem, found, k)) < TWICE
 
 
 def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:

@@ -7,17 +7,14 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import erf
 
-from incsvr.effects import Signals, Term
-from incsvr.evidence import rms
-from incsvr.tracer.comparison import gained, likelier
-from incsvr.tracer.forward import STEPS, model_of
-from incsvr.tracer.hypothesis import Hypothesis, left_over, nothing, settle
+from incsvr.effects import Term
+from incsvr.tracer.comparison import chance, gained, likelier
+from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, left_over, nothing, settle
 from incsvr.tracer.posing import pose_like
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
+from incsvr.tracer.unseen import Errors, errors_on
 
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""
@@ -30,37 +27,6 @@ LOST = 1.0
 
 QUICK_FOLDS = 3
 """The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
-
-
-@dataclass(frozen=True, slots=True)
-class Errors:
-    """Errors on unseen data, piece by piece.
-
-    Attributes:
-        time: stamps of the free run [s].
-        measured: yaw rate there [rad/s].
-        simulated: free run of the hypothesis [rad/s].
-        free_run: simulated − measured.
-        block_time: stamps of the block residuals [s].
-        block_rate: mean yaw rate of each block [rad/s].
-        block_error: mean free-run error of each block [rad/s].
-        mistimed: of each block, as `Blocks` has it.
-        torque: (n_b,) block residuals [N m].
-    """
-
-    time: tuple[Array, ...]
-    measured: tuple[Array, ...]
-    simulated: tuple[Array, ...]
-    free_run: tuple[Array, ...]
-    block_time: tuple[Array, ...]
-    block_rate: tuple[Array, ...]
-    block_error: tuple[Array, ...]
-    mistimed: tuple[Array, ...]
-    torque: tuple[Array, ...]
-
-    def free_run_rmse(self) -> float:
-        """[rad/s]."""
-        return rms(self.free_run)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +68,8 @@ class Court:
         return "blocks" if self.validation is None else "recordings"
 
     def __call__(self, hypothesis: Hypothesis) -> float:
-        """Free-run error of a hypothesis on unseen data [rad/s]."""
-        return self.errors(hypothesis).free_run_rmse()
+        """Free-run error of a hypothesis on unseen data, put where it fits best within the sampling [rad/s]."""
+        return self.on_time(hypothesis).free_run_rmse()
 
     def better(self, new: Hypothesis, old: Hypothesis) -> bool:
         """Whether the free run of `new` beats that of `old` by more than chance would have it.
@@ -112,13 +78,25 @@ class Court:
         and yet certain. So the two are compared as they are, and by the likelihood of what the noise makes of a free
         run. But a torque that answers the noise carries it into the free run.
         """
-        before, after = self.errors(old), self.errors(new)
-        plain = np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
+        before, after = self.on_time(old), self.on_time(new)
+        plain = _gain(before, after)
         if gained(plain) or not self.weighs:
             return gained(plain)
         lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
         period = self.problem.blocks.period
         return not lost and gained(likelier(before.block_error, after.block_error, after.mistimed, period))
+
+    def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
+        """p-value of the free run of `new` being better than that of `old`, told from all pieces."""
+        return chance(_gain(self.on_time(old), self.on_time(new)))
+
+    def on_time(self, hypothesis: Hypothesis) -> Errors:
+        """Errors with each free run moved to where it fits best, by less than a sample period.
+
+        Nobody knows when, between two samples, a command jumped or a clock was read: of two hypotheses the free run of
+        the right one may show it more.
+        """
+        return self.errors(hypothesis).on_time(SAMPLING * self.problem.resolution)
 
     def errors(self, hypothesis: Hypothesis) -> Errors:
         """Errors of a hypothesis on unseen data; those it was asked for before are known."""
@@ -131,7 +109,7 @@ class Court:
         if self.validation is not None:
             runs = self.validation.blocks
             spans = [slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]
-            return _errors(self.problem, self.validation, hypothesis, spans)
+            return errors_on(self.problem, self.validation, hypothesis, spans)
         folds = QUICK_FOLDS if self.quick else FOLDS
         if len(self.pieces) < FEW:  # a third of so short recordings may be all that there was of some rate
             folds = len(self.pieces)
@@ -142,8 +120,13 @@ class Court:
             for piece in held:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
-            parts.append(_errors(less, self.problem, refit(less, hypothesis, refine=not self.quick), held))
+            parts.append(errors_on(less, self.problem, refit(less, hypothesis, refine=not self.quick), held))
         return Errors(*(tuple(x for part in parts for x in getattr(part, name)) for name in Errors.__slots__))
+
+
+def _gain(before: Errors, after: Errors) -> Array:
+    """(pieces,) fall of the squared free-run errors."""
+    return np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
 
 
 def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> Hypothesis:
@@ -156,76 +139,8 @@ def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> H
     return settle(problem, terms, hypothesis, refined, passes=3)
 
 
-def _errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:
-    residual = torque_errors(fitted, problem, hypothesis)
-    blocks = problem.blocks
-    size = blocks.size
-    slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
-    signals = problem.signals.pieces(slices)
-    step = min(signals.scale / STEPS, blocks.period)
-    index, simulated = model_of(fitted, hypothesis).simulate(_driving(problem), step, slices)
-    run = np.searchsorted(signals.start, index, side="right") - 1
-    groups = [np.flatnonzero(run == k) for k in range(len(slices))]
-    measured = signals.rate[index]
-    error = simulated - measured
-    mean_error = [
-        _averaged(error[g], (index[g] - signals.start[k]) // size, p.stop - p.start)
-        for k, (g, p) in enumerate(zip(groups, spans, strict=True))
-    ]
-    mean_rate = blocks.mean(problem.signals.rate)
-    middle = problem.signals.time[blocks.first + size // 2]
-    return Errors(
-        time=tuple(signals.time[index[g]] for g in groups),
-        measured=tuple(measured[g] for g in groups),
-        simulated=tuple(simulated[g] for g in groups),
-        free_run=tuple(error[g] for g in groups),
-        block_time=tuple(middle[p] for p in spans),
-        block_rate=tuple(mean_rate[p] for p in spans),
-        block_error=tuple(mean_error),
-        mistimed=tuple(blocks.mistimed[p] for p in spans),
-        torque=tuple(residual[p] for p in spans),
-    )
-
-
-def _averaged(values: Array, block: NDArray[np.intp], count: int) -> Array:
-    """(count,) mean of the values in each block; what lies at the end of the last is in none."""
-    inside = block < count
-    total = np.bincount(block[inside], weights=values[inside], minlength=count)
-    mean: Array = total / np.bincount(block[inside], minlength=count)
-    return mean
-
-
 def _posed(problem: Problem, runs: Sequence[Run]) -> Problem:
     """The validation recordings, posed alike; whether their command is known they must say themselves."""
     others = pose_like(problem, runs)
     known = others.signals.known and others.knows_command(left_over(others, nothing(problem))[0])
     return replace(others, signals=replace(others.signals, known=known))
-
-
-def _driving(problem: Problem) -> Signals:
-    """What drives a free run: the torque, or the command where it is known what of the torque is but noise."""
-    s, plain = problem.signals, problem.command.plain
-    return replace(s, torque=plain) if s.known and plain is not None else s
-
-
-def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:
-    """(n_b,) block residuals of the model [N m]: with its damping table, which holds where the fit saw few rates."""
-    residual, _ = left_over(problem, hypothesis)
-    spline = problem.coarse @ hypothesis.fit.theta[: problem.coarse.shape[1]]
-    table = problem.blocks.mean(model_of(fitted, hypothesis).damping_at(problem.signals.rate))
-    return residual + spline - table
-
-
-def sample_errors(torque: Sequence[Array], scatter: float) -> tuple[float, float]:
-    """Mean absolute and root mean square torque error of single samples [N m].
-
-    Args:
-        torque: block residuals.
-        scatter: deviation of the torque samples within a block that no motion of the vehicle follows.
-    """
-    e = np.concatenate([*torque])
-    if scatter <= 0.0:
-        return float(np.mean(np.abs(e))), float(np.sqrt(np.mean(e**2)))
-    spread = scatter * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (e / scatter) ** 2)
-    mae = float(np.mean(spread + e * erf(e / (scatter * np.sqrt(2.0)))))
-    return mae, float(np.sqrt(np.mean(e**2) + scatter**2))

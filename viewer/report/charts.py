@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from incsvr.samples import Array
 from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.proof import Errors
+from incsvr.tracer.unseen import Errors
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
 BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"
