@@ -129,10 +129,10 @@ def without_command(problem: Problem, promising: Hypothesis) -> Problem:
 
 def misread(before: Problem, after: Problem, change: float) -> bool:
     """Whether the noise is another on second reading: its share by more than `change`, feedback or none, or a command
-    that is none."""
+    known or none."""
     moved = abs(after.signals.share - before.signals.share) > change
-    unknown = before.signals.known and not after.signals.known
-    return moved or unknown or (after.feedback > 0.0) != (before.feedback > 0.0)
+    known = after.signals.known != before.signals.known
+    return moved or known or (after.feedback > 0.0) != (before.feedback > 0.0)
 
 
 def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:

@@ -68,35 +68,46 @@ class Court:
         return "blocks" if self.validation is None else "recordings"
 
     def __call__(self, hypothesis: Hypothesis) -> float:
-        """Free-run error of a hypothesis on unseen data, put where it fits best within the sampling [rad/s]."""
+        """Free-run error of a hypothesis on unseen data, put on time [rad/s]."""
         return self.on_time(hypothesis).free_run_rmse()
 
     def better(self, new: Hypothesis, old: Hypothesis) -> bool:
         """Whether the free run of `new` beats that of `old` by more than chance would have it.
 
-        Its error is the noise of the water, summed up by the vehicle; what an effect changes may be small beside that
-        and yet certain. So the two are compared as they are, and by the likelihood of what the noise makes of a free
-        run. But a torque that answers the noise carries it into the free run.
+        As they are, or moved by what `old` is late: nobody knows when, between two samples, a command jumped or a clock
+        was read, and of two hypotheses the right one may show it more. A slip of its own excuses no new one.
         """
-        before, after = self.on_time(old), self.on_time(new)
+        before, after = self.errors(old), self.errors(new)
+        late = before.late(self._within_a_sample)
+        return any(self._beats(after.moved(by), before.moved(by)) for by in (0.0, late))
+
+    def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
+        """p-value of the free run of `new` being better than that of `old`, each on time, as told by all pieces."""
+        return chance(_gain(self.on_time(old), self.on_time(new)))
+
+    def on_time(self, hypothesis: Hypothesis) -> Errors:
+        """Errors with the free run moved to where it fits best, by less than a sample period."""
+        errors = self.errors(hypothesis)
+        return errors.moved(errors.late(self._within_a_sample))
+
+    @property
+    def _within_a_sample(self) -> float:
+        """[s]."""
+        return SAMPLING * self.problem.resolution
+
+    def _beats(self, after: Errors, before: Errors) -> bool:
+        """Whether the errors `after` are smaller, by more than chance.
+
+        They are the noise of the water, summed up by the vehicle; what an effect changes may be small beside that and
+        yet certain. So they are compared as they are, and by the likelihood of what the noise makes of a free run. But
+        a torque that answers the noise carries it into the free run.
+        """
         plain = _gain(before, after)
         if gained(plain) or not self.weighs:
             return gained(plain)
         lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
         period = self.problem.blocks.period
         return not lost and gained(likelier(before.block_error, after.block_error, after.mistimed, period))
-
-    def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
-        """p-value of the free run of `new` being better than that of `old`, told from all pieces."""
-        return chance(_gain(self.on_time(old), self.on_time(new)))
-
-    def on_time(self, hypothesis: Hypothesis) -> Errors:
-        """Errors with each free run moved to where it fits best, by less than a sample period.
-
-        Nobody knows when, between two samples, a command jumped or a clock was read: of two hypotheses the free run of
-        the right one may show it more.
-        """
-        return self.errors(hypothesis).on_time(SAMPLING * self.problem.resolution)
 
     def errors(self, hypothesis: Hypothesis) -> Errors:
         """Errors of a hypothesis on unseen data; those it was asked for before are known."""

@@ -35,6 +35,9 @@ SIMPLER = 0.35
 ONE_FOR_SEVERAL = 0.07
 """Part of the gain of several effects of the motion that is given away for one that is none of them."""
 
+CLIMBS = 12
+"""How many leads are tried then."""
+
 CLIMBERS = 2
 """How many of the best additions to what the gates let pass are put before them in turn."""
 
@@ -116,7 +119,7 @@ class Search:
     def climbed(self, base: Hypothesis) -> Hypothesis:
         """`base` with what the gates let in one by one: where they threw an effect out, another may take its place."""
         while len(base.terms) < self.most:
-            steps = (self._clean(grown) for grown in self._grown([base], 5)[:CLIMBERS])
+            steps = (self._clean(grown) for grown in self._grown([base], CLIMBS)[:CLIMBERS])
             best = next((step for step in steps if self._beats(step, base)), base)
             if best is base:
                 break

@@ -51,19 +51,19 @@ class Errors:
         """[rad/s]."""
         return rms(self.free_run)
 
-    def late(self) -> float:
-        """By how much the free run comes late as a whole, in least squares [s]; negative if early."""
+    def late(self, most: float = np.inf) -> float:
+        """By how much the free run comes late as a whole, in least squares, within ± `most` [s]; negative if early."""
         error, slope = np.concatenate(self.free_run), np.concatenate(self.slope)
-        return -float(error @ slope) / max(float(slope @ slope), 1e-300)
+        late = -float(error @ slope) / max(float(slope @ slope), 1e-300)
+        return min(max(late, -most), most)
 
-    def on_time(self, most: float) -> Errors:
-        """The errors with the free run moved to where it fits best, by at most so many seconds."""
-        late = min(max(self.late(), -most), most)
-        moved, block_moved = (
-            tuple(error + late * slope for error, slope in zip(errors, slopes, strict=True))
+    def moved(self, by: float) -> Errors:
+        """The errors with the free run moved to an earlier time by so many seconds."""
+        error, block_error = (
+            tuple(error + by * slope for error, slope in zip(errors, slopes, strict=True))
             for errors, slopes in ((self.free_run, self.slope), (self.block_error, self.block_slope))
         )
-        return replace(self, free_run=moved, block_error=block_moved)
+        return replace(self, free_run=error, block_error=block_error)
 
 
 def errors_on(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates
-from incsvr.tracer.alignment import aligned, realigned
+from incsvr.tracer.alignment import aligned, misread, realigned, reread, with_share
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.posing import pose
 from incsvr.tracer.run import Array, Run
@@ -64,3 +64,20 @@ def test_the_two_torques_are_compared_in_the_same_blocks() -> None:
     assert problem is linear
     alone = pose([run], outcome.inertia, ["sway"], held=True)
     assert len(alone.blocks) != len(linear.blocks)
+
+
+def test_a_command_that_is_told_but_beside_the_effects_is_asked_for_again() -> None:
+    """Levels behind a limit and a slow rotor: without these the torque's noise seems to turn the vehicle late."""
+    outcome = play(Trial(345_014, ("torque_saturation", "torque_lag"), 1.0, "leng", "telegraph", 0.5, noise="torque"))
+    columns = outcome.recording.columns
+    run = Run("jumping", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    problem = with_share(pose([run], outcome.inertia, []), 1.0)
+    base = nothing(problem)
+    assert not reread([run], problem, base).signals.known
+    by_key = {effect.key: effect for effect in candidates()}
+    limit, lag = by_key["torque_saturation/limit"], by_key["torque_lag/rotor speed, commanded"]
+    found = settle(problem, [(limit, (72.0,), ()), (lag, (0.6,), ())], base, passes=10)
+    again = reread([run], problem, found)
+    assert again.signals.known
+    assert misread(problem, again, 1.0)
+    assert misread(again, problem, 1.0)
