@@ -21,7 +21,6 @@ LASTING = 0.75
 EDGE = 1.02
 """Of the shortest memory that is tried: a search that ends there would go on."""
 
-
 CARRIED = 0.2
 """β at first: of the hull's rate, what the water that it drags in seems to take on."""
 

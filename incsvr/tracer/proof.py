@@ -79,7 +79,7 @@ class Court:
         """
         before, after = self.errors(old), self.errors(new)
         late = before.late(self._within_a_sample)
-        return any(self._beats(after.moved(by), before.moved(by)) for by in (0.0, late))
+        return any(self._gains(before.moved(by), after.moved(by)) for by in (0.0, late))
 
     def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
         """p-value of the free run of `new` being better than that of `old`, each on time, as told by all pieces."""
@@ -95,7 +95,7 @@ class Court:
         """[s]."""
         return SAMPLING * self.problem.resolution
 
-    def _beats(self, after: Errors, before: Errors) -> bool:
+    def _gains(self, before: Errors, after: Errors) -> bool:
         """Whether the errors `after` are smaller, by more than chance.
 
         They are the noise of the water, summed up by the vehicle; what an effect changes may be small beside that and
