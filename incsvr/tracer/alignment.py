@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.gates import against_physics
+from incsvr.tracer.gates import against_physics, worth
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled, settle
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
 from incsvr.tracer.posing import pose, pose_like
@@ -52,10 +52,10 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> tup
     one = _best_again(at_one, linear, beside_linear, channels)
     two = _best_again(at_two, held, beside_held, channels)
     unearned = _unearned(runs, at_one, at_two, one, two)
-    plain_one, plain_two = nothing(at_one).criterion, nothing(at_two).criterion + unearned
+    plain_one, plain_two = worth(nothing(at_one)), worth(nothing(at_two)) + unearned
     # where the linear one needs no effect, none that goes with the held one is believed
-    explains_more = two.criterion + unearned > one.criterion + MARGIN and bool(one.terms or not two.terms)
-    needs_nothing = plain_two > plain_one + MARGIN and plain_two > one.criterion - MARGIN
+    explains_more = worth(two) + unearned > worth(one) + MARGIN and bool(one.terms or not two.terms)
+    needs_nothing = plain_two > plain_one + MARGIN and plain_two > worth(one) - MARGIN
     if not (explains_more or needs_nothing):
         return linear, linear
     one, two = _best(at_one, channels, one), _best(at_two, channels, two)
@@ -73,7 +73,7 @@ def realigned(runs: Sequence[Run], linear: Problem, held: Problem, found: Hypoth
 def _holds(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> bool:
     """Whether the held torque explains more with `two` than the linear one with `one`."""
     unearned = _unearned(runs, linear, held, one, two)
-    return two.criterion + unearned > one.criterion + MARGIN + DOUBT * abs(unearned)
+    return worth(two) + unearned > worth(one) + MARGIN + DOUBT * abs(unearned)
 
 
 def _at_one_share(linear: Problem, held: Problem) -> tuple[Problem, Problem]:
@@ -159,7 +159,7 @@ def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None =
     settled = [with_lead(problem, base, lead) for lead in leads]
     # a delay within a sample, or a rotor ahead of its command, is the other of the two torques in disguise
     real = [h for h in settled if not (below_sampling(h.terms[-1], problem) or against_physics(problem, h))]
-    return max((base, *real), key=lambda h: h.criterion)
+    return max((base, *real), key=worth)
 
 
 def _unearned(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothesis, two: Hypothesis) -> float:
