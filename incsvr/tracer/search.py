@@ -100,7 +100,7 @@ class Search:
             grown = self._grown(beam, tries)
             beam = [self._reformed(one) if len(one.terms) > 1 else one for one in grown[:width]]
             grown[:width] = beam
-            if not beam or (len(beam[0].terms) > 1 and worth(beam[0]) <= max(map(worth, seen))):
+            if not beam or (len(beam[0].terms) > 1 and max(map(worth, beam)) <= max(map(worth, seen))):
                 break
             seen += grown
         self.promising = max(seen, key=worth)
