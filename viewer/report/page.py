@@ -60,9 +60,9 @@ def page(found: Trace) -> str:
     )
 
 
-def number(value: float) -> str:
-    """Three significant digits, with a true minus sign."""
-    return f"{value:.3g}".replace("-", "−")
+def number(value: float, sign: str = "") -> str:
+    """Three significant digits, with a true minus sign; with `sign` "+", a plus before what is positive."""
+    return f"{value:{sign}.3g}".replace("-", "−")
 
 
 def probability(p_value: float) -> str:
@@ -93,7 +93,7 @@ def _summary(error: Mapping[str, Any]) -> str:
     certain = change["high"] < 0.0 or change["low"] > 0.0
     doubt = "" if certain else " This interval includes zero: the gain is not proven."
     return (
-        f"{said}: {number(100.0 * (after / before - 1.0))} % "
+        f"{said}: {number(100.0 * (after / before - 1.0), '+')} % "
         f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} rad/s).{doubt}"
     )
 
