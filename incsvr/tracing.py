@@ -160,12 +160,11 @@ def _loop(problem: Problem) -> tuple[str, ...]:
 
 def _timing(case: Case, base: Hypothesis, whole: Hypothesis) -> tuple[str, ...]:
     """The note that free runs are no better as they are, but put on time; else empty."""
-    as_they_are = [case.court.errors(each) for each in (base, whole)]
-    on_time = [case.court.on_time(each) for each in (base, whole)]
-    (before, after), (best, better) = ([e.free_run_rmse() for e in pair] for pair in (as_they_are, on_time))
+    before, after = (case.court.errors(each).free_run_rmse() for each in (base, whole))
+    best, better = case.court(base), case.court(whole)
     if after < before or better >= best:
         return ()
-    late = as_they_are[1].late()
+    late = case.court.late(whole)
     return (
         f"free runs with the effects come {abs(late):.2g} s {'late' if late > 0.0 else 'early'}, less than a sample "
         f"period; put on time their error is {better:.3g} rad/s, of {best:.3g} without the effects",

@@ -78,22 +78,19 @@ class Court:
         was read, and of two hypotheses the right one may show it more. A slip of its own excuses no new one.
         """
         before, after = self.errors(old), self.errors(new)
-        late = before.late(self._within_a_sample)
-        return any(self._gains(before.moved(by), after.moved(by)) for by in (0.0, late))
+        return any(self._gains(before.moved(by), after.moved(by)) for by in (0.0, self.late(old)))
 
     def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
         """p-value of the free run of `new` being better than that of `old`, each on time, as told by all pieces."""
         return chance(_gain(self.on_time(old), self.on_time(new)))
 
+    def late(self, hypothesis: Hypothesis) -> float:
+        """By how much its free run comes late [s], as far as that lies within the sampling; negative if early."""
+        return self.errors(hypothesis).late(SAMPLING * self.problem.resolution)
+
     def on_time(self, hypothesis: Hypothesis) -> Errors:
         """Errors with the free run moved to where it fits best, by less than a sample period."""
-        errors = self.errors(hypothesis)
-        return errors.moved(errors.late(self._within_a_sample))
-
-    @property
-    def _within_a_sample(self) -> float:
-        """[s]."""
-        return SAMPLING * self.problem.resolution
+        return self.errors(hypothesis).moved(self.late(hypothesis))
 
     def _gains(self, before: Errors, after: Errors) -> bool:
         """Whether the errors `after` are smaller, by more than chance.

@@ -36,10 +36,10 @@ ONE_FOR_SEVERAL = 0.07
 """Part of the gain of several effects of the motion that is given away for one that is none of them."""
 
 CLIMBS = 12
-"""How many leads are tried then."""
+"""How many leads are tried as an addition to what the gates let pass."""
 
 CLIMBERS = 2
-"""How many of the best additions to what the gates let pass are put before them in turn."""
+"""How many of the best of these are put before the gates in turn."""
 
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""

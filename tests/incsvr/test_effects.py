@@ -304,22 +304,6 @@ def test_a_command_that_jumps_within_a_cell_loses_what_its_two_values_lose(key: 
     np.testing.assert_allclose(of_cells, of_values.reshape(-1, 8).mean(axis=1), atol=0.3)
 
 
-def test_a_hull_in_water_that_turns_along_drags_by_the_rate_between_the_two(signals: Signals) -> None:
-    """β of a quarter, with a drag that is steeper to one side."""
-    rates = np.linspace(-1.0, 1.0, 201)
-    drag = np.where(rates > 0.0, 2.0, 1.0) * (100.0 * rates + 500.0 * rates * np.abs(rates))
-    seen = replace(signals, drag=(rates, drag), damping=np.interp(signals.rate, rates, drag))
-    inner, memory = (0.1, 6.0), catalogue()["memory/co-rotating"]
-    water = seen.lowpass(seen.rate, 6.0)
-    gain = 0.25 * float(np.diff(seen.drag_at(np.array([-0.1, 0.1])))[0]) / 0.2
-    taken = memory.columns(seen, inner, (-gain,))[:, 0] * -gain
-    np.testing.assert_allclose(taken, seen.drag_at(seen.rate - 0.25 * water) - seen.damping, atol=1e-9)
-    term = Term("memory", "co-rotating", (-gain,), inner)
-    assert memory.parameters(term, 350.0)["gain_nm_s"] == gain
-    assert memory.implausible(term, seen) == ""
-    assert "against the vehicle" in memory.implausible(replace(term, coefficients=(gain,)), seen)
-
-
 @pytest.mark.parametrize(
     ("before", "after", "mean"), [(-0.1, 0.1, 0.0), (-0.1, 0.3, 0.5), (0.3, -0.1, 0.5), (0.1, 0.2, 1.0)]
 )

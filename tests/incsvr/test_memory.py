@@ -1,6 +1,8 @@
-"""How short a memory may be before the noise's colour could pass for it."""
+"""How short a memory may be before the noise's colour could pass for it, and what water that turns along takes."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,3 +36,19 @@ def test_what_is_forgotten_within_the_reach_of_the_noises_colour_must_prove_itse
 
 def test_what_is_forgotten_within_a_block_is_not_tried() -> None:
     assert signals(0.36, 1.0).block < MEMORY.bounds(signals(0.36, 1.0))[0] == pytest.approx(0.54)
+
+
+def test_a_hull_in_water_that_turns_along_drags_by_the_rate_between_the_two() -> None:
+    """β of a quarter, with a drag that is steeper to one side."""
+    rates = np.linspace(-2.0, 2.0, 401)
+    drag = np.where(rates > 0.0, 2.0, 1.0) * (100.0 * rates + 500.0 * rates * np.abs(rates))
+    s = replace(signals(0.4, 3.0), drag=(rates, drag))
+    inner, memory = (0.7, 2.0), catalogue([])["memory/co-rotating"]
+    gain = 0.25 * float(np.diff(s.drag_at(np.array([-0.7, 0.7])))[0]) / 1.4
+    taken = memory.columns(s, inner, (-gain,))[:, 0] * -gain
+    between = s.rate - 0.25 * s.lowpass(s.rate, 2.0)
+    np.testing.assert_allclose(taken, s.drag_at(between) - s.drag_at(s.rate), atol=1e-9)
+    term = Term("memory", "co-rotating", (-gain,), inner)
+    assert memory.parameters(term, 350.0)["gain_nm_s"] == gain
+    assert memory.implausible(term, s) == ""
+    assert "against the vehicle" in memory.implausible(replace(term, coefficients=(gain,)), s)
