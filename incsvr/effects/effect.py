@@ -59,6 +59,9 @@ class Effect(ABC):
         channels: extra streams that it reads.
         whole: whether its coefficient is one by nature (inside a dead band all is lost): the inner parameter is
             searched with that, or the two would stand for each other.
+        secant: whether its first column is the secant to the start of the search, to which that value belongs as the
+            coefficient: with a free one a short delay would pass for any other, and a wrong one for its own opposite.
+        shifts: whether it moves the thrust in time and leaves it as it is: the torque's noise moves with it.
         dry: whether it is a friction of constant size, which can hold the vehicle.
         lingers: whether what it takes depends on the past of the command or the rate.
         brief: whether it may act for instants only, between which the damping takes it over.
@@ -79,6 +82,8 @@ class Effect(ABC):
     curved: bool = False
     channels: tuple[str, ...] = ()
     whole: ClassVar[bool] = False
+    secant: ClassVar[bool] = False
+    shifts: ClassVar[bool] = False
     dry: ClassVar[bool] = False
     lingers: ClassVar[bool] = False
     brief: ClassVar[bool] = False

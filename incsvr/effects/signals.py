@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 MOSTLY_TORQUE = 0.65
 """Share of the torque's noise above which the rate side is the cleaner one: what turned the vehicle is in both."""
 
+AT_MOST = 2.0
+"""T_c in which the vehicle settles: a delay of two would be half a period of a loop that never does."""
+
 JUMP = 6.0
 """Usual changes of a command beyond which it has jumped."""
 
@@ -101,6 +104,14 @@ class Signals:
     def turning(self) -> float:
         """Part of the noise that turned the vehicle, 0…1; the gyro's, a difference, has none of the slow part."""
         return 1.0 - self.share
+
+    @property
+    def settling(self) -> float:
+        """The time in which the vehicle follows its thrust [s]: T_c, or, where a loop that never settles turns it
+        faster than it settles by itself, what inertia and drag say, I σ(r)/σ(d), at most twice as long."""
+        drag = float(np.std(self.damping)) if self.damping.size else 0.0
+        own = self.inertia * float(np.std(self.rate)) / drag if drag > 0.0 else 0.0
+        return min(max(own, self.scale), AT_MOST * self.scale)
 
     def __len__(self) -> int:
         return self.time.size

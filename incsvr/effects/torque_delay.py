@@ -17,10 +17,12 @@ class TorqueDelay(Effect):
     acts = "thrust"
     stage = 0
     curved = True
+    secant = True
+    shifts = True
     lingers = True
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        later = [(float(delay),) for delay in np.geomspace(0.25 * s.step, 0.8 * s.scale, 6)]
+        later = [(float(delay),) for delay in np.geomspace(0.25 * s.step, 0.8 * s.settling, 6)]
         return [*later, (-0.05 * s.scale,), (-0.2 * s.scale,)]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
@@ -36,8 +38,6 @@ class TorqueDelay(Effect):
         return offset
 
     def _lost(self, s: Signals, delay: float) -> Array:
-        if s.from_rate:
-            return s.later(s.applied, delay) - s.applied
         return s.command - s.later(s.command, -delay)
 
     def _tangent(self, s: Signals, delay: float) -> Array:
@@ -45,7 +45,7 @@ class TorqueDelay(Effect):
         return (self._lost(s, delay + half) - self._lost(s, delay - half)) / s.step
 
     def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
-        return min(max(coefficients[0], -s.scale), s.scale)
+        return min(max(coefficients[0], -s.settling), s.settling)
 
     def bends(self, s: Signals, term: Term) -> Array:
         slope = s.slope(s.thrust)
@@ -55,7 +55,7 @@ class TorqueDelay(Effect):
         return {"delay_s": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        if abs(term.coefficients[0]) > 0.8 * s.scale:
+        if abs(term.coefficients[0]) > 0.8 * s.settling:
             return "the delay would be as long as the vehicle's own motion"
         if term.coefficients[0] < -0.1 * s.scale:
             return "the thrust would run ahead of its command by more than clocks are apart"

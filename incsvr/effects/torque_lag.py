@@ -25,6 +25,7 @@ class TorqueLag(Effect):
     acts = "thrust"
     stage = 5
     curved = True
+    secant = True
     lingers = True
 
     def __init__(self, variant: Literal["moment", "rotor speed", "rotor speed, commanded"]) -> None:
@@ -87,7 +88,7 @@ class TorqueLag(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         if term.coefficients[0] <= 0.0:
             return "the thrust would run ahead of its command"
-        if term.coefficients[0] > s.scale:
+        if term.coefficients[0] > s.settling:
             return "the rotor would be slower than the vehicle"
         return ""
 

@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.effects import Effect
-from incsvr.evidence import evidence, gain_of
+from incsvr.evidence import evidence, gain_of, p_value, together
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
@@ -41,6 +40,12 @@ PROVEN = 0.9
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
 
+LEVEL = 1e-5
+"""Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
+
+WITNESS = 1e-2
+"""p-value with which the free runs of held-out pieces tell an effect by themselves."""
+
 SENSED = 0.2
 """Share of the noise in the torque above which an effect may feed on it."""
 
@@ -56,6 +61,10 @@ class FreeRun(Protocol):
         """Whether the free run of `new` is better by more than chance would have it."""
         ...
 
+    def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
+        """p-value of the free run of `new` being better than that of `old`."""
+        ...
+
 
 def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) -> bool:
     """Whether the free run gets better: by more than chance, or at all where the equation leaves no doubt.
@@ -66,13 +75,13 @@ def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) 
     return free_run.better(new, old) or (no_doubt and free_run(new) < free_run(old))
 
 
-def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[str, int]:
-    """What speaks against one effect of a hypothesis, and which; empty if nothing does."""
+def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int) -> tuple[str, int]:
+    """What speaks against one effect of a hypothesis, found among so many, and which; empty if nothing does."""
     reason, k = sound(problem, base)
     if reason:
         return reason, k
     gains = [evidence(problem, base, j) for j in range(len(base.terms))]
-    paid = [price(e, e.core, problem) + _asked(problem, e) for e in base.effects]
+    paid = [_paid(problem, free_run, base, j, gain, among) for j, gain in enumerate(gains)]
     k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
     if gains[k] < paid[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
@@ -120,8 +129,30 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     return "", 0
 
 
-def _asked(problem: Problem, effect: Effect) -> float:
-    return 2.0 * THRESHOLD if problem.one_sine and effect.of_phase else THRESHOLD
+def _paid(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:
+    """2 Δℓ that is asked of the k-th effect, which brings `gain`: its price and a threshold; on one sine twice that of
+    an effect of the motion. The price alone where free runs make up for the rest."""
+    effect = base.effects[k]
+    one_phase = problem.one_sine and effect.of_phase
+    least = price(effect, effect.core, problem)
+    full = least + (2.0 * THRESHOLD if one_phase else THRESHOLD)
+    if one_phase or not least < gain < full:
+        return full
+    return least if told(problem, free_run, base, k, gain, among) <= LEVEL else full
+
+
+def told(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:
+    """p-value of the k-th effect as the equation tells it by `gain`, corrected for a search among so many; where that
+    leaves a doubt, together with free runs of held-out pieces, if they tell it, too.
+
+    A controller carries the noise into the free runs: there they are no second witness.
+    """
+    effect = base.effects[k]
+    p = p_value(gain, effect.core + len(effect.sought), effect.looks * max(among, 1))
+    if p <= LEVEL or p > WITNESS or problem.closed_loop:
+        return p
+    seen = free_run.by_chance(base, without(problem, base, k))
+    return together(p, seen) if seen < WITNESS else p
 
 
 def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:

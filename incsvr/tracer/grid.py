@@ -62,6 +62,15 @@ def time_scale(runs: Sequence[Run]) -> float:
     return period * float(below[0] if below.size else length // 2)
 
 
+def settling_time(runs: Sequence[Run], inertia: float) -> float:
+    """I σ(r)/σ(τ) [s]: in about that time the vehicle follows a slow command; infinite without one, 2 % of outliers
+    at either end left out. `inertia` is the declared one [kg m²]."""
+    rates = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
+    torques = np.concatenate([stream(run, run.torque)[1] for run in runs])
+    turned, asked = (float(np.std(np.clip(x, *np.quantile(x, [0.02, 0.98])))) for x in (rates, torques))
+    return inertia * turned / asked if asked > 0.0 else np.inf
+
+
 def _cells(at: Array, values: Array, centres: Array, width: float, held: bool) -> Array:
     """Mean of a stream over cells of `width` around `centres`: exact for its linear (or held) interpolation."""
     ends = _integral(at, values, np.stack([centres - 0.5 * width, centres + 0.5 * width]), held)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.effects import Effect, candidates
-from incsvr.evidence import NORMAL_95, evidence, intervals, p_value
+from incsvr.evidence import NORMAL_95, evidence, intervals
 from incsvr.tracer.alignment import aligned, misread, realigned, reread, without_command
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.gates import THRESHOLD, against_physics
+from incsvr.tracer.gates import LEVEL, THRESHOLD, against_physics, told
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
 from incsvr.tracer.posing import pose_finer
 from incsvr.tracer.problem import Problem
@@ -25,12 +25,6 @@ HARM = 0.03
 
 VETOES = 3
 """How often validation recordings may refuse all that a search found."""
-
-LEVEL = 1e-5
-"""Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
-
-TWICE = 1e-3
-"""p-value that is enough where the equation and the free runs of held-out pieces each reach it."""
 
 FEIGNED = 3
 """Effects that the noise of shorter blocks feigns, beside which what lasts but an instant must stand."""
@@ -208,12 +202,12 @@ def _surviving(problem: Problem, court: Court, found: Hypothesis, refused: dict[
 
 
 def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects whose own p-value, all others fitted beside them, is below LEVEL, or that are told twice."""
+    """The effects whose own p-value, all others fitted beside them, is below LEVEL."""
     while found.terms:
         p = [p_value_of(case, found, k) for k in range(len(found.terms))]
         # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
         asked = [k for k, term in enumerate(found.terms) if not below_sampling(term, case.problem)]
-        doubtful = [k for k in asked if p[k] > LEVEL and not _told_twice(case, found, k, p[k])]
+        doubtful = [k for k in asked if p[k] > LEVEL]
         if not doubtful:
             return found
         worst = max(doubtful, key=lambda k: p[k])
@@ -223,16 +217,6 @@ def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothes
         )
         found = without(case.problem, found, worst)
     return found
-
-
-def _told_twice(case: Case, found: Hypothesis, k: int, p: float) -> bool:
-    """Whether the equation tells the k-th effect, and the free runs of held-out pieces tell it by themselves.
-
-    A controller carries the noise into the free runs: there they are no second witness.
-    """
-    if case.problem.closed_loop or p > TWICE:
-        return False
-    return case.pieces.by_chance(found, without(case.problem, found, k)) < TWICE
 
 
 def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
@@ -250,6 +234,6 @@ def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesi
 
 
 def p_value_of(case: Case, found: Hypothesis, k: int) -> float:
-    effect = found.effects[k]
-    looks = effect.looks * max(len(case.effects), 1)
-    return p_value(evidence(case.problem, found, k), effect.core + len(effect.sought), looks)
+    """p-value of the k-th effect beside the others, corrected for the search."""
+    gain = evidence(case.problem, found, k)
+    return told(case.problem, case.pieces, found, k, gain, len(case.effects))

@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.tracer.command import Command, told
 from incsvr.tracer.damping import Damping
-from incsvr.tracer.grid import on_fine_grid, time_scale
+from incsvr.tracer.grid import on_fine_grid, settling_time, time_scale
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, jumps, white_noise
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run, sample_period
@@ -33,6 +33,12 @@ FINER = 0.25
 COARSE = 0.8
 """Part of it above which blocks are no shorter to speak of."""
 
+SLOWEST = 8.0
+"""Times in which the vehicle settles that T_c may last: a command that stays longer tells nothing of the vehicle."""
+
+MOST_OF_IT = 6.0
+"""By what T_c is lowered for that at most: the declared inertia may be far off."""
+
 FEWEST_SCALES = 12.0
 """Shortest recordings from which anything is concluded, in T_c."""
 
@@ -47,6 +53,7 @@ def pose(
     stays at its value until its next stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
+    scale = min(scale, max(SLOWEST * settling_time(runs, inertia), scale / MOST_OF_IT))
     sampled = sample_period(runs, "yaw_rate")
     sigma = gyro_noise(runs)
     _long_enough(runs, scale)

@@ -95,7 +95,7 @@ def scan(
         c -= q @ along
         count = c.shape[1] // len(starts)
         parts = [slice(k, k + count) for k in range(0, c.shape[1], count)]
-        fits = [_fits(effect, c[:, part], z, size[part]) for part in parts]
+        fits = [_fits(effect, inner, c[:, part], z, size[part]) for inner, part in zip(starts, parts, strict=True)]
         best = int(np.argmax(fits))
         if fits[best] == -np.inf:
             continue
@@ -126,15 +126,18 @@ def _at_starts(problem: Problem, effect: Effect, s: Signals) -> tuple[list[tuple
     return starts, np.concatenate(columns, axis=1)
 
 
-def _fits(effect: Effect, c: Array, z: Array, size: Array) -> float:
-    """What a start explains of `z`; of an effect whose coefficient is one by nature what that one explains.
+def _fits(effect: Effect, inner: tuple[float, ...], c: Array, z: Array, size: Array) -> float:
+    """What a start explains of `z`; of an effect that leaves no choice of its coefficient there what that one explains.
 
     −inf where its columns are but sums of those that are there.
     """
     normal, score = c.T @ c, c.T @ z
     if not np.all(_told(normal, size)[: effect.core]):
         return -np.inf
-    return float(2.0 * score[0] - normal[0, 0]) if effect.whole else _gained(effect, normal, score, size)
+    if effect.whole or effect.secant:
+        value = 1.0 if effect.whole else inner[0]
+        return float(2.0 * value * score[0] - value**2 * normal[0, 0])
+    return _gained(effect, normal, score, size)
 
 
 def _told(normal: Array, size: Array) -> NDArray[np.bool_]:
@@ -192,11 +195,17 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
     """The `width` best of the coloured scan and a third as many of the white one, once each with the better score.
 
     An AR that has swallowed a tone hides its period, so that an effect may come with two inner parameters; one that has
-    swallowed a constant hides that.
+    swallowed a constant hides that. In a loop that swings it hides how long a delay is: one that is among the best
+    comes with its start by the white scan, too.
     """
     known = Known()
     first = _spread(scan(problem, base, effects, known=known), width)
-    second = _spread(scan(problem, base, effects, coloured=False, known=known), (width + 2) // 3)
+    white = scan(problem, base, effects, coloured=False, known=known)
+    kept = {lead.effect.key for lead in first}
+    second = [
+        *_spread(white, (width + 2) // 3),
+        *(lead for lead in white if lead.effect.secant and lead.effect.key in kept),
+    ]
     best: dict[tuple[str, tuple[float, ...]], Lead] = {}
     for lead in (*first, *second):
         key = lead.effect.key, lead.inner

@@ -286,7 +286,7 @@ class Search:
         while base.terms:
             keys = frozenset(effect.key for effect in base.effects)
             if keys not in self.judged:
-                reason, k = objection(self.problem, self.free_run, base)
+                reason, k = objection(self.problem, self.free_run, base, len(self.effects))
                 if reason:
                     self.refused[base.names()[k]] = reason
                 self.judged[keys] = without(self.problem, base, k) if reason else base

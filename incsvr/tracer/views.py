@@ -211,7 +211,7 @@ class Views:
             self._cache[effect.stage] = replace(
                 self._plain,
                 applied=after + (self._needed + self._driven if known is None else known - self._lost),
-                command=(self._command if known is None else known) - before,
+                command=(known if known is not None else s.torque if effect.shifts else self._command) - before,
                 expected=self._expected - before,
                 foretold=self._foretold - before,
                 known=known is not None,

@@ -61,7 +61,7 @@ def test_a_drift_that_is_no_straight_line_has_no_step_beside_it(seed: int) -> No
     asked = price(found.effects[1], 1, problem) + THRESHOLD
     assert evidence(problem, found, 1) > 2.0 * asked
     assert evidence(problem, found, 1, bends(problem, found, 1)) < asked
-    reason, k = objection(problem, Court.of(problem, None, quick=True), found)
+    reason, k = objection(problem, Court.of(problem, None, quick=True), found, 1)
     assert k == 1
     assert "another shape of a larger effect" in reason
 
@@ -71,6 +71,6 @@ def test_a_step_beside_a_straight_drift_has(seed: int) -> None:
     """A curved drift does not take it over."""
     problem = fouled(seed, 0.4 * TIME / TIME[-1] + 0.2 * (TIME > 250.0))
     found = drift_and_step(problem)
-    assert objection(problem, Court.of(problem, None, quick=True), found) == ("", 0)
+    assert objection(problem, Court.of(problem, None, quick=True), found, 1) == ("", 0)
     assert found.terms[1].coefficients[0] == pytest.approx(0.2, abs=0.05)
     assert found.terms[1].inner[-1] == pytest.approx(250.0, abs=10.0)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from incsvr.tracer.grid import despiked, on_fine_grid, time_scale
+from incsvr.tracer.grid import despiked, on_fine_grid, settling_time, time_scale
+from incsvr.tracer.posing import pose
 from incsvr.tracer.run import Run
 from incsvr.tracer.weak_form import split
 
@@ -102,3 +104,17 @@ def test_the_time_scale_is_that_of_the_motion() -> None:
     time = np.asarray(np.arange(0.0, 600.0, 0.05), dtype=np.float64)
     scale = time_scale([Run("x", time, np.sin(2 * np.pi * time / 60.0), np.zeros(time.size))])
     assert scale == pytest.approx(10.0, rel=0.03)  # cos = 1/2 after a sixth of the period
+
+
+def test_what_stays_longer_than_the_vehicle_settles_is_not_its_time_scale() -> None:
+    """Levels of two minutes each: the vehicle follows each within seconds, 1 % of outliers or not."""
+    random = np.random.default_rng(0)
+    time = np.asarray(np.arange(0.0, 1200.0, 0.05), dtype=np.float64)
+    torque = np.repeat(random.uniform(-80.0, 80.0, 10), time.size // 10)
+    rate = lfilter([0.05 / 300.0], [1.0, 0.05 / 2.0 - 1.0], torque)  # I = 300 kg m², 150 N m s/rad
+    gyro = rate + random.normal(0.0, 1e-3, time.size)
+    outliers = np.where(random.uniform(size=time.size) < 0.01, 400.0, torque)
+    runs = [Run("levels", time, gyro, outliers, {})]
+    assert settling_time(runs, 300.0) == pytest.approx(2.0, rel=0.1)
+    assert time_scale(runs) > 30.0
+    assert pose(runs, 300.0, []).signals.scale == pytest.approx(16.0, rel=0.1)

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import ttest_1samp
+from scipy.stats import combine_pvalues, ttest_1samp
 
+from incsvr.evidence import evidence, p_value, together
 from incsvr.tracer.comparison import chance
-from incsvr.tracer.inquiry import LEVEL, TWICE, _evident, inquire, p_value_of
+from incsvr.tracer.gates import LEVEL, WITNESS
+from incsvr.tracer.inquiry import _evident, inquire, p_value_of
 from incsvr.tracer.run import Run
 from simulator.trial import Trial, play
 
@@ -21,6 +23,10 @@ def test_chance_is_students() -> None:
     assert chance(gain[:1]) == 1.0
 
 
+def test_two_witnesses_are_fishers() -> None:
+    assert together(1e-3, 2e-4) == pytest.approx(float(combine_pvalues([1e-3, 2e-4], "fisher").pvalue))
+
+
 def test_an_effect_that_both_tell_is_named_and_in_closed_loop_it_is_not() -> None:
     """Half an added mass in rough water: too little for the equation alone, and every held-out piece runs better."""
     outcome = play(Trial(355_021, ("inertia",), 0.5, "leng", "multisine", 0.9, noise="torque"))
@@ -28,7 +34,9 @@ def test_an_effect_that_both_tell_is_named_and_in_closed_loop_it_is_not() -> Non
     run = Run("rough", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
     case, found, _ = inquire([run], outcome.inertia, None, [])
     assert found.names() == ("inertia",)
-    assert LEVEL < p_value_of(case, found, 0) < TWICE
+    effect = found.effects[0]
+    alone = p_value(evidence(case.problem, found, 0), effect.core, effect.looks * len(case.effects))
+    assert p_value_of(case, found, 0) < LEVEL < alone < WITNESS
     fed_back = replace(case, problem=replace(case.problem, feedback=1.0))
     refused = dict[str, str]()
     assert _evident(fed_back, found, refused).names() == ()
