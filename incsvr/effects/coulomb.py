@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
+CREEP = {"": (0.01, 0.03), "sharp": (0.001, 0.003)}
+"""r_c, in parts of the fastest turn."""
+
+AT_REST = 5.0
+"""r_c below which the vehicle may be held."""
+
 
 class Coulomb(Effect):
-    """N_c sgn(r), made continuous as tanh(r/r_c) with r_c a hundredth or a thirtieth of the fastest turn: dry friction
-    of a test rig, a tether dragged over the ground.
+    """N_c sgn(r), made continuous as tanh(r/r_c): dry friction of a test rig, a tether dragged over the ground.
+
+    Where it holds the vehicle at rest, too wide an r_c takes that for a far larger friction, and a narrow one, where
+    the turn but reverses, sees the gyro's noise: both forms are tried.
 
     A turn reverses within a sample or two, so that the column is the mean of the tanh over the rates that the vehicle
     passes between the samples; the free run takes the friction itself, which can hold the vehicle.
@@ -24,13 +34,20 @@ class Coulomb(Effect):
     looks = 2.0
     dry = True
 
+    def __init__(self, variant: Literal["", "sharp"]) -> None:
+        self.variant = variant
+
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         fastest = float(np.quantile(np.abs(s.rate), 0.99))
-        return [(0.01 * fastest,), (0.03 * fastest,)]
+        return [(part * fastest,) for part in CREEP[self.variant]]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         before, after = s.midpoints(s.rate)
         return stack(0.5 * (_swept(before, s.rate, inner[-1]) + _swept(s.rate, after, inner[-1])))
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        """At rest it is as large as the thrust that it holds."""
+        return stack(np.where(np.abs(s.rate) < AT_REST * term.inner[-1], s.torque, 0.0))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"moment_nm": term.coefficients[0]}

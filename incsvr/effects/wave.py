@@ -73,7 +73,7 @@ class Wave(Effect):
 
     def implausible(self, term: Term, s: Signals) -> str:
         amplitude = math.hypot(*term.coefficients)
-        if _harmonic(s, term.inner[-1]):
+        if _harmonic(s, term.inner[-1], amplitude):
             return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
         commanded, above = _line(s, 1.0 / term.inner[-1])
         if above > LINE and commanded > 2.0 * amplitude:
@@ -84,18 +84,31 @@ class Wave(Effect):
 HARMONICS = 15
 """Of a periodic command: as far as the shape error of an effect of the motion reaches."""
 
+ALONE = 3
+"""Highest harmonic that a motion may have alone: of r² the second, of r |r| mostly the third."""
+
+BESIDE = 0.3
+"""Of a higher one's amplitude: at least so large is another harmonic of the same motion."""
+
 LINE = 12.0
 """Power of a line over that of its neighbourhood; noise gets there once in e¹² times."""
 
 
-def _harmonic(s: Signals, period: float) -> bool:
-    """Whether the command is a line and the period, as far as the recording resolves it, that of a harmonic."""
+def _harmonic(s: Signals, period: float, amplitude: float) -> bool:
+    """Whether the command is a line and the period, as far as the recording resolves it, that of a harmonic.
+
+    Of a line among others the motion that bends so sharply as to have a high one has more of them; a wave comes alone.
+    """
     finest = 1.0 / (s.origin[1] - s.origin[0])
-    a_fifth = np.sqrt(0.4 * np.var(s.torque))  # amplitude of a sine that holds as much of the variance
+    a_fifth, half = np.sqrt(0.4 * np.var(s.torque)), np.std(s.torque)  # of a sine that holds as much of the variance
     for harmonic in range(1, HARMONICS + 1):
-        (here,) = _tones(s, np.array([1.0 / period]) / harmonic)
-        if here > a_fifth and here >= max(_tones(s, (1.0 / period + np.array([-finest, finest])) / harmonic)):
-            return True
+        first = 1.0 / period / harmonic
+        (here,) = _tones(s, s.torque, np.array([first]))
+        if here > a_fifth and here >= max(_tones(s, s.torque, first + np.array([-finest, finest]) / harmonic)):
+            others = np.array([k for k in range(1, HARMONICS + 1) if k != harmonic]) * first
+            alone = harmonic > ALONE and here < half and np.max(_tones(s, s.residual, others)) < BESIDE * amplitude
+            if not alone:
+                return True
     return False
 
 
@@ -103,14 +116,14 @@ def _line(s: Signals, frequency: float) -> tuple[float, float]:
     """Of the torque: its amplitude at a frequency [N m], and its power there over the mean of the neighbourhood."""
     length = s.origin[1] - s.origin[0]
     apart = np.array([k for k in range(-9, 10) if abs(k) > 2 and frequency + k / length > 0.0] or [3]) / length
-    tones = _tones(s, frequency + np.concatenate([[0.0], apart]))
+    tones = _tones(s, s.torque, frequency + np.concatenate([[0.0], apart]))
     return float(tones[0]), float(tones[0] ** 2 / max(np.mean(tones[1:] ** 2), 1e-300))
 
 
-def _tones(s: Signals, frequency: Array) -> Array:
-    """(k,) amplitude of the torque at each frequency [N m]; `frequency` (k,) in Hz."""
+def _tones(s: Signals, values: Array, frequency: Array) -> Array:
+    """(k,) amplitude of `values` (n,) at each frequency; `frequency` (k,) in Hz."""
     hop = max(round(s.block / s.step), 1)
-    torque = (s.torque - np.mean(s.torque))[::hop]
+    swings = (values - np.mean(values))[::hop]
     phase = 2.0 * np.pi * frequency[:, None] * (s.time[::hop] - s.origin[0])
-    tones: Array = np.hypot(np.cos(phase) @ torque, np.sin(phase) @ torque) * 2.0 / torque.size
+    tones: Array = np.hypot(np.cos(phase) @ swings, np.sin(phase) @ swings) * 2.0 / swings.size
     return tones

@@ -113,7 +113,8 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         proven = free_run(base) < PROVEN * free_run(less)
         if not proven and effect.must_prove(term, problem.signals):
             return "it is so short that the noise's colour may pass for it, and the free run is not plainly better", k
-        if _rose(base, less) and not proven:
+        # at rest friction holds what the water would turn: with it that is seen, and the residual grows as it should
+        if _rose(base, less) and not proven and not effect.dry:
             return "with it the residual grows: it explains the residual's colour, not its size", k
         if not pays(problem, free_run, base, less):
             return (
@@ -207,8 +208,9 @@ def bends(problem: Problem, hypothesis: Hypothesis, k: int) -> tuple[Array, Arra
     alone = [unique_share(problem, hypothesis, j) for j in range(len(hypothesis.terms))]
     seen = views(problem, hypothesis)
     columns, turned = [], []
-    for effect, term, share in zip(hypothesis.effects, hypothesis.terms, alone, strict=True):
-        if alone[k] >= LARGER * share:
+    for j, (effect, term) in enumerate(zip(hypothesis.effects, hypothesis.terms, strict=True)):
+        # what friction holds at rest may be the larger part of it
+        if j == k or (alone[k] >= LARGER * alone[j] and not effect.dry):
             continue
         mean = problem.blocks.mean(effect.bends(seen.of(effect), term))
         scale = np.std(mean, axis=0) + 1e-300  # a cube and a ramp side by side

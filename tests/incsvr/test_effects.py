@@ -240,6 +240,16 @@ def test_a_wave_on_a_line_of_a_command_of_many_is_refused_unless_it_is_the_large
     assert wave(60.0 / 13.0, seen, size=15.0) == ""
 
 
+def test_a_wave_at_a_high_harmonic_of_a_line_among_others_is_one_if_it_comes_alone(signals: Signals) -> None:
+    lines = [60.0 / k for k in (2.0, 3.3, 4.7)]
+    torque = np.sum([30.0 * np.sin(2 * np.pi * signals.time / line + line) for line in lines], axis=0)
+    seen = replace(signals, torque=torque, residual=np.zeros(len(signals)))
+    assert wave(30.0 / 5.0, seen) == ""
+    assert "harmonic" in wave(30.0 / 3.0, seen)
+    bent = replace(seen, residual=2.0 * np.sin(2 * np.pi * signals.time / 30.0 * 7.0))
+    assert "harmonic" in wave(30.0 / 5.0, bent)
+
+
 def of_one_period(signals: Signals, square: bool) -> Array:
     sine = np.sin(2 * np.pi * signals.time / 24.0)
     return 60.0 * np.sign(sine) if square else 60.0 * sine
