@@ -37,8 +37,7 @@ def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
         TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(), CommandedAsymmetry(),
         Saturation("limit"), Saturation("rounded corner"), Saturation("smooth limit"), SoftSaturation(), Inflow(""),
         Inflow("loaded"), HeadingCurrent(1), HeadingCurrent(2), Tether(""), Tether("slack"), Wave(), DragDrift(),
-        DragStep(), Memory("linear"), Memory("co-rotating"), Coulomb(""), Coulomb("sharp"),
-        BiasDrift(),
+        DragStep(), Memory("linear"), Memory("co-rotating"), Coulomb(""), Coulomb("sharp"), BiasDrift(),
     ]  # fmt: skip
     for channel in channels:
         fixed += [

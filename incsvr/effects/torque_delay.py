@@ -9,7 +9,11 @@ from incsvr.effects.signals import Array, Signals
 
 
 class TorqueDelay(Effect):
-    """a(t) = τ(t − D): seen from the rate side τ − a = a(t + D) − a(t). Its first order is that of a lag."""
+    """a(t) = τ(t − D), of the command as recorded: its noise moves with it, so nothing is lost by it.
+
+    From the rate side, τ − a = a(t + D) − a(t), damping and delay would be found in turns, which does not settle where
+    D is more than a sixth of a period, as in a loop that the delay keeps from settling. Its first order is a lag's.
+    """
 
     name = "torque_delay"
     sentence = "the thrust comes a dead time D after its command, or the clocks of the two streams are D apart"

@@ -27,7 +27,7 @@ def test_the_search_begins_at_the_start_next_to_the_delay(late: int) -> None:
 
 
 def test_a_delay_that_keeps_a_loop_from_settling_is_found() -> None:
-    """The rate then forgets itself sooner than the vehicle settles: three quarters of the delay are a quarter turn."""
+    """The rate then forgets itself in little more than the delay, and sooner than the vehicle settles by itself."""
     outcome = play(Trial(360_103, ("torque_delay",), 1.0, "leng", "closed_loop", 0.5, 90.0))
     columns = outcome.recording.columns
     run = Run("swinging", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
