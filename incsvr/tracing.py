@@ -100,6 +100,11 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
         now = _mean_square(_first(problem, found, k + 1))
         share = float(np.clip((last - now) / total, 0.0, 1.0))
+        if effect.dry and now > last:
+            notes.append(
+                "friction holds a resting vehicle, and with it what the water would have turned: with it the residual "
+                "grows, and the free run is what proves it"
+            )
         last = now
         parameters = effect.parameters(term, problem.signals.inertia)
         if below_sampling(term, problem):

@@ -10,7 +10,6 @@ import pytest
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
 from incsvr.effects.torque_saturation import Saturation
 from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.run import Array
 from incsvr.tracer.sentences import LABELS, sentence
 
 EVERY = list(candidates(["winch"]))
@@ -214,49 +213,6 @@ def test_a_tether_is_untwisted_where_the_recording_began_or_at_heading_zero(sign
     assert tether.starts(seen) == [(float(seen.heading[0]),), (0.0,)]
     for (neutral,) in tether.starts(seen):
         np.testing.assert_allclose(tether.columns(seen, (neutral,), ())[:, 0], seen.heading - neutral)
-
-
-@pytest.mark.parametrize("harmonic", [1, 2, 3, 5, 7])
-@pytest.mark.parametrize("square", [False, True])
-def test_a_wave_at_a_harmonic_of_the_command_is_refused(harmonic: int, square: bool, signals: Signals) -> None:
-    """What is left of the wrong shape of any effect of the motion repeats with the command; a wave does not."""
-    seen = replace(signals, torque=of_one_period(signals, square))
-    assert "harmonic" in wave(24.0 / harmonic, seen)
-
-
-@pytest.mark.parametrize("ratio", [0.6, 1.4, 1.5, 2.5, 3.4, 6.5])
-@pytest.mark.parametrize("square", [False, True])
-def test_a_wave_between_the_harmonics_is_not(ratio: float, square: bool, signals: Signals) -> None:
-    seen = replace(signals, torque=of_one_period(signals, square))
-    assert wave(24.0 / ratio, seen) == ""
-
-
-def test_a_wave_on_a_line_of_a_command_of_many_is_refused_unless_it_is_the_larger(signals: Signals) -> None:
-    lines = [60.0 / k for k in (2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0)]
-    torque = np.sum([20.0 * np.sin(2 * np.pi * signals.time / line + line) for line in lines], axis=0)
-    seen = replace(signals, torque=torque)
-    assert "line" in wave(60.0 / 13.0, seen)
-    assert wave(60.0 / 15.0, seen) == ""
-    assert wave(60.0 / 13.0, seen, size=15.0) == ""
-
-
-def test_a_wave_at_a_high_harmonic_of_a_line_among_others_is_one_if_it_comes_alone(signals: Signals) -> None:
-    lines = [60.0 / k for k in (2.0, 3.3, 4.7)]
-    torque = np.sum([30.0 * np.sin(2 * np.pi * signals.time / line + line) for line in lines], axis=0)
-    seen = replace(signals, torque=torque, residual=np.zeros(len(signals)))
-    assert wave(30.0 / 5.0, seen) == ""
-    assert "harmonic" in wave(30.0 / 3.0, seen)
-    bent = replace(seen, residual=2.0 * np.sin(2 * np.pi * signals.time / 30.0 * 7.0))
-    assert "harmonic" in wave(30.0 / 5.0, bent)
-
-
-def of_one_period(signals: Signals, square: bool) -> Array:
-    sine = np.sin(2 * np.pi * signals.time / 24.0)
-    return 60.0 * np.sign(sine) if square else 60.0 * sine
-
-
-def wave(period: float, signals: Signals, size: float = 4.0) -> str:
-    return catalogue()["wave"].implausible(Term("wave", "", (size, 0.0), (period,)), signals)
 
 
 def test_every_effect_is_found_by_its_key() -> None:
