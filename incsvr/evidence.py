@@ -10,10 +10,11 @@ from scipy.stats import chi2
 
 from incsvr.effects import Effect, Signals, Term
 from incsvr.effects.torque_delay import TorqueDelay
+from incsvr.tracer.colour import DEGREES
 from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
-from incsvr.tracer.whitening import DEGREES, Fit, fit, loudness, whiten
+from incsvr.tracer.whitening import Fit, fit, loudness, whiten
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import t
 
+from incsvr.tracer.colour import DEGREES
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import split
-from incsvr.tracer.whitening import DEGREES, fit, loudness, whiten
+from incsvr.tracer.whitening import fit, loudness, whiten
 
 FEWEST_MEANS = 8
 """Blocks of a piece, below which its noise is not told."""

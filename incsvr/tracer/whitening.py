@@ -1,7 +1,7 @@
-"""Regression whose noise is coloured and has outliers: AR(3) by Burg's method, Student-t innovations.
+"""Regression whose noise is coloured and has outliers: AR(3), Student-t innovations.
 
-Sources: J. P. Burg, "Maximum entropy spectral analysis" (1975); K. L. Lange, R. J. A. Little, J. M. G. Taylor, "Robust
-statistical modeling using the t distribution", JASA 84 (1989), for the weights (ν + 1)/(ν + (e/s)²).
+Source: K. L. Lange, R. J. A. Little, J. M. G. Taylor, "Robust statistical modeling using the t distribution", JASA 84
+(1989), for the weights (ν + 1)/(ν + (e/s)²).
 """
 
 from __future__ import annotations
@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import gammaln
 
+from incsvr.tracer.colour import DEGREES, heard, reweighted, scale_of, whole
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import Blocks
-
-DEGREES = 6.0
-"""ν of the innovations: outliers of a few per cent cost nothing, Gaussian noise costs 4 % of the efficiency."""
 
 FARTHEST = 1.5
 """Scale of the innovations, in that of least squares, up to which the Jacobian pulls: the larger the scale, the further
@@ -58,29 +56,6 @@ class Fit:
     innovation: Array
     weight: Array
     loud: float
-
-
-def burg(residual: Array, blocks: Blocks, loud: float = 0.0, order: int = 3) -> Array:
-    """AR coefficients of `residual`, pooled over the runs; outliers are drawn in to four deviations first.
-
-    What the instant of a jump adds to its block is no part of the colour: there the residual is drawn in by as much.
-    """
-    residual = residual / np.sqrt(1.0 + loud * np.square(blocks.mistimed))
-    size = np.abs(residual[blocks.used])
-    limit = 4.0 * max(1.4826 * float(np.partition(size, size.size // 2)[size.size // 2]), 1e-12)
-    forward = np.where(blocks.used, np.clip(residual, -limit, limit), 0.0)
-    backward = forward.copy()
-    position = np.arange(residual.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
-    ar = np.zeros(0)
-    for k in range(1, order + 1):
-        here = np.flatnonzero(position >= k)
-        f, b = forward[here], backward[here - 1]
-        power = float(f @ f + b @ b)
-        reflection = 2.0 * float(f @ b) / power if power > 0.0 else 0.0
-        ar = np.concatenate([ar - reflection * ar[::-1], [reflection]])
-        forward, backward = forward.copy(), backward.copy()
-        forward[here], backward[here] = f - reflection * b, b - reflection * f
-    return ar
 
 
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
@@ -134,14 +109,14 @@ def fit(
     several = bool(np.count_nonzero(jumped) >= FEWEST_JUMPS)
     loud = start.loud if start is not None and several else 0.0
     answers = [] if turned is None else zip((1.0, -1.0), turned, strict=True)
-    own = [(sign, _whole(part, blocks)) for sign, part in answers if part.any()]
+    own = [(sign, whole(part, blocks)) for sign, part in answers if part.any()]
     lost = np.zeros(p) if feigned is None else feigned * blocks.whole.size
     corrected = bool(own) or bool(lost.any())
     innovation = y[3:]
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
-        heard = _heard(ar, blocks)
-        level = 1.0 + loud * heard
+        jumps = heard(ar, blocks)
+        level = 1.0 + loud * jumps
         weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
         plain = 0 if warm or turn > 0 or not corrected else steps
@@ -151,23 +126,23 @@ def fit(
             normal, right = weighted.T @ weighted + ridge, weighted.T @ (root * white_y)
             found, most = np.linalg.solve(normal, right), np.inf
             if corrected and step >= plain:
-                most = FARTHEST * _scale(weight, white_y - white_x @ found)
+                most = FARTHEST * scale_of(weight, white_y - white_x @ found)
                 pull, curved = _pull(own, theta)
                 found = np.linalg.solve(normal + scale**2 * curved, right + scale**2 * (pull + lost + curved @ theta))
             theta = found
             innovation = white_y - white_x @ theta
-            scale = min(_scale(weight, innovation), most)
+            scale = min(scale_of(weight, innovation), most)
             square = (innovation / scale) ** 2
             if several:
                 usual = level * (DEGREES + 1.0) / (DEGREES + square / level) * square / level
-                loud = float(np.sum(usual[jumped] - 1.0) / np.sum(heard[jumped]))
+                loud = float(np.sum(usual[jumped] - 1.0) / np.sum(jumps[jumped]))
                 loud = min(max(loud, 0.0), INSTANT / scale**2)
-                level = 1.0 + loud * heard
+                level = 1.0 + loud * jumps
             weight = (DEGREES + 1.0) / (DEGREES * level + square)
         residual = y - columns @ theta
         if turn + 1 < rounds:
-            ar = burg(residual, blocks, loud)
-    scale = _scale(weight, innovation)
+            ar = reweighted(residual, blocks, loud)
+    scale = scale_of(weight, innovation)
     likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)
     likelihood += sum(sign * float(np.sum(np.log(_stretch(part, theta)))) for sign, part in own)
@@ -182,23 +157,7 @@ def deafened(fitted: Fit) -> Fit:
 
 def loudness(fitted: Fit, blocks: Blocks) -> Array:
     """(m,) by how much an innovation is larger for the jumps of the command in its block and the three before."""
-    return np.sqrt(1.0 + fitted.loud * _heard(fitted.ar, blocks))
-
-
-def _heard(ar: Array, blocks: Blocks) -> Array:
-    """(m,) variance that jumps a sample period too early or late, in its block and the three before, add [(N m)²]."""
-    square = np.square(blocks.mistimed)
-    heard: Array = square[blocks.whole] + np.square(ar) @ square[blocks.previous]
-    return heard
-
-
-def _scale(weight: Array, innovation: Array) -> float:
-    return float(np.sqrt(float((weight * innovation) @ innovation) / innovation.size + 1e-24))
-
-
-def _whole(values: Array, blocks: Blocks) -> Array:
-    """Rows of the blocks with three predecessors: of one run a view, for copying them is most of the cost."""
-    return values[3:] if blocks.whole.size == values.shape[0] - 3 else values[blocks.whole]
+    return np.sqrt(1.0 + fitted.loud * heard(fitted.ar, blocks))
 
 
 def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Array]:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from incsvr.tracer.colour import burg
 from incsvr.tracer.run import Array
 from incsvr.tracer.swing import Swing, swing
 from incsvr.tracer.weak_form import Blocks, split
-from incsvr.tracer.whitening import burg, whiten
+from incsvr.tracer.whitening import whiten
 
 INERTIA, PERIOD, SIZE, STEP = 1.0, 0.35, 35, 0.01
 WHITE = np.zeros(3)

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from incsvr.effects import Signals
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import derivative, split
-from incsvr.tracer.whitening import burg, fit
+from incsvr.tracer.whitening import fit
 
 
 def test_a_block_holds_the_mean_and_the_slope_exactly() -> None:
@@ -81,12 +81,6 @@ def test_the_derivative_of_a_ramp_is_exact_up_to_the_ends_of_each_run() -> None:
 def coloured(n: int, rho: float, seed: int) -> Array:
     noise: Array = lfilter([1.0], [1.0, -rho], np.random.default_rng(seed).normal(size=n))
     return noise
-
-
-def test_burg_finds_the_autocorrelation_over_several_runs() -> None:
-    blocks = split(np.array([0, 2001, 5002]), 1, 1.0)
-    noise = np.concatenate([coloured(2000, 0.9, 1), coloured(3000, 0.9, 2)])
-    np.testing.assert_allclose(burg(noise, blocks), [0.9, 0.0, 0.0], atol=0.04)
 
 
 def test_the_regression_is_calibrated_under_autocorrelation_and_outliers() -> None:
