@@ -91,8 +91,9 @@ def noise_gain(problem: Problem, fitted: Fit, effect: Effect, term: Term) -> flo
     passed = effect.passed(term, problem.signals)
     if passed is None:
         return 0.0
-    # behind the filter the noise is no more than the residual
-    noisy = np.minimum(problem.noisy(fitted), 1.0 / np.maximum(passed, 1e-3))
+    # of what is left behind the filter no more is the torque's noise than its share: a controller's answer is none
+    share = problem.signals.share
+    noisy = np.minimum(problem.noisy(fitted), share / np.maximum(1.0 - share + share * passed, 1e-3))
     return -float(np.mean(np.log1p((1.0 - passed) * noisy)))
 
 
