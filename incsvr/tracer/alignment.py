@@ -65,7 +65,7 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> tup
 def realigned(runs: Sequence[Run], linear: Problem, held: Problem, found: Hypothesis) -> Problem:
     """`held`, unless the linear torque explains as much beside all effects that were found with the held one."""
     linear = reread(runs, linear, settle(linear, found.values(), nothing(linear), passes=10))
-    at_one, at_two = _at_one_share(linear, held)
+    at_one, at_two = _at_one_share(linear, reread(runs, held, found))
     one, two = (settle(at, found.values(), nothing(at), passes=10) for at in (at_one, at_two))
     return held if _holds(runs, at_one, at_two, one, two) else linear
 
@@ -80,11 +80,12 @@ def _at_one_share(linear: Problem, held: Problem) -> tuple[Problem, Problem]:
     """Both with one share of the noise in the torque and one answer to it: their likelihoods compare at that alone.
 
     What the wrong of the two leaves does not follow the torque, so that its share is too small; but a controller's
-    answer, seen at another time, does.
+    answer, seen at another time, does. Where either refutes a controller there is none.
     """
-    share = (min if held.closed_loop else max)(linear.signals.share, held.signals.share)
-    at_two = replace(with_share(held, share), feedback=linear.feedback).answering(linear.drag, linear.colour)
-    return with_share(linear, share), at_two
+    feedback = min(linear.feedback, held.feedback)
+    share = (min if feedback > 0.0 else max)(linear.signals.share, held.signals.share)
+    at_one, at_two = (replace(with_share(problem, share), feedback=feedback) for problem in (linear, held))
+    return at_one.answering(linear.drag, linear.colour), at_two.answering(linear.drag, linear.colour)
 
 
 def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
@@ -105,13 +106,23 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
     part = float(np.mean(found.fit.weight * square)) / found.fit.scale**2
     problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
-    # seen from the rate side no effect filters the torque's noise: a delay, say, would leave it at another time; but
-    # the gyro's is larger there, and what is in the residual beside both lowers either reading
+    # seen from the rate side no effect filters the torque's noise, but the gyro's is larger there; what is in the
+    # residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
-    share = max(problem.share_beside(residual, gyro), problem.share_beside(aside, of_gyro))
+    streams = _when_it_acts(problem, found, problem.signals.torque), _when_it_acts(problem, found, problem.signals.rate)
+    share = max(problem.share_beside(residual, gyro, streams), problem.share_beside(aside, of_gyro, streams))
     known = problem.knows_command(aside)
     signals = replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known)
     return replace(problem, signals=signals).answering(found.fit.theta[: problem.coarse.shape[1]], found.fit.ar)
+
+
+def _when_it_acts(problem: Problem, found: Hypothesis, values: Array) -> Array:
+    """(n,) of the torque, or of what a controller makes it of, when its noise is in the residual: a late thrust is told
+    from the torque as it was recorded, with its noise, or from a command that is known without."""
+    for effect, term in zip(found.effects, found.terms, strict=True):
+        if effect.shifts and not problem.signals.known:
+            values = effect.thrust(values, problem.signals, term)
+    return values
 
 
 def with_share(problem: Problem, share: float) -> Problem:

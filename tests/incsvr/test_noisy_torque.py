@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
-from incsvr.tracer.alignment import aligned, without_command
+from incsvr.tracer.alignment import aligned, reread, without_command
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.noise import noise_share
 from incsvr.tracer.posing import pose
@@ -92,6 +93,18 @@ def test_the_noise_is_read_where_the_thrust_comes_late() -> None:
     assert aligned([run], INERTIA, [])[0].signals.share > 0.8
     (found,) = trace([run], inertia=INERTIA).effects
     assert found.effect == "torque_delay"
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_the_noise_is_read_when_it_is_in_the_residual(known: bool) -> None:
+    """A delay that is told from the recorded torque moves its noise, one of a command that is known does not."""
+    run = recorded(2, pulses(2), memory=0.0, late=6)
+    problem = pose([run], INERTIA, [])
+    problem = replace(problem, signals=replace(problem.signals, known=known))
+    assert problem.command.plain is not None
+    found = settle(problem, [(catalogue()["torque_delay"], (PERIOD * 6,), ())], nothing(problem))
+    assert found.terms[0].coefficients[0] == pytest.approx(PERIOD * 6, rel=0.1)
+    assert reread([run], problem, found).signals.share > 0.8
 
 
 def test_a_command_without_noise_has_none() -> None:
