@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ class Lead:
         score: its 2 Δℓ less its price.
         gain: its 2 Δℓ.
         doubtful: whether physics forbids the coefficients that would give as much.
+        hidden: whether it is what explains most, were the noise white: what an AR has swallowed.
     """
 
     effect: Effect
@@ -35,6 +36,7 @@ class Lead:
     score: float
     gain: float
     doubtful: bool
+    hidden: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +212,7 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
     for lead in (*first, *second):
         key = lead.effect.key, lead.inner
         if key not in best or lead.score > best[key].score:
-            best[key] = lead
+            best[key] = replace(lead, hidden=bool(second) and key == (second[0].effect.key, second[0].inner))
     return list(best.values())
 
 

@@ -243,10 +243,16 @@ class Search:
         return sampled or any(effect.must_prove(term, self.problem.signals) for effect, term in named)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
-        """The hypotheses of the beam, each with one more effect; one for each set of names, best first."""
+        """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
+
+        Of two effects that hide each other neither is worth its price alone, and of what explained most, were the noise
+        white, the AR may have made noise: such a one is grown further, before the others. On one sine any two seem so.
+        """
         grown: dict[frozenset[str], Hypothesis] = {}
         settled: set[frozenset[str]] = set()
+        swallowed: set[frozenset[str]] = set()
         for base in beam:
+            first = not base.terms and not self.problem.one_sine
             fitting = [e for e in self.effects if e.name not in base.names()]
             leads = best_leads(self.problem, base, fitting, tries)
             for lead in (lead for lead in leads if lead.score > HOPELESS[bool(base.terms)]):
@@ -257,14 +263,13 @@ class Search:
                 new = self._held_back(base, lead, with_lead(self.problem, base, lead))
                 names = frozenset(new.names())
                 known = grown.get(names)
-                # of two effects that hide each other neither is worth its price alone; on one sine any two seem to
-                hidden = not base.terms and not self.problem.one_sine
-                least = worth(base) - (THRESHOLD if hidden else 0.0)
-                if worth(new) <= least or (known is not None and worth(known) >= worth(new)):
+                less = worth(new) <= worth(base) - (THRESHOLD if first else 0.0)
+                if (less and not (first and lead.hidden)) or (known is not None and worth(known) >= worth(new)):
                     continue
                 if not against_physics(self.problem, new):
                     grown[names] = new
-        return sorted(grown.values(), key=worth, reverse=True)
+                    swallowed |= {names} if less else set()
+        return sorted(grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, worth(h)), reverse=True)
 
     def _held_back(self, base: Hypothesis, lead: Lead, new: Hypothesis) -> Hypothesis:
         """`new`; where the search of the lead's parameter ran out of its range, and of physics, what it comes to from

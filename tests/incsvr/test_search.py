@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracer.gates import against_physics
+from incsvr.tracer.gates import THRESHOLD, against_physics, worth
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
@@ -143,6 +143,14 @@ def test_a_taut_tether_beside_a_bias_is_no_slack_one(seed: int) -> None:
     found = parameters(search(problem)._reformed(settle(problem, pair, nothing(problem))))
     assert set(found) == {"tether", "bias_torque"}
     assert found["bias_torque"]["moment_nm"] == pytest.approx(20.0, rel=0.1)
+
+
+def test_a_tether_and_a_bias_that_hide_each_other_are_found() -> None:
+    """Alone the tether leaves a constant, and noise whose colour holds both explains more than that."""
+    problem = turning(0, command(0, TIME), outside=20.0, stiffness=1.5)
+    alone = settle(problem, [(catalogue()["tether"], (0.0,), ())], nothing(problem))
+    assert worth(alone) < worth(nothing(problem)) - THRESHOLD
+    assert set(search(problem).run().names()) == {"tether", "bias_torque"}
 
 
 @pytest.mark.parametrize("seed", [0, 1])
