@@ -39,23 +39,28 @@ def burg(residual: Array, blocks: Blocks, loud: float = 0.0, order: int = 3) -> 
     return ar
 
 
-def reweighted(residual: Array, blocks: Blocks, loud: float = 0.0) -> Array:
-    """AR coefficients of `residual` by least squares with the weights of its innovations, from Burg's on.
+def autoregression(residual: Array, blocks: Blocks, loud: float) -> Array:
+    """AR coefficients of `residual` by Burg's method; where most jumps of the command are louder than the noise, by
+    least squares with the weights of the innovations from it on.
 
-    A jump's instant, or an outlier, stands in its own block and in what foretells the next three: the weights drop all
-    four. What a jump adds is an error in what foretells, too, and draws the colour to white: it weighs once more.
+    The instant of a jump stands in its own block and in what foretells the next three: the weights drop all four. What
+    it adds is an error in what foretells, too, and draws the colour to white: it weighs once more. With nothing so loud
+    the weights would tell the colour of calm water alone, where the noise is now strong, now weak.
     """
-    ar, here = burg(residual, blocks, loud), whole(residual, blocks)
-    before = np.stack([_earlier(residual, blocks, k) for k in (1, 2, 3)])
+    ar = burg(residual, blocks, loud)
+    jumped = blocks.mistimed[blocks.mistimed > 0.0]
+    if not jumped.size or loud * _median(jumped) ** 2 < 1.0:
+        return ar
+    here, before = whole(residual, blocks), np.stack([_earlier(residual, blocks, k) for k in (1, 2, 3)])
     scale = 0.0
     for _ in range(PASSES):
-        innovation = here - ar @ before
-        level = 1.0 + loud * heard(ar, blocks)
+        innovation, level = here - ar @ before, 1.0 + loud * heard(ar, blocks)
         scale = scale or 1.4826 * _median(np.abs(innovation) / np.sqrt(level)) + 1e-300
         weight = (DEGREES + 1.0) / (DEGREES * level + np.square(innovation / scale))
         scale = scale_of(weight, innovation)
         weighted = before * (weight / level)
-        found = np.linalg.solve(weighted @ before.T + 1e-300 * np.eye(3), weighted @ here)
+        normal = weighted @ before.T
+        found = np.linalg.solve(normal + (1e-12 * np.trace(normal) + 1e-300) * np.eye(3), weighted @ here)
         if not fades(found):
             break
         ar = found

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import gammaln
 
-from incsvr.tracer.colour import DEGREES, heard, reweighted, scale_of, whole
+from incsvr.tracer.colour import DEGREES, autoregression, heard, scale_of, whole
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import Blocks
 
@@ -141,7 +141,7 @@ def fit(
             weight = (DEGREES + 1.0) / (DEGREES * level + square)
         residual = y - columns @ theta
         if turn + 1 < rounds:
-            ar = reweighted(residual, blocks, loud)
+            ar = autoregression(residual, blocks, loud)
     scale = scale_of(weight, innovation)
     likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)
