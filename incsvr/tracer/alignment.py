@@ -11,7 +11,7 @@ from incsvr.effects import candidates
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics, worth
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled, settle
-from incsvr.tracer.noise import MOST_GYRO, gyro_noise, white_noise
+from incsvr.tracer.noise import MOST_GYRO, gyro_noise, noise_share, white_noise
 from incsvr.tracer.posing import pose, pose_like
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run, sample_period
@@ -109,20 +109,30 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     # seen from the rate side no effect filters the torque's noise, but the gyro's is larger there; what is in the
     # residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
-    streams = _when_it_acts(problem, found, problem.signals.torque), _when_it_acts(problem, found, problem.signals.rate)
-    share = max(problem.share_beside(residual, gyro, streams), problem.share_beside(aside, of_gyro, streams))
+    share = max(
+        problem.share_beside(residual, gyro),
+        problem.share_beside(aside, of_gyro),
+        _late_share(problem, found, residual, gyro),
+    )
     known = problem.knows_command(aside)
     signals = replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known)
     return replace(problem, signals=signals).answering(found.fit.theta[: problem.coarse.shape[1]], found.fit.ar)
 
 
-def _when_it_acts(problem: Problem, found: Hypothesis, values: Array) -> Array:
-    """(n,) of the torque, or of what a controller makes it of, when its noise is in the residual: a late thrust is told
-    from the torque as it was recorded, with its noise, or from a command that is known without."""
-    for effect, term in zip(found.effects, found.terms, strict=True):
-        if effect.shifts and not problem.signals.known:
-            values = effect.thrust(values, problem.signals, term)
-    return values
+def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Array) -> float:
+    """Part of the noise that sits in the torque where a delay brings it late into the residual; 0 where none does.
+
+    It does where the delay is told from the torque as it was recorded. Of a command that moves fast, what another
+    effect leaves of it there would pass for that noise, too: its first differences must be noise alone.
+    """
+    torque, rate = problem.signals.torque, problem.signals.rate
+    moves = [(effect, term) for effect, term in zip(found.effects, found.terms, strict=True) if effect.shifts]
+    if not moves or problem.signals.known:
+        return 0.0
+    for effect, term in moves:
+        torque, rate = (effect.thrust(values, problem.signals, term) for values in (torque, rate))
+    answer = -problem.feedback * problem.blocks.mean(rate)
+    return noise_share(problem.blocks, torque, residual, gyro, answer, orders=(1,)) or 0.0
 
 
 def with_share(problem: Problem, share: float) -> Problem:

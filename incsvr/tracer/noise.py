@@ -56,8 +56,9 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
 
 
 def noise_share(
-    blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None, answer: Array | None = None
-) -> float | None:
+    blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None, answer: Array | None = None,
+    orders: Sequence[int] = (1, 2, 3),
+) -> float | None:  # fmt: skip
     """Which part of the equation's noise sits in the recorded torque, 0…1; None where it cannot be read.
 
     With e = n − w (torque noise n, disturbance in the water w) and both cut to their fast part by differences F, where
@@ -69,11 +70,12 @@ def noise_share(
     Args:
         gyro: (n_b,) a draw of what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
         answer: (n_b,) what of the torque is a controller's answer to the rate: with the water in it, it is no noise.
+        orders: of the differences.
     """
     mean = blocks.mean(torque)
     if answer is not None:
         mean = mean - answer
-    read = [_share(blocks, torque, mean, residual, gyro, order) for order in (1, 2, 3)]
+    read = [_share(blocks, torque, mean, residual, gyro, order) for order in orders]
     return max((share for share in read if share is not None), default=None)
 
 

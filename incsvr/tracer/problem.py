@@ -106,11 +106,9 @@ class Problem:
         s = self.signals
         return controller_gain(self.blocks, s.torque, s.rate, residual, s.inertia)
 
-    def share_beside(
-        self, residual: Array, gyro: Array | None = None, streams: tuple[Array, Array] | None = None
-    ) -> float:
+    def share_beside(self, residual: Array, gyro: Array | None = None) -> float:
         """Part of the noise that sits in the torque, as a residual (n_b,) and what the gyro does to it tell; as it was
-        where they do not. `streams` are torque and rate at the time at which the thrust acts, where it comes late."""
-        torque, rate = streams or (self.signals.torque, self.signals.rate)
+        where they do not."""
+        torque, rate = self.signals.torque, self.signals.rate
         read = noise_share(self.blocks, torque, residual, gyro, -self.feedback * self.blocks.mean(rate))
         return self.signals.share if read is None else read
