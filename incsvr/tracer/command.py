@@ -33,6 +33,9 @@ FEW = 5
 LATER = 8
 """Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
 
+REST = 3.0
+"""Deviations of the mean of its noise, below which a level is none."""
+
 DRIVES = 0.5
 """Part of what the torque holds beside the command that the motion answers, below which that is noise: of thrust it
 answers all."""
@@ -69,14 +72,38 @@ def told(signals: Signals, blocks: Blocks, stays: bool | None = None) -> Command
     foretold, stays = foretell(torque, blocks, stays)
     plain: Array | None = None
     least, exact = _missed(torque, foretold), False
-    guesses = (as_levels(signals), False), (as_tones(signals, blocks), True), (as_sweeps(signals), True)
+    levels = as_levels(signals)
+    guesses = (levels, False), (as_tones(signals, blocks), True), (as_sweeps(signals), True)
     for found, tones in guesses:
         missed = float(np.mean(np.abs(torque - blocks.mean(found))))
         allowed = least if tones else LASTING * least
         if missed < allowed and np.mean(found == signals.torque) < RECORDED:
             plain, least, exact = found, min(missed, least), tones
     pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
-    return Command(np.concatenate(pieces), foretold, stays, plain, exact)
+    course = np.concatenate(pieces)
+    if stays:
+        rests = at_rest(signals, levels)
+        plain = np.where(rests, 0.0, levels) if plain is levels else plain
+        course = np.where(rests, 0.0, course)
+        foretold = np.where(blocks.mean(rests.astype(np.float64)) == 1.0, 0.0, foretold)
+    return Command(course, foretold, stays, plain, exact)
+
+
+def at_rest(signals: Signals, levels: Array) -> NDArray[np.bool_]:
+    """(n,) where the command stays as near to nothing as its noise alone may bring it: there it asks for nothing.
+
+    Told, a rest would hold the mean of its noise, and a dead band that takes it would explain the equation and the run.
+    """
+    edges = np.flatnonzero(np.diff(levels, prepend=np.nan, append=np.nan) != 0.0)
+    length = np.repeat(np.diff(edges), np.diff(edges))
+    noise = (signals.torque - levels)[length > WIDEST]
+    if noise.size < 2 or not noise.any():
+        return np.zeros(levels.size, dtype=bool)
+    memory = float(np.clip(noise[1:] @ noise[:-1] / (noise @ noise), 0.0, 0.99))
+    lasts = (1.0 + memory) / (1.0 - memory)  # so many cells hold one draw of it
+    allowed = REST * 1.4826 * float(np.median(np.abs(noise))) * np.sqrt(np.minimum(lasts / length, 1.0))
+    rests: NDArray[np.bool_] = (np.abs(levels) < allowed) & (length > WIDEST)
+    return rests
 
 
 def as_levels(signals: Signals) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from incsvr.effects import Signals
 from incsvr.tracer.command import foretell, is_noise, told
@@ -106,6 +107,22 @@ class TestTones:
         assert found.stays
         assert found.plain is not None
         assert np.std(found.plain - jumps) < 0.25
+
+    @pytest.mark.parametrize("memory", [0.0, 0.9])
+    def test_a_command_at_rest_asks_for_nothing(self, memory: float) -> None:
+        """Told as the mean of a rest its noise would be left, for a dead band to take; a small level stays a level."""
+        draw = np.random.default_rng(14)
+        command = np.repeat(draw.choice([-40.0, -6.0, 0.0, 0.0, 6.0, 40.0], 145), 100)[: self.TIME.size]
+        noise = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], draw.normal(size=self.TIME.size))
+        found = told(self.signals(command + noise, 0.0), self.BLOCKS)
+        assert found.stays
+        assert found.plain is not None
+        far = np.convolve(np.abs(np.diff(command, prepend=command[0])) > 0.0, np.ones(25), "same") == 0.0
+        rests, small = far & (command == 0.0), far & (np.abs(command) == 6.0)
+        # but where a jump to or from a small level is taken for noise: its two stays are one
+        assert np.mean(found.plain[rests] == 0.0) > 0.9
+        assert np.mean(found.course[rests] == 0.0) > 0.9
+        assert np.mean(np.abs(found.plain[small]) > 4.0) > 0.9
 
     def test_a_jump_that_two_samples_share_is_one(self) -> None:
         """Between two cells it is no more than what noise does; between the means of a few there is no doubt."""
