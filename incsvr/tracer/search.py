@@ -245,9 +245,8 @@ class Search:
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
 
-        Of two that hide each other neither is worth its price alone, and what would explain most of white noise the AR may
-        have swallowed: that is grown further, before the others. On one sine any two seem so.
-        """
+        Of two that hide each other neither is worth its price alone; what would explain most of white noise, an AR may
+        have swallowed: it is grown further before the others. On one sine any two seem so."""
         grown: dict[frozenset[str], Hypothesis] = {}
         settled: set[frozenset[str]] = set()
         swallowed: set[frozenset[str]] = set()
