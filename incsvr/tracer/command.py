@@ -36,6 +36,9 @@ LATER = 8
 REST = 3.0
 """Deviations of the mean of its noise, below which a level is none."""
 
+CROWD = 3.0
+"""Deviations by which more than half of the stays so near to nothing must be half as near: even ones are half."""
+
 DRIVES = 0.5
 """Part of what the torque holds beside the command that the motion answers, below which that is noise: of thrust it
 answers all."""
@@ -93,6 +96,7 @@ def at_rest(signals: Signals, levels: Array) -> NDArray[np.bool_]:
     """(n,) where the command stays as near to nothing as its noise alone may bring it: there it asks for nothing.
 
     Told, a rest would hold the mean of its noise, and a dead band that takes it would explain the equation and the run.
+    A command that rests does so again and again: its stays crowd at nothing, small levels of any other spread evenly.
     """
     edges = np.flatnonzero(np.diff(levels, prepend=np.nan, append=np.nan) != 0.0)
     length = np.repeat(np.diff(edges), np.diff(edges))
@@ -101,8 +105,11 @@ def at_rest(signals: Signals, levels: Array) -> NDArray[np.bool_]:
         return np.zeros(levels.size, dtype=bool)
     memory = float(np.clip(noise[1:] @ noise[:-1] / (noise @ noise), 0.0, 0.99))
     lasts = (1.0 + memory) / (1.0 - memory)  # so many cells hold one draw of it
-    allowed = REST * 1.4826 * float(np.median(np.abs(noise))) * np.sqrt(np.minimum(lasts / length, 1.0))
-    rests: NDArray[np.bool_] = (np.abs(levels) < allowed) & (length > WIDEST)
+    deviation = 1.4826 * float(np.median(np.abs(noise))) * np.sqrt(np.minimum(lasts / length, 1.0))
+    near = (np.abs(levels) < REST * deviation) & (length > WIDEST)
+    stays = edges[:-1][near[edges[:-1]]]
+    nearer = int(np.count_nonzero(np.abs(levels[stays]) < 0.5 * REST * deviation[stays]))
+    rests: NDArray[np.bool_] = near & (2 * nearer - stays.size > CROWD * np.sqrt(stays.size))
     return rests
 
 

@@ -124,6 +124,15 @@ class TestTones:
         assert np.mean(found.course[rests] == 0.0) > 0.9
         assert np.mean(np.abs(found.plain[small]) > 4.0) > 0.9
 
+    @pytest.mark.parametrize("seed", range(15, 19))
+    def test_small_levels_of_a_command_that_never_rests_stay_levels(self, seed: int) -> None:
+        draw = np.random.default_rng(seed)
+        command = np.repeat(draw.uniform(-30.0, 30.0, 145), 100)[: self.TIME.size]
+        noise = lfilter([np.sqrt(0.19)], [1.0, -0.9], draw.normal(size=self.TIME.size))
+        found = told(self.signals(command + noise, 0.0), self.BLOCKS)
+        assert found.stays
+        assert not np.any(found.course == 0.0)
+
     def test_a_jump_that_two_samples_share_is_one(self) -> None:
         """Between two cells it is no more than what noise does; between the means of a few there is no doubt."""
         draw = np.random.default_rng(9)
