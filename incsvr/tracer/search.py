@@ -246,7 +246,8 @@ class Search:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
 
         Of two that hide each other neither is worth its price alone; what would explain most of white noise, an AR may
-        have swallowed: it is grown further before the others. On one sine any two seem so."""
+        have swallowed: it is grown further before the others. On one sine any two seem so.
+        """
         grown: dict[frozenset[str], Hypothesis] = {}
         settled: set[frozenset[str]] = set()
         swallowed: set[frozenset[str]] = set()
@@ -263,9 +264,8 @@ class Search:
                 names = frozenset(new.names())
                 known = grown.get(names)
                 less = worth(new) <= worth(base) - (THRESHOLD if first else 0.0)
-                if (less and not (first and lead.hidden)) or (known is not None and worth(known) >= worth(new)):
-                    continue
-                if not against_physics(self.problem, new):
+                worse = (less and not (first and lead.hidden)) or (known is not None and worth(known) >= worth(new))
+                if not worse and not against_physics(self.problem, new):
                     grown[names] = new
                     swallowed |= {names} if less else set()
         return sorted(grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, worth(h)), reverse=True)

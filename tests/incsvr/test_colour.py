@@ -1,4 +1,4 @@
-"""The colour of the noise, beside jumps of the command and outliers."""
+"""The colour of the noise, beside jumps of the command."""
 
 from __future__ import annotations
 
