@@ -155,8 +155,9 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
                 moved[j] += sign * nudge
                 coefficients = tuple(moved[: len(term.coefficients)])
                 inner = effect.moved(term.inner, moved[len(term.coefficients) :])
-                bend = effect.offset(s, coefficients)
-                loss = effect.columns(s, inner, coefficients) @ np.array(coefficients)
+                columns = effect.columns(s, inner, coefficients)
+                bend = effect.offset(s, coefficients, columns)
+                loss = columns @ np.array(coefficients)
                 sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
             design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
     loud = loudness(hypothesis.fit, problem.blocks)[:, None]

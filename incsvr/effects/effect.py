@@ -139,8 +139,8 @@ class Effect(ABC):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         """φ(t), (n, c) [N m per unit of θ]; `coefficients` are those of the last pass (empty in the first)."""
 
-    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
-        """(n,) loss(θ) − φ θ [N m] where φ is but the tangent of a curved loss; None where φ θ is the loss."""
+    def offset(self, s: Signals, coefficients: tuple[float, ...], columns: Array) -> Array | None:
+        """(n,) loss(θ) − φ θ [N m] where φ, the `columns`, is but the tangent of a curved loss; None elsewhere."""
         return None
 
     def passed(self, term: Term, s: Signals) -> Array | None:

@@ -34,11 +34,11 @@ class TorqueDelay(Effect):
             return stack(self._lost(s, inner[0]) / inner[0])
         return stack(self._tangent(s, self._within(s, coefficients)))
 
-    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
+    def offset(self, s: Signals, coefficients: tuple[float, ...], columns: Array) -> Array | None:
         if not coefficients:
             return None
         delay = self._within(s, coefficients)
-        offset: Array = self._lost(s, delay) - delay * self._tangent(s, delay)
+        offset: Array = self._lost(s, delay) - delay * columns[:, 0]
         return offset
 
     def _lost(self, s: Signals, delay: float) -> Array:

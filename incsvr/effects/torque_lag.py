@@ -41,11 +41,11 @@ class TorqueLag(Effect):
             return stack(self._lost(s, inner[0]) / inner[0])
         return stack(self._tangent(s, self._within(s, coefficients)))
 
-    def offset(self, s: Signals, coefficients: tuple[float, ...]) -> Array | None:
+    def offset(self, s: Signals, coefficients: tuple[float, ...], columns: Array) -> Array | None:
         if not coefficients or (self._from_rate(s) and self.variant == "moment"):  # the latter is linear in T
             return None
         constant = self._within(s, coefficients)
-        offset: Array = self._lost(s, constant) - constant * self._tangent(s, constant)
+        offset: Array = self._lost(s, constant) - constant * columns[:, 0]
         return offset
 
     def _lost(self, s: Signals, constant: float) -> Array:

@@ -22,6 +22,10 @@ ROUND = (0.15, 0.3, 0.45)
 WIDTHS = (0.05, 0.6)
 """Range of these."""
 
+TABLED, CELLS = 4.0, 1000
+"""Limits up to which a rounded one is tabled, for beyond no corner is left, and cells of that: the corner is wider than
+twelve of them, and a line errs by 2e-5 of the limit."""
+
 BEYOND = (0.6, 0.8, 1.0, 1.25)
 """Parts of the limit between which a true curve of thrust may bend otherwise."""
 
@@ -64,8 +68,9 @@ class Saturation(Effect):
         if self.variant == "limit":
             return command - np.clip(command, -limit, limit)
         width = inner[0] * limit
-        over, under = _over(command - limit, width), _over(-command - limit, width)
-        return over - under
+        size, even = np.abs(command), np.linspace(0.0, TABLED * limit, CELLS + 1)
+        inside = np.interp(size, even, _over(even - limit, width) - _over(-even - limit, width))
+        return np.copysign(np.maximum(inside, size - limit), command)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))

@@ -69,14 +69,18 @@ class Command:
     exact: bool
 
 
-def told(signals: Signals, blocks: Blocks, stays: bool | None = None) -> Command:
-    """The command that explains most of the torque; `stays` says whether it stays between its jumps, where known."""
+def told(signals: Signals, blocks: Blocks, before: Command | None = None) -> Command:
+    """The command that explains most of the torque; `before` is what was told of it in less noise: it is of that kind,
+    or of none that can be told.
+    """
     torque = blocks.mean(signals.torque)
-    foretold, stays = foretell(torque, blocks, stays)
+    foretold, stays = foretell(torque, blocks, None if before is None else before.stays)
     plain: Array | None = None
     least, exact = _missed(torque, foretold), False
     levels = as_levels(signals)
-    guesses = (levels, False), (as_tones(signals, blocks), True), (as_sweeps(signals), True)
+    guesses = [] if before is not None and (before.plain is None or before.exact) else [(levels, False)]
+    if before is None or before.exact:
+        guesses += [(as_tones(signals, blocks), True), (as_sweeps(signals), True)]
     for found, tones in guesses:
         missed = float(np.mean(np.abs(torque - blocks.mean(found))))
         allowed = least if tones else LASTING * least

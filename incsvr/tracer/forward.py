@@ -22,7 +22,7 @@ from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 
-STEPS = 40.0
+STEPS = 28.0
 """Of the free run's integration, in a time scale."""
 
 

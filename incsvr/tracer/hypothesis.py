@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
-from incsvr.effects import Effect, Signals, Term
+from incsvr.effects import Effect, Term
 from incsvr.tracer.problem import Problem
+from incsvr.tracer.refining import refined
 from incsvr.tracer.run import Array
 from incsvr.tracer.views import Views
 from incsvr.tracer.whitening import Fit, deafened, fit
@@ -23,6 +23,10 @@ there would pass for the noise of their instants."""
 
 SAMPLING = 0.7
 """Of a sample period: half of one lies between a torque that is held from stamp to stamp and a linear one."""
+
+
+LEAST_INERTIA = -0.9
+"""Of the declared one, that an effect may add to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,43 +128,48 @@ def settle(
         # jumps passes for their noise: none of them tells the noise.
         fitted = replace(deafened(fitted), ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
     columns = problem.coarse
-    turned, feigned = problem.turned, np.zeros(columns.shape[1])
+    turned = still = problem.turned
+    feigned = np.zeros(columns.shape[1])
     position: list[int] = []
     offsets: list[Array] = []
+    answers = [still] * len(effects)
     for turn in range(passes):
         seen = Views(
             problem, fitted, [(e, x, c or (0.0,)) for e, x, c in zip(effects, losses, coefficients, strict=True)]
         )
         fine = [e.columns(seen.of(e), i, c) for e, i, c in zip(effects, inner, coefficients, strict=True)]
         coarse = [_mean(problem, e, f) for e, f in zip(effects, fine, strict=True)]
-        bends = [e.offset(seen.of(e), c) for e, c in zip(effects, coefficients, strict=True)]
+        bends = [e.offset(seen.of(e), c, f) for e, c, f in zip(effects, coefficients, fine, strict=True)]
         offsets = [np.zeros(len(problem.blocks)) if bend is None else problem.blocks.mean(bend) for bend in bends]
         y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
         base = problem.coarse
-        answers = [seen.turned(e, i, c, x) for e, i, c, x in zip(effects, inner, coefficients, coarse, strict=True)]
+        for k, effect in enumerate(effects):
+            # what answers hardly hangs on an effect's size; but a tangent's does, and one that lost the noise of jumps
+            if turn < 2 or (effect.acts == "thrust" and (effect.curved or fitted.loud > 0.0)):
+                answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
         if turn in (1, 2):
             for k, effect in enumerate(effects):
                 if effect.sought and effect.key in refine:
                     for place in effect.sought:
-                        inner[k] = _refined(
-                            problem, y, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
-                            [problem.turned, *answers], k + 1, fitted, 6 if turn == 1 and passes > 2 else 10, place,
+                        inner[k] = refined(
+                            y, problem.blocks, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
+                            [still, *answers], k + 1, fitted, 8 if turn == 1 and passes > 2 else 12, place,
                         )  # fmt: skip
                     fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                     coarse[k] = _mean(problem, effect, fine[k])
                     answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
-        columns = np.column_stack([base, *coarse])
-        turned = np.concatenate([problem.turned, *answers], axis=2)
+        columns = side_by_side([base, *coarse])
+        turned = side_by_side([still, *answers])
         none = np.zeros(base.shape[1])
         feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
         blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
-        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned)
+        # a later pass goes on from the colour of what the one before left, unless that was of other blocks
+        rounds = 2 if turn == 0 or (new and turn == TIMED) else 1
+        fitted = fit(y, columns, blocks, fitted, rounds, turned, feigned, warm=turn > 0)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
-            coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
-            if effects[k].acts == "inertia":
-                coefficients[k] = (max(coefficients[k][0], -0.9 * problem.signals.inertia),)
+            coefficients[k] = _held(problem, effects[k], fitted.theta[at : at + part.shape[1]])
             bend = bends[k]
             losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
             at += part.shape[1]
@@ -188,10 +197,39 @@ def settle(
     )
 
 
+def _held(problem: Problem, effect: Effect, theta: Array) -> tuple[float, ...]:
+    """An effect's coefficients; without a part of the inertia nothing would turn as it does."""
+    if effect.acts == "inertia":
+        return (max(float(theta[0]), LEAST_INERTIA * problem.signals.inertia),)
+    return tuple(float(value) for value in theta)
+
+
+def refitted(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """The same columns fitted to other blocks of the same recordings."""
+    if not hypothesis.terms:
+        return nothing(problem)
+    y = problem.y - sum(hypothesis.offsets, np.zeros(len(problem.blocks)))
+    fitted = fit(
+        y, hypothesis.columns, problem.blocks, hypothesis.fit, 2, hypothesis.turned, hypothesis.feigned, warm=True
+    )
+    ends = [*hypothesis.position[1:], fitted.theta.size]
+    terms = tuple(
+        replace(term, coefficients=_held(problem, effect, fitted.theta[a:b]))
+        for effect, term, a, b in zip(hypothesis.effects, hypothesis.terms, hypothesis.position, ends, strict=True)
+    )
+    return replace(hypothesis, fit=fitted, terms=terms)
+
+
 def resettled(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     """The same effects, settled on other equations."""
     base = nothing(problem)
     return settle(problem, hypothesis.values(), base) if hypothesis.terms else base
+
+
+def side_by_side(parts: Sequence[Array]) -> Array:
+    """(…, p) their columns in one array, the blocks of a column one after the other: sums run along these."""
+    joined: Array = np.moveaxis(np.concatenate([np.moveaxis(part, -1, 0) for part in parts]), 0, -1)
+    return joined
 
 
 def _mean(problem: Problem, effect: Effect, fine: Array) -> Array:
@@ -199,44 +237,6 @@ def _mean(problem: Problem, effect: Effect, fine: Array) -> Array:
     if effect.acts == "inertia":
         return problem.blocks.slope(problem.signals.ends)[:, None]
     return problem.blocks.mean(fine)
-
-
-def _refined(
-    problem: Problem,
-    y: Array,
-    effect: Effect,
-    seen: Signals,
-    inner: tuple[float, ...],
-    coefficients: tuple[float, ...],
-    coarse: list[Array],
-    answers: list[Array],
-    k: int,
-    start: Fit,
-    most: int,
-    place: int,
-) -> tuple[float, ...]:
-    """The inner parameters with the one at this place found again."""
-    if effect.whole:  # taken off whole, it has no column
-        at = sum(part.shape[1] for part in coarse[:k])
-        answers, start = [*answers[:k], *answers[k + 1 :]], replace(start, theta=np.delete(start.theta, at))
-    turned = np.concatenate(answers, axis=2)
-
-    def moved(value: float) -> tuple[float, ...]:
-        return (value, *inner[1:]) if place == 0 else (*inner[:-1], value)
-
-    def lost(value: float) -> float:
-        column = problem.blocks.mean(effect.columns(seen, moved(value), coefficients))
-        left = y - column[:, 0] if effect.whole else y
-        columns = np.concatenate([*coarse[:k], *([] if effect.whole else [column]), *coarse[k + 1 :]], axis=1)
-        return -fit(left, columns, problem.blocks, start, rounds=1, turned=turned, warm=True).log_likelihood
-
-    low, high = effect.shapes if place == 0 and effect.shapes else effect.bracket(seen, inner)
-    if not low < high:
-        return inner
-    best = minimize_scalar(
-        lost, bounds=(low, high), method="bounded", options={"xatol": 0.01 * (high - low), "maxiter": most}
-    )
-    return moved(float(best.x)) if best.fun <= lost(inner[place]) else inner
 
 
 def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tuple[Array, dict[str, Array]]:
@@ -257,7 +257,7 @@ def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tupl
         residual = base
         for k, (effect, term) in enumerate(known):
             columns = effect.columns(seen.of(effect), term.inner, term.coefficients)
-            bend = effect.offset(seen.of(effect), term.coefficients)
+            bend = effect.offset(seen.of(effect), term.coefficients, columns)
             losses[k] = columns @ np.array(term.coefficients) + (0.0 if bend is None else bend)
             if effect.acts == "inertia":
                 residual = residual - term.coefficients[0] * problem.blocks.slope(problem.signals.ends)

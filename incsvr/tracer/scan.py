@@ -14,6 +14,9 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.whitening import deafened, whiten
 
+SWALLOWED = 2
+"""Effects beside which an AR has nothing left to swallow that would be worth a second scan."""
+
 TOLD = 1e-9
 """Of a column's square: less than that is left where it is but a sum of others."""
 
@@ -202,7 +205,7 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
     """
     known = Known()
     first = _spread(scan(problem, base, effects, known=known), width)
-    white = scan(problem, base, effects, coloured=False, known=known)
+    white = scan(problem, base, effects, coloured=False, known=known) if len(base.terms) < SWALLOWED else []
     kept = {lead.effect.key for lead in first}
     second = [
         *_spread(white, (width + 2) // 3),

@@ -26,7 +26,7 @@ from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
-NARROWER = ((4, 6), (2, 4), (1, 3), (1, 3), (1, 3))
+NARROWER = ((3, 5), (2, 3), (1, 3), (1, 3), (1, 3))
 """The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
 SIMPLER = 0.35
@@ -59,7 +59,7 @@ FORMS = 2
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
 
-HEARD = 12
+HEARD = 8
 """How many of the best sets are asked for a free run where the equation is biased."""
 
 
@@ -255,11 +255,12 @@ class Search:
             first = not base.terms and not self.problem.one_sine
             fitting = [e for e in self.effects if e.name not in base.names()]
             leads = best_leads(self.problem, base, fitting, tries)
+            here: set[frozenset[str]] = set()
             for lead in (lead for lead in leads if lead.score > HOPELESS[bool(base.terms)]):
                 keys = frozenset(e.key for e in (*base.effects, lead.effect))
-                if keys in settled and len(keys) > 1:  # the same set came from another of its members
+                if keys in settled:  # the same set came from another of its members
                     continue
-                settled.add(keys)
+                here.add(keys)
                 new = self._held_back(base, lead, with_lead(self.problem, base, lead))
                 names = frozenset(new.names())
                 known = grown.get(names)
@@ -268,6 +269,7 @@ class Search:
                 if not worse and not against_physics(self.problem, new):
                     grown[names] = new
                     swallowed |= {names} if less else set()
+            settled |= here
         return sorted(grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, worth(h)), reverse=True)
 
     def _held_back(self, base: Hypothesis, lead: Lead, new: Hypothesis) -> Hypothesis:

@@ -44,7 +44,7 @@ def shaken(problem: Problem, hypothesis: Hypothesis, seed: int) -> Problem:
     mean = problem.blocks.mean(torque)
     return replace(
         problem, signals=signals, y=problem.y + mean - problem.blocks.mean(s.torque),
-        command=told(signals, problem.blocks, problem.command.stays),
+        command=told(signals, problem.blocks, problem.command),
         white=problem.white * float(np.sqrt(1.0 + ADDED)),
     )  # fmt: skip
 

@@ -32,7 +32,7 @@ class Errors:
         block_error: mean free-run error of each block [rad/s].
         block_slope: mean slope of each block [rad/s²].
         mistimed: of each block, as `Blocks` has it.
-        torque: (n_b,) block residuals [N m].
+        torque: (n_b,) block residuals [N m]; of no piece where only the free runs were asked for.
     """
 
     time: tuple[Array, ...]
@@ -66,9 +66,11 @@ class Errors:
         return replace(self, free_run=error, block_error=block_error)
 
 
-def errors_on(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice]) -> Errors:
+def errors_on(
+    fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice], *, torque: bool = True
+) -> Errors:
     """Errors of a hypothesis, fitted to the one problem, on these spans of blocks of another (or the same)."""
-    residual = torque_errors(fitted, problem, hypothesis)
+    residual = torque_errors(fitted, problem, hypothesis) if torque else None
     blocks = problem.blocks
     size = blocks.size
     slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
@@ -95,7 +97,7 @@ def errors_on(fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: 
         block_error=tuple(_averaged(error[g], *where) for g, *where in zip(groups, block, counts, strict=True)),
         block_slope=tuple(_averaged(values, *where) for values, *where in zip(slope, block, counts, strict=True)),
         mistimed=tuple(blocks.mistimed[p] for p in spans),
-        torque=tuple(residual[p] for p in spans),
+        torque=() if residual is None else tuple(residual[p] for p in spans),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -81,8 +82,9 @@ class Views:
         if effect.acts == "thrust" and effect.curved and len(coefficients) == 1 and coefficients[0] != 0.0:
             # its columns are but tangents: what answers is the loss itself
             def lost(s: Signals) -> Array:
-                bend = effect.offset(s, coefficients)
-                return effect.columns(s, inner, coefficients) + (0.0 if bend is None else bend[:, None] / coefficients)
+                columns = effect.columns(s, inner, coefficients)
+                bend = effect.offset(s, coefficients, columns)
+                return columns if bend is None else columns + bend[:, None] / coefficients
 
             return self._passed_on(effect, lambda s: effect.columns(s, inner, coefficients), mean, lost)
         return self.answers(effect, lambda s: effect.columns(s, inner, coefficients), mean)
@@ -117,13 +119,11 @@ class Views:
             answer: block means (n_b, c) that the columns gain by a rate (n,), in parts of what it gains.
         """
         blocks, swing = self._problem.blocks, self._problem.swing
-        since = np.zeros(len(self._plain))
+        if not effect.lingers:
+            return swing.mean[:, None] * answer(self._since)
         inside = np.arange(blocks.size) / blocks.size * PARTS
         cells = blocks.first[:, None] + np.arange(blocks.size)
-        if not effect.lingers:  # the edge is half each block's
-            middle = (inside + 0.5 * PARTS / blocks.size).astype(np.intp)
-            since[cells.ravel()] = (swing.course[:, middle] / swing.mean[:, None]).ravel()
-            return swing.mean[:, None] * answer(since)
+        since = np.zeros(len(self._plain))
         # some blocks turn the vehicle, to either side by chance, and the next turns it back: so what the columns keep
         # of earlier blocks is told from what they owe to the own
         marks = np.arange(BEFORE, len(blocks) - 1, BEFORE + REST)
@@ -136,6 +136,17 @@ class Views:
         gained = answer(since)
         own = gained[marks] - sum(told * gained[marks - BEFORE + k] for k, told in enumerate(swing.foretold))
         return np.tile(sign @ own / marks.size, (len(blocks), 1))
+
+    @cached_property
+    def _since(self) -> Array:
+        """(n,) the rate within each block, in parts of what it is in the mean over the block."""
+        blocks, swing = self._problem.blocks, self._problem.swing
+        # the edge is half each block's
+        middle = ((np.arange(blocks.size) + 0.5) / blocks.size * PARTS).astype(np.intp)
+        since = np.zeros(len(self._plain))
+        cells = blocks.first[:, None] + np.arange(blocks.size)
+        since[cells.ravel()] = (swing.course[:, middle] / swing.mean[:, None]).ravel()
+        return since
 
     def feigned(self, effect: Effect, columns: Array) -> Array:
         """(c,) for `whitening.fit`: what the gyro mistakes for a turn is in Δr as much as what is one."""
@@ -150,7 +161,8 @@ class Views:
         the thrust, half the inertia and half the drag would explain everything with half the noise."""
         s, stays = self.of(effect), self._problem.command.stays
         # what lingers moves the noise of a jump to other blocks, and takes none
-        instant = np.zeros_like(mean) if effect.lingers else self._mistimed(s, columns, mean)
+        heard = self._loud > 0.0 and not effect.lingers
+        instant = self._mistimed(s, columns, mean) if heard else np.zeros_like(mean)
         if s.known:  # of the noise nothing but the instants of jumps is in what the effect sees
             return np.stack([-instant, np.zeros_like(mean)])
         nudge, told = 1e-3 * float(np.std(s.torque)), s.share > TOLD
@@ -162,7 +174,7 @@ class Views:
             foretold=s.foretold - (0.0 if told else s.share * nudge),
         )
         passed: Array = (self._problem.blocks.mean(columns(there)) - mean) / nudge
-        grown = passed + self._fed_back(effect, lost or columns)
+        grown = passed + self._fed_back(effect, columns, mean, lost)
         return np.stack([grown - instant if told else grown, passed])
 
     def _mistimed(self, s: Signals, columns: Callable[[Signals], Array], mean: Array) -> Array:
@@ -182,19 +194,24 @@ class Views:
         instant = self._loud * np.square(blocks.mistimed) / (1.0 + self._loud * np.square(blocks.mistimed))
         return np.where(jumped[:, None], s.share * instant[:, None] * np.clip(lost, -1.0, 1.0), 0.0)
 
-    def _fed_back(self, effect: Effect, columns: Callable[[Signals], Array]) -> Array | float:
+    def _fed_back(
+        self, effect: Effect, columns: Callable[[Signals], Array], mean: Array,
+        lost: Callable[[Signals], Array] | None,
+    ) -> Array | float:  # fmt: skip
         """(n_b, c) how a thrust effect's columns answer the noise of their own block through a controller, if any."""
         problem, s = self._problem, self.of(effect)
         if problem.feedback == 0.0 or s.turning == 0.0:
             return 0.0
-        nudge, before = 1e-3 * float(np.std(s.rate)), columns(s)
+        nudge = 1e-3 * float(np.std(s.rate))
+        before = mean if lost is None else problem.blocks.mean(lost(s))
+        columns = lost or columns
 
         def answer(since: Array) -> Array:
             answered = problem.feedback * nudge * since
             there = replace(
                 s, command=s.command - answered, expected=s.expected - answered, foretold=s.foretold - answered
             )
-            return problem.blocks.mean(columns(there) - before) / nudge
+            return (problem.blocks.mean(columns(there)) - before) / nudge
 
         return s.turning * self._swung(effect, answer)
 

@@ -69,7 +69,7 @@ class Blocks:
     def mean(self, values: Array) -> Array:
         """Trapezoid mean over every block; `values` (n,) or (n, k) on the fine grid."""
         if values.ndim == 2:
-            columns = np.empty((len(self), values.shape[1]))
+            columns = np.empty((len(self), values.shape[1]), order="F")
             for k, column in enumerate(values.T):
                 columns[:, k] = self.mean(column)
             return columns

@@ -6,22 +6,19 @@ Source: K. L. Lange, R. J. A. Little, J. M. G. Taylor, "Robust statistical model
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import gammaln
 
-from incsvr.tracer.colour import DEGREES, autoregression, heard, scale_of, whole
+from incsvr.tracer.colour import DEGREES, autoregression, heard, scale_of
+from incsvr.tracer.jacobian import answering, curvature, log_determinant, moved, pull
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import Blocks
 
 FARTHEST = 1.5
 """Scale of the innovations, in that of least squares, up to which the Jacobian pulls: the larger the scale, the further
 it pulls, and where hardly a command moves the vehicle without end."""
-
-LEAST = 0.1
-"""By which a block's noise may be stretched: a fit so far off the mark would have no density, and none pulls there."""
 
 FEWEST_JUMPS = 20
 """Of the command, from which the variance of their instants is told."""
@@ -64,7 +61,7 @@ def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     part = ar[1] * values[1:-2]  # in place: fresh memory for every term would cost six times the arithmetic
     white -= part
     white -= np.multiply(values[:-3], ar[2], out=part)
-    return white if blocks.whole.size == white.shape[0] else white[blocks.whole - 3]
+    return white if blocks.whole.size == white.shape[0] else white.T.take(blocks.whole - 3, axis=-1).T
 
 
 def fit(
@@ -95,41 +92,47 @@ def fit(
             follows the gyro's noise: the score is corrected for it (L. A. Stefanski, R. J. Carroll, Biometrika 74,
             1987), and the likelihood for what a smaller coefficient wins by less of that noise alone.
     """
-    p = columns.shape[1]
-    ridge = np.diag(RIDGE * np.einsum("ij,ij->j", columns, columns) + 1e-300)
+    p, columns = columns.shape[1], np.asfortranarray(columns)  # every sum below runs along the blocks
+    ridge = RIDGE * np.einsum("ij,ij->j", columns, columns) + 1e-300
     ar = np.zeros(3) if start is None else start.ar
     weight = np.ones(blocks.whole.size)
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
     if start is not None and warm:
-        theta, scale = start.theta, start.scale
+        theta, scale, ar = start.theta, start.scale, autoregression(start.residual, blocks, start.loud)
     steps = 3 if start is None else 2
     jumped = blocks.mistimed[blocks.whole] > 0.0
     several = bool(np.count_nonzero(jumped) >= FEWEST_JUMPS)
     loud = start.loud if start is not None and several else 0.0
-    answers = [] if turned is None else zip((1.0, -1.0), turned, strict=True)
-    own = [(sign, whole(part, blocks)) for sign, part in answers if part.any()]
+    own = answering(turned, blocks)
     lost = np.zeros(p) if feigned is None else feigned * blocks.whole.size
     corrected = bool(own) or bool(lost.any())
-    innovation = y[3:]
+    bent: list[Array] | None = None
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
+        innovation, most = white_y - white_x @ theta, np.inf
         jumps = heard(ar, blocks)
         level = 1.0 + loud * jumps
         weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
         plain = 0 if warm or turn > 0 or not corrected else steps
         for step in range(plain + steps):
-            root = np.sqrt(weight)  # a matrix times its own transpose costs BLAS but half
-            np.multiply(white_x, root[:, None], out=weighted)
-            normal, right = weighted.T @ weighted + ridge, weighted.T @ (root * white_y)
-            found, most = np.linalg.solve(normal, right), np.inf
+            if step in (0, plain):  # a matrix of squares is half of a step, and the weights hardly change it
+                np.multiply(white_x, np.sqrt(weight)[:, None], out=weighted)
+                squares = weighted.T @ weighted + np.diag(ridge)
+            toward = white_x.T @ (weight * innovation) - ridge * theta
             if corrected and step >= plain:
-                most = FARTHEST * scale_of(weight, white_y - white_x @ found)
-                pull, curved = _pull(own, theta)
-                found = np.linalg.solve(normal + scale**2 * curved, right + scale**2 * (pull + lost + curved @ theta))
-            theta = found
+                shrunk = [answer.shrink(theta) for answer in own]
+                if step == plain:
+                    least = innovation - white_x @ np.linalg.solve(squares, toward)
+                    most = FARTHEST * scale_of(weight, least)
+                if bent is None or moved(shrunk, bent):
+                    bent, curved = shrunk, curvature(own, shrunk, p)
+                toward += scale**2 * (pull(own, shrunk, p) + lost)
+                theta = theta + np.linalg.solve(squares + scale**2 * curved, toward)
+            else:
+                theta = theta + np.linalg.solve(squares, toward)
             innovation = white_y - white_x @ theta
             scale = min(scale_of(weight, innovation), most)
             square = (innovation / scale) ** 2
@@ -145,7 +148,7 @@ def fit(
     scale = scale_of(weight, innovation)
     likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)
-    likelihood += sum(sign * float(np.sum(np.log(_stretch(part, theta)))) for sign, part in own)
+    likelihood += log_determinant(own, theta)
     return Fit(theta, ar, scale, likelihood, residual, innovation, weight, loud)
 
 
@@ -158,29 +161,6 @@ def deafened(fitted: Fit) -> Fit:
 def loudness(fitted: Fit, blocks: Blocks) -> Array:
     """(m,) by how much an innovation is larger for the jumps of the command in its block and the three before."""
     return np.sqrt(1.0 + fitted.loud * heard(fitted.ar, blocks))
-
-
-def _pull(own: Sequence[tuple[float, Array]], theta: Array) -> tuple[Array, Array]:
-    """(p,) derivative of the Jacobian by the coefficients, and (p, p) less the second of the part that grows.
-
-    With that of the other part the curvature might have any sign, and Newton's steps go anywhere; without it they are
-    but shorter.
-    """
-    pull, curved = np.zeros(theta.size), np.zeros((theta.size, theta.size))
-    for sign, part in own:
-        stretch = 1.0 + part @ theta
-        relative = np.where(stretch > LEAST, 1.0 / np.maximum(stretch, LEAST), 0.0)
-        pull += sign * (relative @ part)
-        if sign > 0.0:
-            scaled = part * relative[:, None]
-            curved += scaled.T @ scaled
-    return pull, curved
-
-
-def _stretch(own: Array, theta: Array) -> Array:
-    """(m,) the factor, held above the least."""
-    stretch: Array = np.maximum(1.0 + own @ theta, LEAST)
-    return stretch
 
 
 def log_likelihood(innovation: Array, scale: float) -> float:

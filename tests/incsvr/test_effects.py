@@ -166,8 +166,9 @@ def test_a_thrust_effect_says_the_same_from_either_side(key: str, signals: Signa
     for share in (0.0, 1.0):
         seen = replace(signals, share=share, applied=acted)
         assert seen.from_rate == (share == 1.0)
-        bend = effect.offset(seen, term.coefficients)
-        said = effect.columns(seen, (), term.coefficients) @ np.array(term.coefficients)
+        columns = effect.columns(seen, (), term.coefficients)
+        bend = effect.offset(seen, term.coefficients, columns)
+        said = columns @ np.array(term.coefficients)
         said = said if bend is None else said + bend
         off = (said - lost)[settled]
         assert np.sqrt(np.mean(off**2)) < 0.01 * np.sqrt(np.mean(lost[settled] ** 2))
