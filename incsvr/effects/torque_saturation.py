@@ -70,7 +70,8 @@ class Saturation(Effect):
         width = inner[0] * limit
         size, even = np.abs(command), np.linspace(0.0, TABLED * limit, CELLS + 1)
         inside = np.interp(size, even, _over(even - limit, width) - _over(-even - limit, width))
-        return np.copysign(np.maximum(inside, size - limit), command)
+        rounded: Array = np.copysign(np.maximum(inside, size - limit), command)
+        return rounded
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))

@@ -25,10 +25,6 @@ SAMPLING = 0.7
 """Of a sample period: half of one lies between a torque that is held from stamp to stamp and a linear one."""
 
 
-LEAST_INERTIA = -0.9
-"""Of the declared one, that an effect may add to it."""
-
-
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
     """A set of effects as fitted to a problem.
@@ -163,13 +159,13 @@ def settle(
         none = np.zeros(base.shape[1])
         feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
         blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
-        # a later pass goes on from the colour of what the one before left, unless that was of other blocks
-        rounds = 2 if turn == 0 or (new and turn == TIMED) else 1
-        fitted = fit(y, columns, blocks, fitted, rounds, turned, feigned, warm=turn > 0)
+        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
-            coefficients[k] = _held(problem, effects[k], fitted.theta[at : at + part.shape[1]])
+            coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
+            if effects[k].acts == "inertia":
+                coefficients[k] = (max(coefficients[k][0], -0.9 * problem.signals.inertia),)
             bend = bends[k]
             losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
             at += part.shape[1]
@@ -195,29 +191,6 @@ def settle(
         tuple(position),
         tuple(offsets),
     )
-
-
-def _held(problem: Problem, effect: Effect, theta: Array) -> tuple[float, ...]:
-    """An effect's coefficients; without a part of the inertia nothing would turn as it does."""
-    if effect.acts == "inertia":
-        return (max(float(theta[0]), LEAST_INERTIA * problem.signals.inertia),)
-    return tuple(float(value) for value in theta)
-
-
-def refitted(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
-    """The same columns fitted to other blocks of the same recordings."""
-    if not hypothesis.terms:
-        return nothing(problem)
-    y = problem.y - sum(hypothesis.offsets, np.zeros(len(problem.blocks)))
-    fitted = fit(
-        y, hypothesis.columns, problem.blocks, hypothesis.fit, 2, hypothesis.turned, hypothesis.feigned, warm=True
-    )
-    ends = [*hypothesis.position[1:], fitted.theta.size]
-    terms = tuple(
-        replace(term, coefficients=_held(problem, effect, fitted.theta[a:b]))
-        for effect, term, a, b in zip(hypothesis.effects, hypothesis.terms, hypothesis.position, ends, strict=True)
-    )
-    return replace(hypothesis, fit=fitted, terms=terms)
 
 
 def resettled(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:

@@ -10,7 +10,7 @@ import numpy as np
 
 from incsvr.effects import Term
 from incsvr.tracer.comparison import chance, gained, likelier
-from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, left_over, nothing, refitted, settle
+from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, left_over, nothing, settle
 from incsvr.tracer.posing import pose_like
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
@@ -26,7 +26,7 @@ LOST = 1.0
 """By how many standard errors the free run may be worse as it is where its errors are likelier."""
 
 QUICK_FOLDS = 3
-"""The same while a search asks: it compares, and the columns stay those of all blocks."""
+"""The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ class Court:
             for piece in held:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
-            fitted = refitted(less, hypothesis) if self.quick else resettled(less, hypothesis)
+            fitted = refit(less, hypothesis, refine=not self.quick)
             parts.append(errors_on(less, self.problem, fitted, held, torque=not self.quick))
         return Errors(*(tuple(x for part in parts for x in getattr(part, name)) for name in Errors.__slots__))
 
@@ -138,13 +138,14 @@ def _gain(before: Errors, after: Errors) -> Array:
     return np.array([float(o @ o - n @ n) for o, n in zip(before.free_run, after.free_run, strict=True)])
 
 
-def resettled(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
-    """The same effects settled on other blocks."""
+def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> Hypothesis:
+    """The same effects fitted to other blocks."""
     if not hypothesis.terms:
         return nothing(problem)
+    terms = hypothesis.values()
     # an instant or a period on the recording's clock stays: no other piece of the recording can tell it
-    refined = frozenset(e.key for e in hypothesis.effects if not e.needs_clock)
-    return settle(problem, hypothesis.values(), hypothesis, refined, passes=3)
+    refined = frozenset(e.key for e in hypothesis.effects if refine and not e.needs_clock)
+    return settle(problem, terms, hypothesis, refined, passes=3 if refine else 2)
 
 
 def _posed(problem: Problem, runs: Sequence[Run]) -> Problem:

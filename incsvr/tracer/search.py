@@ -26,7 +26,7 @@ from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
 
-NARROWER = ((3, 5), (2, 3), (1, 3), (1, 3), (1, 3))
+NARROWER = ((2, 5), (1, 3), (1, 3), (1, 3), (1, 3))
 """The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
 SIMPLER = 0.35

@@ -72,7 +72,6 @@ def fit(
     rounds: int = 4,
     turned: Array | None = None,
     feigned: Array | None = None,
-    warm: bool = False,
 ) -> Fit:
     """Maximum likelihood of θ, the AR and s, each in turn.
 
@@ -85,7 +84,6 @@ def fit(
         start: an earlier fit whose AR and residual weights begin the search.
         rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights) and
             as many of Newton's steps with the Jacobian.
-        warm: whether θ and scale of `start`, too, are near enough to go on from them without least squares.
         turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
             that was taken out of what they see; None if they do not.
         feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr
@@ -99,8 +97,6 @@ def fit(
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
-    if start is not None and warm:
-        theta, scale, ar = start.theta, start.scale, autoregression(start.residual, blocks, start.loud)
     steps = 3 if start is None else 2
     jumped = blocks.mistimed[blocks.whole] > 0.0
     several = bool(np.count_nonzero(jumped) >= FEWEST_JUMPS)
@@ -116,7 +112,7 @@ def fit(
         level = 1.0 + loud * jumps
         weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
-        plain = 0 if warm or turn > 0 or not corrected else steps
+        plain = 0 if turn > 0 or not corrected else steps
         for step in range(plain + steps):
             if step in (0, plain):  # a matrix of squares is half of a step, and the weights hardly change it
                 np.multiply(white_x, np.sqrt(weight)[:, None], out=weighted)
