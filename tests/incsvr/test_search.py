@@ -14,7 +14,7 @@ from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
-from incsvr.tracer.scan import Lead, with_lead
+from incsvr.tracer.scan import Lead, best_leads, with_lead
 from incsvr.tracer.search import Search
 from simulator.trial import Trial, play
 from tests.incsvr.turning import INERTIA, command, instants, turning
@@ -194,3 +194,20 @@ def test_where_a_search_begins_again_is_told_from_what_is_left() -> None:
     assert against_physics(problem, own)
     held = search(problem)._held_back(base, lead, own)
     assert held.terms[0].inner[-1] == pytest.approx(62.0, rel=0.01)
+
+
+def test_an_effect_that_promises_from_two_starts_is_settled_from_both() -> None:
+    """Beside a wave the second start of a dead band leads further than the first, which the AR's memory prefers."""
+    asked = command(4, TIME)
+    swell = 12.0 * np.sin(2.0 * np.pi * TIME / 9.65)
+    problem = turning(4, asked, gain=np.where(np.abs(asked) > 15.0, 1.0, 0.0), outside=swell)
+    wave = catalogue()["wave"]
+    base = settle(problem, [(wave, (9.65,), ())], nothing(problem), frozenset({wave.key}))
+    bands = [effect for effect in candidates([]) if effect.name == "dead_zone"]
+    leads = [lead for lead in best_leads(problem, base, bands, 9) if lead.effect.variant == "step"]
+    assert len(leads) == 2
+    reached = [worth(with_lead(problem, base, lead)) for lead in leads]
+    assert reached[1] > reached[0] + 1.0
+    hunt = Search(problem, bands, Court.of(problem, None, quick=True))
+    (grown,) = hunt._grown([base], 9)
+    assert worth(grown) == pytest.approx(max(reached))
