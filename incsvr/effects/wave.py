@@ -76,7 +76,7 @@ class Wave(Effect):
         if _harmonic(s, term.inner[-1], amplitude):
             return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
         commanded, above = _line(s, 1.0 / term.inner[-1])
-        if above > LINE and commanded > 2.0 * amplitude:
+        if above > LINE and commanded > 2.0 * amplitude and not _alone(s, 1.0 / term.inner[-1], commanded, amplitude):
             return "the command has a line of this period: that is the vehicle's own motion"
         return "the wave would exceed every command" if amplitude > 1.5 * float(np.max(np.abs(s.torque))) else ""
 
@@ -92,6 +92,10 @@ BESIDE = 0.3
 
 LINE = 12.0
 """Power of a line over that of its neighbourhood; noise gets there once in e¹² times."""
+
+NEAR, FEWEST = 0.15, 4
+"""Of a line's frequency, within which the vehicle answers others of the command alike, and so many of them at least:
+a sweep that is driven again and again has them."""
 
 
 def _harmonic(s: Signals, period: float, amplitude: float) -> bool:
@@ -118,6 +122,16 @@ def _line(s: Signals, frequency: float) -> tuple[float, float]:
     apart = np.array([k for k in range(-9, 10) if abs(k) > 2 and frequency + k / length > 0.0] or [3]) / length
     tones = _tones(s, s.torque, frequency + np.concatenate([[0.0], apart]))
     return float(tones[0]), float(tones[0] ** 2 / max(np.mean(tones[1:] ** 2), 1e-300))
+
+
+def _alone(s: Signals, frequency: float, commanded: float, amplitude: float) -> bool:
+    """Whether next to nothing is left where the command has lines near this one, of half its size [N m] at least: of
+    the vehicle's own motion as much would be left there."""
+    length = s.origin[1] - s.origin[0]
+    apart = np.arange(3, 1 + int(NEAR * frequency * length)) / length
+    near = frequency + np.concatenate([-apart, apart])
+    lines = near[_tones(s, s.torque, near) >= 0.5 * commanded] if near.size else near
+    return lines.size >= FEWEST and bool(np.max(_tones(s, s.residual, lines)) < BESIDE * amplitude)
 
 
 def _tones(s: Signals, values: Array, frequency: Array) -> Array:

@@ -255,12 +255,11 @@ class Search:
             first = not base.terms and not self.problem.one_sine
             fitting = [e for e in self.effects if e.name not in base.names()]
             leads = best_leads(self.problem, base, fitting, tries)
-            here: set[frozenset[str]] = set()
-            for lead in (lead for lead in leads if lead.score > HOPELESS[bool(base.terms)]):
-                keys = frozenset(e.key for e in (*base.effects, lead.effect))
+            hopeful = [lead for lead in leads if lead.score > HOPELESS[bool(base.terms)]]
+            sets = [frozenset(e.key for e in (*base.effects, lead.effect)) for lead in hopeful]
+            for keys, lead in zip(sets, hopeful, strict=True):
                 if keys in settled:  # the same set came from another of its members
                     continue
-                here.add(keys)
                 new = self._held_back(base, lead, with_lead(self.problem, base, lead))
                 names = frozenset(new.names())
                 known = grown.get(names)
@@ -269,7 +268,7 @@ class Search:
                 if not worse and not against_physics(self.problem, new):
                     grown[names] = new
                     swallowed |= {names} if less else set()
-            settled |= here
+            settled |= set(sets)
         return sorted(grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, worth(h)), reverse=True)
 
     def _held_back(self, base: Hypothesis, lead: Lead, new: Hypothesis) -> Hypothesis:

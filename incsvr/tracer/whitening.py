@@ -83,7 +83,7 @@ def fit(
         columns: (n_b, p).
         start: an earlier fit whose AR and residual weights begin the search.
         rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights) and
-            as many of Newton's steps with the Jacobian.
+            as many of Newton's steps with the Jacobian, both with the matrix of the first.
         turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
             that was taken out of what they see; None if they do not.
         feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr

@@ -44,6 +44,16 @@ def test_a_wave_on_a_line_of_a_command_of_many_is_refused_unless_it_is_the_large
     assert wave(60.0 / 13.0, seen, size=15.0) == ""
 
 
+def test_a_wave_on_a_line_of_a_sweep_that_is_driven_again_and_again_is_one_if_it_comes_alone() -> None:
+    """What is left of the vehicle's own motion is left at the lines beside it, too."""
+    time, none = np.asarray(0.1 * np.arange(12000), dtype=np.float64), np.zeros(12000)
+    torque = 60.0 * np.sin(2 * np.pi * np.cumsum(0.1 * (0.25 + 0.2 * (time % 60.0) / 60.0)))
+    start = np.array([0, time.size])
+    seen = Signals(0.1, start, time, none, torque, residual=none, scale=6.0, block=0.8, origin=(0.0, 1200.0))
+    assert wave(60.0 / 21.0, seen) == ""
+    assert "line" in wave(60.0 / 21.0, replace(seen, residual=0.4 * np.gradient(torque, 0.1)))
+
+
 def test_a_wave_at_a_high_harmonic_of_a_line_among_others_is_one_if_it_comes_alone(signals: Signals) -> None:
     lines = [60.0 / k for k in (2.0, 3.3, 4.7)]
     torque = np.sum([30.0 * np.sin(2 * np.pi * signals.time / line + line) for line in lines], axis=0)
