@@ -169,9 +169,10 @@ def _solved(normal: Array, score: Array) -> Array:
 
 
 def with_lead(problem: Problem, base: Hypothesis, lead: Lead) -> Hypothesis:
-    """`base` with one more effect, settled."""
-    terms = base.values()
-    return settle(problem, [*terms, (lead.effect, lead.inner, ())], base, frozenset({lead.effect.key}))
+    """`base` with one more effect, settled: what one of them took on of the new one, it gives back, so the searched
+    parameters of all are found again."""
+    terms, refine = base.values(), frozenset(effect.key for effect in (*base.effects, lead.effect))
+    return settle(problem, [*terms, (lead.effect, lead.inner, ())], base, refine)
 
 
 def instead(problem: Problem, base: Hypothesis, out: Sequence[int], lead: Lead) -> Hypothesis:
