@@ -34,8 +34,8 @@ def refined(
     """The inner parameters with the one at this place found again.
 
     The colour, the weights and what the Jacobian pulls are those of `start`: what is left is linear in all but the
-    parameter. The weights of a t density lie above its likelihood but where they were told, so that this never falls
-    (Lange, Little and Taylor's EM); the fit that follows tells them anew.
+    parameter. The squares with these weights touch the t likelihood where they were told and lie below it elsewhere, so
+    that it never falls (Lange, Little and Taylor's EM); the fit that follows tells them, and the Jacobian, anew.
 
     Args:
         columns: (n_b, p_j) of the damping and of each effect, of which the k-th are this one's.
