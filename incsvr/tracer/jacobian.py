@@ -51,7 +51,7 @@ class Answer:
 def answering(turned: Array | None, blocks: Blocks) -> list[Answer]:
     """Of `turned` (2, n_b, p) what is not zero, in the blocks that count."""
     found = []
-    for sign, part in zip((1.0, -1.0), () if turned is None else turned, strict=turned is not None):
+    for sign, part in () if turned is None else zip((1.0, -1.0), turned, strict=True):
         columns = np.flatnonzero([column.any() for column in part.T])
         if columns.size:
             kept = part if columns.size == part.shape[1] else part.T[columns].T

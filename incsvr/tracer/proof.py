@@ -145,6 +145,7 @@ def refit(problem: Problem, hypothesis: Hypothesis, *, refine: bool = True) -> H
     terms = hypothesis.values()
     # an instant or a period on the recording's clock stays: no other piece of the recording can tell it
     refined = frozenset(e.key for e in hypothesis.effects if refine and not e.needs_clock)
+    # a search asks for many of these: where the inner parameters stay, it makes do with two passes
     return settle(problem, terms, hypothesis, refined, passes=3 if refine else 2)
 
 

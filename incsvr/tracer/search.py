@@ -252,12 +252,11 @@ class Search:
         settled: set[frozenset[str]] = set()
         swallowed: set[frozenset[str]] = set()
         for base in beam:
-            first = not base.terms and not self.problem.one_sine
+            first, least = not base.terms and not self.problem.one_sine, HOPELESS[bool(base.terms)]
             fitting = [e for e in self.effects if e.name not in base.names()]
-            leads = best_leads(self.problem, base, fitting, tries)
-            hopeful = [lead for lead in leads if lead.score > HOPELESS[bool(base.terms)]]
-            sets = [frozenset(e.key for e in (*base.effects, lead.effect)) for lead in hopeful]
-            for keys, lead in zip(sets, hopeful, strict=True):
+            leads = [lead for lead in best_leads(self.problem, base, fitting, tries) if lead.score > least]
+            sets = [frozenset(e.key for e in (*base.effects, lead.effect)) for lead in leads]
+            for keys, lead in zip(sets, leads, strict=True):
                 if keys in settled:  # the same set came from another of its members
                     continue
                 new = self._held_back(base, lead, with_lead(self.problem, base, lead))
