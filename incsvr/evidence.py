@@ -121,6 +121,11 @@ def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Arr
     return gain / max(inflation, 1.0)
 
 
+def explained(problem: Problem, gain: float) -> float:
+    """Of a gain in 2 ℓ, the variance that it explains in parts of that which it leaves."""
+    return float(np.expm1(gain / problem.blocks.whole.size))
+
+
 def p_value(gain: float, freedom: int, looks: float) -> float:
     """χ² tail of a likelihood ratio, times the number of looks that the search took (Bonferroni), at most 1.
 

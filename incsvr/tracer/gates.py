@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.evidence import evidence, gain_of, p_value, together
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, price, views
+from incsvr.evidence import evidence, explained, gain_of, p_value, together
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.scan import excepting, without
@@ -30,9 +30,16 @@ LARGER = 0.3
 
 What is left of an effect's wrong shape is a function of what it is a function of, and can pass for another."""
 
-ON_ONE_SINE = 0.25
-"""Of what all effects of the motion gain, where the command is one sine: rate, heading, thrust and their derivatives
-are functions of one phase there, and two of them fit the shape error of any third."""
+ONE_FOR_SEVERAL = 0.07
+"""Part of the gain of several effects of the motion that is given away for one that is none of them; on one sine, where
+rate, heading, thrust and their derivatives are functions of one phase, none of the several may bring less."""
+
+IN_ONE_SWING = 0.25
+"""The same where the one sine is the swing of a closed loop: there the equation is biased, too."""
+
+FAINT = 0.0075
+"""Part of the variance that all effects explain: an effect that lasts must explain as much. No shape, no sensor and no
+noise is known to a tenth of an effect's amplitude, and the square of that is left of it."""
 
 PROVEN = 0.9
 """Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
@@ -40,7 +47,7 @@ PROVEN = 0.9
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
 
-LEVEL = 1e-5
+LEVEL = 1e-4
 """Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
 
 WITNESS = 1e-2
@@ -64,6 +71,11 @@ class FreeRun(Protocol):
     def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
         """p-value of the free run of `new` being better than that of `old`."""
         ...
+
+
+def given_away(problem: Problem) -> float:
+    """ONE_FOR_SEVERAL, or IN_ONE_SWING."""
+    return IN_ONE_SWING if problem.one_sine and problem.closed_loop else ONE_FOR_SEVERAL
 
 
 def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) -> bool:
@@ -94,11 +106,17 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
                 f"{left:.0f}, {paid[k]:.0f} is asked"
             ), k
+    if len(base.terms) > 1:
+        whole = explained(problem, 2.0 * (base.fit.log_likelihood - nothing(problem).fit.log_likelihood))
+        lasting = [k for k, effect in enumerate(base.effects) if not effect.brief]
+        k = min(lasting, key=lambda j: gains[j], default=0)
+        if lasting and explained(problem, gains[k]) < FAINT * whole:
+            return "so little beside what the others explain that it may be the error of their shapes", k
     terms = zip(base.effects, base.terms, strict=True)
     phased = [j for j, (e, t) in enumerate(terms) if e.of_phase and not below_sampling(t, problem)]
     if problem.one_sine and len(phased) > 1:
         k = min(phased, key=lambda j: gains[j])
-        if gains[k] < ON_ONE_SINE * (base.criterion - excepting(problem, base, phased).criterion):
+        if gains[k] < given_away(problem) * (base.criterion - excepting(problem, base, phased).criterion):
             return "a command of one sine cannot tell it from the shape error of another effect of the motion", k
     for k, (effect, term) in enumerate(zip(base.effects, base.terms, strict=True)):
         less = without(problem, base, k)

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations
+from math import inf
 
 from incsvr.effects import Effect
 from incsvr.tracer.gates import (
-    ON_ONE_SINE,
     PROVEN,
     STRONG,
     THRESHOLD,
     FreeRun,
     against_physics,
+    given_away,
     objection,
     pays,
     sound,
@@ -29,11 +30,11 @@ BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 NARROWER = ((2, 5), (1, 3), (1, 3), (1, 3), (1, 3))
 """The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
+FOLLOWED = 12
+"""How many leads are followed from all sets of a generation: those that promise most."""
+
 SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
-
-ONE_FOR_SEVERAL = 0.07
-"""Part of the gain of several effects of the motion that is given away for one that is none of them."""
 
 CLIMBS = 12
 """How many leads are tried as an addition to what the gates let pass."""
@@ -189,16 +190,14 @@ class Search:
     def _one_for_several(self, base: Hypothesis) -> Hypothesis:
         """`base` with a single effect of the motion where that explains nearly what its several do.
 
-        Two wrong ones fit the shape of a third that is not among them; on one sine, where all are functions of one
-        phase, any two do.
+        Two wrong ones fit the shape of a third that is not among them.
         """
         named = enumerate(zip(base.effects, base.terms, strict=True))
         phased = [k for k, (effect, term) in named if effect.of_phase and not below_sampling(term, self.problem)]
         if len(phased) < 2:
             return base
         others = excepting(self.problem, base, phased)
-        given = ON_ONE_SINE if self.problem.one_sine else ONE_FOR_SEVERAL
-        enough = others.criterion + (1.0 - given) * (base.criterion - others.criterion)
+        enough = others.criterion + (1.0 - given_away(self.problem)) * (base.criterion - others.criterion)
         for one in self._grown([others], BEAM[0][1]):
             effect = one.effects[-1]
             other = effect.of_phase and effect.name not in base.names()
@@ -251,10 +250,13 @@ class Search:
         grown: dict[frozenset[str], Hypothesis] = {}
         settled: set[frozenset[str]] = set()
         swallowed: set[frozenset[str]] = set()
-        for base in beam:
+        fitting = [[effect for effect in self.effects if effect.name not in base.names()] for base in beam]
+        found = [best_leads(self.problem, base, f, tries) for base, f in zip(beam, fitting, strict=True)]
+        promise = sorted((worth(b) + lead.score for b, leads in zip(beam, found, strict=True) for lead in leads))
+        floor = promise[-FOLLOWED] if len(beam) > 1 and len(promise) > FOLLOWED else -inf
+        for base, leads in zip(beam, found, strict=True):
             first, least = not base.terms and not self.problem.one_sine, HOPELESS[bool(base.terms)]
-            fitting = [e for e in self.effects if e.name not in base.names()]
-            leads = [lead for lead in best_leads(self.problem, base, fitting, tries) if lead.score > least]
+            leads = [lead for lead in leads if lead.score > least and worth(base) + lead.score >= floor]
             sets = [frozenset(e.key for e in (*base.effects, lead.effect)) for lead in leads]
             for keys, lead in zip(sets, leads, strict=True):
                 if keys in settled:  # the same set came from another of its members

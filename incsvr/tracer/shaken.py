@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
-from incsvr.evidence import gain_of
+from incsvr.evidence import explained, gain_of
 from incsvr.tracer.command import told
 from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracer.problem import Problem
@@ -31,8 +31,8 @@ def fed_by_noise(problem: Problem, hypothesis: Hypothesis, k: int) -> bool:
     stays. The line is drawn half way.
     """
     kept = 1.0 / (1.0 + ADDED * problem.signals.share)
-    before = _explained(problem, gain_of(problem, hypothesis, k))
-    after = [_explained(problem, _gain(shaken(problem, hypothesis, seed), hypothesis, k)) for seed in range(DRAWS)]
+    before = explained(problem, gain_of(problem, hypothesis, k))
+    after = [explained(problem, _gain(shaken(problem, hypothesis, seed), hypothesis, k)) for seed in range(DRAWS)]
     return bool(np.mean(after) > 0.5 * (1.0 + kept) * before)
 
 
@@ -58,11 +58,6 @@ def _noise(problem: Problem, hypothesis: Hypothesis, random: np.random.Generator
     course: Array = np.interp(np.arange(len(problem.signals)), middle, slow)
     noise: Array = course + problem.white * np.sqrt(blocks.size) * random.normal(size=course.size)
     return noise
-
-
-def _explained(problem: Problem, gain: float) -> float:
-    """Of a gain in 2 ℓ, the variance that it explains in parts of that which it leaves."""
-    return float(np.expm1(gain / problem.blocks.whole.size))
 
 
 def _gain(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
