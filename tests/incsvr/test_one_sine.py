@@ -76,3 +76,12 @@ def test_a_memory_whose_time_runs_out_of_its_range_is_tried_from_further_in() ->
     problem = pose([run], outcome.inertia, [])
     hunt = Search(problem, candidates([]), Court.of(problem, None, quick=True))
     assert hunt._grown([nothing(problem)], 9)[0].names() == ("memory",)
+
+
+def test_on_one_sine_two_effects_that_bring_what_none_does_alone_are_both_named() -> None:
+    """A delay explains four fifths of what an inflow and an inertia do: that is no reason to name it."""
+    outcome = play(Trial(390_036, ("inflow", "inertia"), 1.0, "leng", "sine", 0.0))
+    columns = outcome.recording.columns
+    run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
+    found = trace([run], inertia=outcome.inertia)
+    assert {finding.effect for finding in found.effects} == {"inflow", "inertia"}
