@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Protocol
 
@@ -35,11 +36,11 @@ ONE_FOR_SEVERAL = 0.07
 rate, heading, thrust and their derivatives are functions of one phase, none of the several may bring less."""
 
 IN_ONE_SWING = 0.25
-"""The same where the one sine is the swing of a closed loop: there the equation is biased, too."""
+"""Both where the one sine is the swing of a closed loop: there the equation is biased, too."""
 
 FAINT = 0.0075
-"""Part of the variance that all effects explain: an effect that lasts must explain as much. No shape, no sensor and no
-noise is known to a tenth of an effect's amplitude, and the square of that is left of it."""
+"""Part of the variance that all effects explain, below which one that lasts is not named: as much is left of the
+others if their shapes are wrong by a twelfth of their amplitude."""
 
 PROVEN = 0.9
 """Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
@@ -74,7 +75,7 @@ class FreeRun(Protocol):
 
 
 def given_away(problem: Problem) -> float:
-    """ONE_FOR_SEVERAL, or IN_ONE_SWING."""
+    """Part of what several effects of the motion gain that does not tell them from one."""
     return IN_ONE_SWING if problem.one_sine and problem.closed_loop else ONE_FOR_SEVERAL
 
 
@@ -106,12 +107,9 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
                 f"{left:.0f}, {paid[k]:.0f} is asked"
             ), k
-    if len(base.terms) > 1:
-        whole = explained(problem, 2.0 * (base.fit.log_likelihood - nothing(problem).fit.log_likelihood))
-        lasting = [k for k, effect in enumerate(base.effects) if not effect.brief]
-        k = min(lasting, key=lambda j: gains[j], default=0)
-        if lasting and explained(problem, gains[k]) < FAINT * whole:
-            return "so little beside what the others explain that it may be the error of their shapes", k
+    faint = _faint(problem, base, gains)
+    if faint is not None:
+        return "so little beside what the others explain that it may be the error of their shapes", faint
     terms = zip(base.effects, base.terms, strict=True)
     phased = [j for j, (e, t) in enumerate(terms) if e.of_phase and not below_sampling(t, problem)]
     if problem.one_sine and len(phased) > 1:
@@ -146,6 +144,16 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
             if effect.whole and not seen.of(effect).known and fed_by_noise(problem, base, k):
                 return "it feeds on the torque's noise: with more noise in the torque it explains as much", k
     return "", 0
+
+
+def _faint(problem: Problem, base: Hypothesis, gains: Sequence[float]) -> int | None:
+    """Which effect explains less than FAINT of what all do: the least; an instant is no error of what lasts."""
+    lasting = [k for k, effect in enumerate(base.effects) if not effect.brief]
+    if len(base.terms) == 1 or not lasting:
+        return None
+    whole = 2.0 * (base.fit.log_likelihood - nothing(problem).fit.log_likelihood)
+    k = min(lasting, key=lambda j: gains[j])
+    return k if explained(problem, gains[k]) < FAINT * explained(problem, whole) else None
 
 
 def _paid(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:

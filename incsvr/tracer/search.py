@@ -31,7 +31,7 @@ NARROWER = ((2, 5), (1, 3), (1, 3), (1, 3), (1, 3))
 """The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
 FOLLOWED = 12
-"""How many leads are followed from all sets of a generation: those that promise most."""
+"""How many leads are settled where several sets are grown at once: those that promise most."""
 
 SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
@@ -252,7 +252,7 @@ class Search:
         swallowed: set[frozenset[str]] = set()
         fitting = [[effect for effect in self.effects if effect.name not in base.names()] for base in beam]
         found = [best_leads(self.problem, base, f, tries) for base, f in zip(beam, fitting, strict=True)]
-        promise = sorted((worth(b) + lead.score for b, leads in zip(beam, found, strict=True) for lead in leads))
+        promise = sorted(worth(b) + lead.score for b, leads in zip(beam, found, strict=True) for lead in leads)
         floor = promise[-FOLLOWED] if len(beam) > 1 and len(promise) > FOLLOWED else -inf
         for base, leads in zip(beam, found, strict=True):
             first, least = not base.terms and not self.problem.one_sine, HOPELESS[bool(base.terms)]

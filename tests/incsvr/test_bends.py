@@ -14,6 +14,8 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import scan, with_lead
+from incsvr.tracing import trace
+from simulator.trial import Trial, play
 from tests.incsvr.turning import INERTIA, PERIOD, command, instants, turning
 
 TIME = instants(600.0)
@@ -74,3 +76,13 @@ def test_a_step_beside_a_straight_drift_has(seed: int) -> None:
     assert objection(problem, Court.of(problem, None, quick=True), found, 1) == ("", 0)
     assert found.terms[1].coefficients[0] == pytest.approx(0.2, abs=0.05)
     assert found.terms[1].inner[-1] == pytest.approx(250.0, abs=10.0)
+
+
+def test_what_is_next_to_nothing_beside_the_others_is_the_error_of_their_shapes() -> None:
+    """A limit would take less than a hundredth of what a lag and a scaled thrust explain."""
+    hidden = ("modulation:temperature", "torque_lag")
+    outcome = play(Trial(385_011, hidden, 1.0, "small", "closed_loop", 0.0, noise="torque"))
+    columns = outcome.recording.columns
+    channels = {"temperature": columns["temperature"]}
+    run = Run("small", outcome.recording.time, columns["yaw_rate"], columns["torque"], channels)
+    assert {found.effect for found in trace([run], inertia=outcome.inertia).effects} == set(hidden)
