@@ -121,35 +121,7 @@ class TracedModel:
         Returns:
             indices into the grid of `signals.pieces(spans)` and the simulated rate there [rad/s].
         """
-        spans = signals.runs() if spans is None else spans
-        hop = max(round((step or self.scale / STEPS) / signals.step), 1)
-        plan = Plan(self, signals, spans, hop)
-        first = [span.start for span in spans]
-        rate, heading = signals.rate[first], signals.heading[first]
-        limit = FASTEST * max(abs(float(self.rate[0])), abs(float(self.rate[-1])), 1e-9)
-        trace = np.empty((plan.length + 1, rate.size))
-        trace[0] = rate
-        rubbed = 0.5 * plan.step * plan.friction
-        nudge = 1e-4 * limit / FASTEST
-        water = {constant: signals.lowpass(signals.rate, constant)[first] for constant in plan.constants}
-        for k in range(plan.length):
-            if rubbed:
-                rate = rub(rate, rubbed, plan.creep)
-            push, there = plan.acceleration(k, rate, nudge, heading, water)
-            z = plan.step / nudge * (there - push)
-            z = np.minimum(np.where(np.abs(z) < 1e-6, 1e-6, z), 50.0)
-            new = rate + plan.step * np.expm1(z) / z * push
-            new = np.minimum(np.maximum(new, -limit), limit)  # np.clip takes ten times as long on so few
-            if rubbed:
-                new = rub(new, rubbed, plan.creep)
-            heading = heading + 0.5 * plan.step * (rate + new)
-            for constant in plan.constants:
-                keep = np.exp(-plan.step / constant)
-                water[constant] = keep * water[constant] + (1.0 - keep) * 0.5 * (rate + new)
-            rate = new
-            trace[k + 1] = rate
-        index, column, row = plan.index()
-        return index, trace[row, column]
+        return simulate([self], signals, step or self.scale / STEPS, [signals.runs() if spans is None else spans])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the last bit through JSON."""
@@ -167,6 +139,41 @@ class TracedModel:
             plain["inertia"], np.array(plain["rate"]), np.array(plain["damping"]), terms,
             plain["sigma"], plain["block"], plain["scale"], (low, high),
         )  # fmt: skip
+
+
+def simulate(
+    models: Sequence[TracedModel], signals: Signals, step: float, spans: Sequence[Sequence[slice]]
+) -> tuple[Array, Array]:
+    """Free runs of several models side by side, each over spans of its own; else as `TracedModel.simulate`.
+
+    Returns:
+        indices into the grid of `signals.pieces` of all spans, one after the other, and the simulated rate there.
+    """
+    plan = Plan(models, signals, spans, max(round(step / signals.step), 1))
+    rate, heading, water = plan.rate, plan.heading, plan.water
+    trace = np.empty((plan.length + 1, rate.size))
+    trace[0] = rate
+    rubbed = 0.5 * plan.step * plan.friction
+    dry = bool(rubbed.any())
+    nudge = 1e-4 * plan.limit / FASTEST
+    pace = plan.step / nudge
+    for k in range(plan.length):
+        if dry:
+            rate = rub(rate, rubbed, plan.creep)
+        push, there = plan.acceleration(k, rate, nudge, heading, water)
+        z = pace * (there - push)
+        z = np.minimum(np.where(np.abs(z) < 1e-6, 1e-6, z), 50.0)
+        new = rate + plan.step * np.expm1(z) / z * push
+        new = np.minimum(np.maximum(new, -plan.limit), plan.limit)  # np.clip takes ten times as long on so few
+        if dry:
+            new = rub(new, rubbed, plan.creep)
+        mean = 0.5 * (rate + new)
+        heading = heading + plan.step * mean
+        water = plan.moved(water, mean)
+        rate = new
+        trace[k + 1] = rate
+    index, column, row = plan.index()
+    return index, trace[row, column]
 
 
 def model_of(problem: Problem, hypothesis: Hypothesis) -> TracedModel:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -20,8 +20,11 @@ FASTEST = 5.0
 CELLS = 1000
 """Of the table of d(r), to either side."""
 
+_Motion: TypeAlias = Sequence[tuple[Effect, Term]]
+"""The effects of a model that look at how the vehicle moves."""
 
-def rub(rate: Array, loss: float, width: float) -> Array:
+
+def rub(rate: Array, loss: Array, width: Array) -> Array:
     """Dry friction for half a step, exactly: it slows the turn, ends it, and never turns the vehicle (G. Strang's
     splitting, SIAM J. Numer. Anal. 5, 1968; linearised, so steep a friction would stall every reversal for a step)."""
     rubbed: Array = np.sign(rate) * np.maximum(np.abs(rate) - loss * np.tanh(np.abs(rate) / width), 0.0)
@@ -29,50 +32,68 @@ def rub(rate: Array, loss: float, width: float) -> Array:
 
 
 class Plan:
-    """What a free run may know beforehand: thrust, outside moments and drag factors, averaged over its steps."""
+    """What free runs may know beforehand: thrust, outside moments and drag factors, averaged over their steps.
 
-    def __init__(self, model: TracedModel, signals: Signals, spans: Sequence[slice], hop: int) -> None:
+    Those of several models go side by side, each on spans of its own: it is calls that cost, not arithmetic.
+    """
+
+    def __init__(
+        self, models: Sequence[TracedModel], signals: Signals, spans: Sequence[Sequence[slice]], hop: int
+    ) -> None:
+        self.step = hop * signals.step
+        self._hop = hop
+        every = [span for each in spans for span in each]
+        self._sizes = [span.stop - span.start for span in every]
+        self.length = max((size - 1) // hop for size in self._sizes)
+        count = [len(each) for each in spans]
+        ends = np.cumsum(count).tolist()
+        self._own = [slice(end - n, end) for n, end in zip(count, ends, strict=True)]
+        courses = [self._course(model, signals, each) for model, each in zip(models, spans, strict=True)]
+        self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*courses, strict=True))
+        effects = [list(zip(model.effects(), model.terms, strict=True)) for model in models]
+        self._motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry] for each in effects]
+        inertia = [
+            model.inertia + sum(t.coefficients[0] for e, t in each if e.acts == "inertia")
+            for model, each in zip(models, effects, strict=True)
+        ]
+        dry = [next((t for e, t in each if e.dry), None) for each in effects]
+        loss = [0.0 if term is None else max(term.coefficients[0], 0.0) for term in dry]
+        self._inertia = np.repeat(inertia, count)
+        self.friction = np.repeat(loss, count) / self._inertia
+        self.creep = np.repeat([1.0 if term is None else term.inner[-1] for term in dry], count)
+        # d(r) in even cells: the one in which a rate lies is known without a search
+        tables = [model.drag() for model in models]
+        self._drag = np.concatenate([drag for _, drag in tables])
+        self._drag_step = np.diff(self._drag, append=0.0)
+        self._table = np.repeat(np.arange(len(tables)) * (2 * CELLS + 1), count)
+        self._cells_per_rate = np.repeat([CELLS / float(rate[-1]) for rate, _ in tables], count)
+        self.limit = CELLS / self._cells_per_rate
+        first = [span.start for span in every]
+        self.rate, self.heading = signals.rate[first], signals.heading[first]
+        self.water, self._keep = self._moving(signals, first)
+
+    def _course(self, model: TracedModel, signals: Signals, spans: Sequence[slice]) -> tuple[Array, Array, Array]:
+        """(length, runs) each: the moment that drives the vehicle, the factor of its drag, and the thrust."""
         # the thrust at the start of a span is what the command before it left behind
         signals = replace(signals, applied=model.thrust(signals)).pieces(spans)
-        self.step = hop * signals.step
-        self._runs = signals.runs()
-        self._hop = hop
-        self.length = max((run.stop - run.start - 1) // hop for run in self._runs)
         seen = replace(
             signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin,
             damping=np.ones(len(signals)), acceleration=np.ones(len(signals)),
         )  # fmt: skip
         outside = thrust = signals.applied
         factor = np.ones(len(signals))
-        friction, self.creep = 0.0, 1.0
-        self.constants: list[float] = []
-        self._motion: list[tuple[Effect, Term]] = []
-        self._inertia = model.inertia
         for effect, term in zip(model.effects(), model.terms, strict=True):
             if effect.acts == "outside":
                 outside = outside - effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients)
             elif effect.acts == "damping":
                 factor = factor * effect.factor(seen, term)
-            elif effect.acts == "inertia":
-                self._inertia += term.coefficients[0]
-            elif effect.dry:
-                friction, self.creep = term.coefficients[0], term.inner[-1]
-            elif effect.acts == "motion":
-                self._motion.append((effect, term))
-                if effect.searched:
-                    self.constants.append(term.inner[-1])
-        self.friction = max(friction, 0.0) / self._inertia
-        cells = (self._cells(values) for values in (outside, factor, thrust))
-        self._drive, self._factor, self._thrust = (np.concatenate([each, each], axis=1) for each in cells)
-        # d(r) in even cells: the one in which a rate lies is known without a search
-        rate, self._drag = model.drag()
-        self._cells_per_rate = CELLS / float(rate[-1])
-        self._drag_step = np.diff(self._drag)
+        runs = signals.runs()
+        return self._cells(outside, runs), self._cells(factor, runs), self._cells(thrust, runs)
 
-    def _cells(self, values: Array) -> Array:
+    def _cells(self, values: Array, runs: Sequence[slice]) -> Array:
         """(length, runs): means between successive integration steps; a run that ended holds its last value."""
-        out = np.empty((self.length, len(self._runs)))
-        for k, run in enumerate(self._runs):
+        out = np.empty((self.length, len(runs)))
+        for k, run in enumerate(runs):
             x = values[run]
             whole = (x.size - 1) // self._hop
             total = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]))])[:: self._hop]
@@ -80,34 +101,69 @@ class Plan:
             out[whole:, k] = out[whole - 1, k] if whole else x[0]
         return out
 
-    def acceleration(
-        self, k: int, rate: Array, nudge: float, heading: Array, water: Mapping[float, Array]
-    ) -> tuple[Array, Array]:
-        """(runs,) at the rate of each run and at one that is larger by `nudge`; in one go: calls are what costs."""
-        runs = rate.size
-        both = np.concatenate([rate, rate + nudge])
-        moment = self._drive[k] - self._factor[k] * self._drag_at(both)
-        if self._motion:
-            twice = {constant: np.concatenate([values, values]) for constant, values in water.items()}
-            now = _Instant(both, np.concatenate([heading, heading]), self._thrust[k], twice, self._drag_at)
-            for effect, term in self._motion:
-                columns = effect.columns(now, term.inner, term.coefficients)  # type: ignore[arg-type]
-                moment = moment - columns @ np.array(term.coefficients)
-        acceleration: Array = moment / self._inertia
-        return acceleration[:runs], acceleration[runs:]
+    def _moving(self, signals: Signals, first: Sequence[int]) -> tuple[Array, Array]:
+        """(constants, runs) each: the rate of the moving water at first, and the part of it that stays for a step."""
+        constants = [_constants(motion) for motion in self._motion]
+        water = np.zeros((max(map(len, constants)), len(first)))
+        keep = np.zeros_like(water)
+        for own, each in zip(self._own, constants, strict=True):
+            for k, constant in enumerate(each):
+                water[k, own] = signals.lowpass(signals.rate, constant)[first[own]]
+                keep[k, own] = np.exp(-self.step / constant)
+        return water, keep
 
-    def _drag_at(self, rate: Array) -> Array:
-        at = np.fmin(np.fmax(rate * self._cells_per_rate + CELLS, 0.0), 2.0 * CELLS - 1e-9)  # no number: any cell
+    def moved(self, water: Array, rate: Array) -> Array:
+        """The water a step on, in which the vehicle turned at this rate in the mean."""
+        return self._keep * water + (1.0 - self._keep) * rate if water.size else water
+
+    def acceleration(self, k: int, rate: Array, nudge: Array, heading: Array, water: Array) -> tuple[Array, Array]:
+        """(runs,) at the rate of each run and at one that is larger by `nudge`; in one go: calls are what costs."""
+        both = np.stack([rate, rate + nudge])
+        moment = self._drive[k] - self._factor[k] * self._drag_at(both)
+        for own, motion in zip(self._own, self._motion, strict=True):
+            if motion:
+                moment[:, own] -= self._of_motion(motion, own, both[:, own], self._thrust[k], heading, water)
+        push, there = moment / self._inertia
+        return push, there
+
+    def _of_motion(
+        self, motion: _Motion, own: slice, both: Array, thrust: Array, heading: Array, water: Array
+    ) -> Array:
+        """(2, own) what the effects of one model take that look at how the vehicle moves."""
+        one = slice(own.start, own.start + 1)  # all of these have its table
+        moving = {constant: np.tile(w, 2) for constant, w in zip(_constants(motion), water[:, own], strict=True)}
+        now = _Instant(
+            both.ravel(), np.tile(heading[own], 2), np.tile(thrust[own], 2), moving,
+            lambda rate: self._drag_at(rate, one),
+        )  # fmt: skip
+        taken = np.zeros(both.size)
+        for effect, term in motion:
+            columns = effect.columns(now, term.inner, term.coefficients)  # type: ignore[arg-type]
+            taken += columns @ np.array(term.coefficients)
+        return taken.reshape(both.shape)
+
+    def _drag_at(self, rate: Array, own: slice = slice(None)) -> Array:
+        """d at rates (…, own) of these runs, (…, own)."""
+        at = rate * self._cells_per_rate[own] + CELLS
+        at = np.fmin(np.fmax(at, 0.0), 2.0 * CELLS - 1e-9)  # no number: any cell
         cell = at.astype(np.intp)
-        drag: Array = self._drag[cell] + (at - cell) * self._drag_step[cell]
+        at -= cell
+        cell += self._table[own]
+        drag: Array = self._drag[cell] + at * self._drag_step[cell]
         return drag
 
     def index(self) -> tuple[Array, Array, Array]:
-        """Grid index of every simulated rate, its run and its step."""
-        counts = [(run.stop - run.start - 1) // self._hop + 1 for run in self._runs]
+        """Of every simulated rate its index in the spans, one after the other, its run and its step."""
+        counts = [(size - 1) // self._hop + 1 for size in self._sizes]
+        start = np.cumsum([0, *self._sizes[:-1]])
         rows = [np.arange(count) for count in counts]
-        index = np.concatenate([run.start + self._hop * r for run, r in zip(self._runs, rows, strict=True)])
+        index = np.concatenate([first + self._hop * r for first, r in zip(start, rows, strict=True)])
         return index, np.repeat(np.arange(len(counts)), counts), np.concatenate(rows)
+
+
+def _constants(motion: _Motion) -> list[float]:
+    """The time constants of the water that the effects of one model look at [s]."""
+    return [term.inner[-1] for effect, term in motion if effect.searched]
 
 
 @dataclass(frozen=True, slots=True)

@@ -117,20 +117,19 @@ class Court:
         if self.validation is not None:
             runs = self.validation.blocks
             spans = [slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]
-            return errors_on(self.problem, self.validation, hypothesis, spans)
+            return errors_on(self.validation, [(self.problem, hypothesis, spans)])
         folds = QUICK_FOLDS if self.quick else FOLDS
         if len(self.pieces) < FEW:  # a third of so short recordings may be all that there was of some rate
             folds = len(self.pieces)
-        parts = []
+        fits = []
         for fold in range(folds):
             held = self.pieces[fold::folds]
             used = np.ones(len(self.problem.blocks), dtype=bool)
             for piece in held:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
-            fitted = refit(less, hypothesis, refine=not self.quick)
-            parts.append(errors_on(less, self.problem, fitted, held, torque=not self.quick))
-        return Errors(*(tuple(x for part in parts for x in getattr(part, name)) for name in Errors.__slots__))
+            fits.append((less, refit(less, hypothesis, refine=not self.quick), held))
+        return errors_on(self.problem, fits, torque=not self.quick)
 
 
 def _gain(before: Errors, after: Errors) -> Array:

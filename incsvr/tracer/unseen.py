@@ -11,7 +11,7 @@ from scipy.special import erf
 
 from incsvr.effects import Signals
 from incsvr.evidence import rms
-from incsvr.tracer.forward import STEPS, model_of
+from incsvr.tracer.forward import STEPS, model_of, simulate
 from incsvr.tracer.hypothesis import Hypothesis, left_over
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
@@ -67,18 +67,24 @@ class Errors:
 
 
 def errors_on(
-    fitted: Problem, problem: Problem, hypothesis: Hypothesis, spans: Sequence[slice], *, torque: bool = True
+    problem: Problem, fits: Sequence[tuple[Problem, Hypothesis, Sequence[slice]]], *, torque: bool = True
 ) -> Errors:
-    """Errors of a hypothesis, fitted to the one problem, on these spans of blocks of another (or the same)."""
-    residual = torque_errors(fitted, problem, hypothesis) if torque else None
+    """Errors of hypotheses, each with the problem that it was fitted to, on these spans of blocks of another (or the
+    same); side by side, piece after piece."""
     blocks = problem.blocks
     size = blocks.size
-    slices = [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in spans]
-    signals = problem.signals.pieces(slices)
+    spans = [span for *_, each in fits for span in each]
+    asked = fits if torque else ()
+    residual = [torque_errors(fitted, problem, found)[span] for fitted, found, each in asked for span in each]
+    slices = [
+        [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in each] for *_, each in fits
+    ]
+    signals = problem.signals.pieces([piece for each in slices for piece in each])
     step = min(signals.scale / STEPS, blocks.period)
-    index, simulated = model_of(fitted, hypothesis).simulate(_driving(problem), step, slices)
+    models = [model_of(fitted, found) for fitted, found, _ in fits]
+    index, simulated = simulate(models, _driving(problem), step, slices)
     run = np.searchsorted(signals.start, index, side="right") - 1
-    groups = [np.flatnonzero(run == k) for k in range(len(slices))]
+    groups = [np.flatnonzero(run == k) for k in range(len(spans))]
     measured = signals.rate[index]
     error = simulated - measured
     slope = [np.gradient(simulated[g], signals.time[index[g]]) for g in groups]
@@ -97,7 +103,7 @@ def errors_on(
         block_error=tuple(_averaged(error[g], *where) for g, *where in zip(groups, block, counts, strict=True)),
         block_slope=tuple(_averaged(values, *where) for values, *where in zip(slope, block, counts, strict=True)),
         mistimed=tuple(blocks.mistimed[p] for p in spans),
-        torque=() if residual is None else tuple(residual[p] for p in spans),
+        torque=tuple(residual),
     )
 
 
