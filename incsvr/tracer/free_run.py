@@ -131,9 +131,9 @@ class Plan:
     ) -> Array:
         """(2, own) what the effects of one model take that look at how the vehicle moves."""
         one = slice(own.start, own.start + 1)  # all of these have its table
-        moving = {constant: np.tile(w, 2) for constant, w in zip(_constants(motion), water[:, own], strict=True)}
+        moving = {constant: _twice(w) for constant, w in zip(_constants(motion), water[:, own], strict=True)}
         now = _Instant(
-            both.ravel(), np.tile(heading[own], 2), np.tile(thrust[own], 2), moving,
+            both.ravel(), _twice(heading[own]), _twice(thrust[own]), moving,
             lambda rate: self._drag_at(rate, one),
         )  # fmt: skip
         taken = np.zeros(both.size)
@@ -159,6 +159,10 @@ class Plan:
         rows = [np.arange(count) for count in counts]
         index = np.concatenate([first + self._hop * r for first, r in zip(start, rows, strict=True)])
         return index, np.repeat(np.arange(len(counts)), counts), np.concatenate(rows)
+
+
+def _twice(values: Array) -> Array:
+    return np.concatenate([values, values])  # np.tile takes ten times as long on so few
 
 
 def _constants(motion: _Motion) -> list[float]:

@@ -27,6 +27,9 @@ PADDED = 4
 STEPS = 3
 """Of Gauss-Newton after each tone."""
 
+RIDGE = 1e-10
+"""Of each column's square."""
+
 
 def as_tones(signals: Signals, blocks: Blocks) -> Array:
     """(n,) the torque as a constant and a few tones, run by run; of a run too short for that its mean [N m]."""
@@ -67,14 +70,23 @@ def _moved(values: Array, time: Array, frequency: Array) -> tuple[Array, Array]:
     """The frequencies, moved to where they explain most, and what they leave of `values` there."""
     for _ in range(STEPS):
         tones = _tones(time, frequency)
-        amplitude = np.linalg.lstsq(tones, values, rcond=1e-10)[0]
+        amplitude = _fitted(tones, values)
         cos, sin = tones[:, 1 : frequency.size + 1], tones[:, frequency.size + 1 :]
         a, b = amplitude[1 : frequency.size + 1], amplitude[frequency.size + 1 :]
         turned = 2.0 * np.pi * time[:, None] * (b * cos - a * sin)
-        moved = np.linalg.lstsq(np.column_stack([tones, turned]), values - tones @ amplitude, rcond=1e-8)[0]
+        moved = _fitted(np.column_stack([tones, turned]), values - tones @ amplitude)
         frequency = frequency + np.clip(moved[-frequency.size :], -1.0 / PADDED, 1.0 / PADDED)
     tones = _tones(time, frequency)
-    return frequency, values - tones @ np.linalg.lstsq(tones, values, rcond=1e-10)[0]
+    return frequency, values - tones @ _fitted(tones, values)
+
+
+def _fitted(columns: Array, values: Array) -> Array:
+    """Least squares by the normal equations: a sixth of the time that singular values take, and near enough for a step.
+
+    The ridge holds two tones that came to lie on each other.
+    """
+    normal = columns.T @ columns
+    return np.asarray(np.linalg.solve(normal + np.diag(RIDGE * np.diag(normal) + 1e-300), columns.T @ values))
 
 
 def _tones(time: Array, frequency: Array) -> Array:
