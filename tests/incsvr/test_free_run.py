@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import Signals, Term, catalogue
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracer.forward import TracedModel, simulate
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.posing import pose
 from incsvr.tracer.proof import Court
@@ -97,3 +97,19 @@ def test_a_free_run_knows_the_command_and_the_turn_before_it() -> None:
     forgotten = model.simulate(signals.pieces(later), 0.05)[1]
     assert np.max(np.abs(known - whole)) < 1e-6 + 0.002 * np.max(np.abs(whole))
     assert np.max(np.abs(forgotten - whole)) > 0.05 * np.max(np.abs(whole))
+
+
+def test_several_models_run_side_by_side_as_each_does_alone() -> None:
+    """The folds of a proof: other inertia, drag, friction, water and spans, and none sees the others."""
+    terms = (Term("memory", "co-rotating", (-30.0,), (0.2, 8.0)), Term("coulomb", "", (FRICTION,), (0.002,)))
+    other = (Term("memory", "co-rotating", (-60.0,), (0.1, 3.0)), Term("inertia", "", (90.0,)))
+    models = [replace(RUBBING, terms=terms), replace(RUBBING, damping=150.0 * TABLE, terms=other), RUBBING]
+    signals = replace(under(60.0 * np.sin(0.6 * instants(120.0))), rate=0.1 * np.sin(0.6 * instants(120.0) - 1.0))
+    spans = [[slice(0, 500), slice(1500, 1900)], [slice(600, 1400)], [slice(1900, 2400)]]
+    index, rate = simulate(models, signals, 0.1, spans)
+    alone = [model.simulate(signals, 0.1, each) for model, each in zip(models, spans, strict=True)]
+    starts = np.cumsum([0, *(sum(span.stop - span.start for span in each) for each in spans[:-1])])
+    assert np.array_equal(index, np.concatenate([i + at for (i, _), at in zip(alone, starts, strict=True)]))
+    assert np.allclose(rate, np.concatenate([r for _, r in alone]), rtol=1e-9, atol=1e-12)
+    swapped = simulate(models[::-1], signals, 0.1, spans)[1]
+    assert np.max(np.abs(swapped - rate)) > 0.01
