@@ -113,7 +113,7 @@ def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path:
     learn_until(session, 1, lambda: publish(session, run.part(0.0, t[0])))
     viewer = house.view("--headless", "--save", str(tmp_path / "run.rrd"))
     viewer.wait_for("iteration 1 ")
-    running = [latency(session) for _ in range(300)]
+    before = [latency(session) for _ in range(300)]
     viewer.signal(signal.SIGSTOP)
     # Two more iterations, and their thousands of measurements, while nobody empties the viewer's socket.
     began = time.monotonic()
@@ -122,10 +122,11 @@ def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path:
     hung = [latency(session) for _ in range(300)]
     viewer.signal(signal.SIGCONT)
     viewer.wait_for("iteration 3 ")
+    after = [latency(session) for _ in range(300)]
     assert viewer.end() == 0
-    # Every question was answered, or latency had failed. Other work on this machine slows many questions at random, but
-    # never the quickest tenth; a learner that waits for its viewer would slow them all.
-    assert statistics.quantiles(hung, n=10)[0] < 2.0 * statistics.quantiles(running, n=10)[0]
+    # Every question was answered, or latency had failed. Other work on this machine slows many questions at random, and
+    # for a while all of them: so they are asked before and after, too. A learner that waits for its viewer slows them by far.
+    assert tenth(hung) < 2.0 * max(tenth(before), tenth(after))
     assert max(hung) < 1.0
     assert learning < 10.0
     assert set(rows(tmp_path / "run.rrd", "Scalars:scalars")["/learning/revision"]) == {1, 2, 3}
@@ -186,6 +187,11 @@ def watch(port: int, path: Path) -> None:
             except (ValueError, OSError, RuntimeError):
                 pass  # not written yet
         process.terminate()
+
+
+def tenth(latencies: list[float]) -> float:
+    """What the quickest tenth stays below [s]."""
+    return statistics.quantiles(latencies, n=10)[0]
 
 
 def latency(session: zenoh.Session) -> float:
