@@ -125,7 +125,7 @@ def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path:
     after = [latency(session) for _ in range(300)]
     assert viewer.end() == 0
     # Every question was answered, or latency had failed. Other work on this machine slows many questions at random, and
-    # for a while all of them: so they are asked before and after, too. A learner that waits for its viewer slows them by far.
+    # for a while all of them: so they are asked before and after, too. A learner that waits would slow them by far.
     assert tenth(hung) < 2.0 * max(tenth(before), tenth(after))
     assert max(hung) < 1.0
     assert learning < 10.0
