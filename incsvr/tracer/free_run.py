@@ -20,8 +20,8 @@ FASTEST = 5.0
 CELLS = 1000
 """Of the table of d(r), to either side."""
 
-_Motion: TypeAlias = Sequence[tuple[Effect, Term]]
-"""The effects of a model that look at how the vehicle moves."""
+_Effects: TypeAlias = Sequence[tuple[Effect, Term]]
+"""Effects of one model, each with its values."""
 
 
 def rub(rate: Array, loss: Array, width: Array) -> Array:
@@ -48,9 +48,9 @@ class Plan:
         count = [len(each) for each in spans]
         ends = np.cumsum(count).tolist()
         self._own = [slice(end - n, end) for n, end in zip(count, ends, strict=True)]
-        courses = [self._course(model, signals, each) for model, each in zip(models, spans, strict=True)]
-        self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*courses, strict=True))
         effects = [list(zip(model.effects(), model.terms, strict=True)) for model in models]
+        courses = [self._course(*each, signals) for each in zip(models, effects, spans, strict=True)]
+        self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*courses, strict=True))
         self._motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry] for each in effects]
         inertia = [
             model.inertia + sum(t.coefficients[0] for e, t in each if e.acts == "inertia")
@@ -72,7 +72,9 @@ class Plan:
         self.rate, self.heading = signals.rate[first], signals.heading[first]
         self.water, self._keep = self._moving(signals, first)
 
-    def _course(self, model: TracedModel, signals: Signals, spans: Sequence[slice]) -> tuple[Array, Array, Array]:
+    def _course(
+        self, model: TracedModel, effects: _Effects, spans: Sequence[slice], signals: Signals
+    ) -> tuple[Array, Array, Array]:
         """(length, runs) each: the moment that drives the vehicle, the factor of its drag, and the thrust."""
         # the thrust at the start of a span is what the command before it left behind
         signals = replace(signals, applied=model.thrust(signals)).pieces(spans)
@@ -82,7 +84,7 @@ class Plan:
         )  # fmt: skip
         outside = thrust = signals.applied
         factor = np.ones(len(signals))
-        for effect, term in zip(model.effects(), model.terms, strict=True):
+        for effect, term in effects:
             if effect.acts == "outside":
                 outside = outside - effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients)
             elif effect.acts == "damping":
@@ -127,7 +129,7 @@ class Plan:
         return push, there
 
     def _of_motion(
-        self, motion: _Motion, own: slice, both: Array, thrust: Array, heading: Array, water: Array
+        self, motion: _Effects, own: slice, both: Array, thrust: Array, heading: Array, water: Array
     ) -> Array:
         """(2, own) what the effects of one model take that look at how the vehicle moves."""
         one = slice(own.start, own.start + 1)  # all of these have its table
@@ -138,6 +140,7 @@ class Plan:
         )  # fmt: skip
         taken = np.zeros(both.size)
         for effect, term in motion:
+            # an instant has of the signals what such effects look at, and no more
             columns = effect.columns(now, term.inner, term.coefficients)  # type: ignore[arg-type]
             taken += columns @ np.array(term.coefficients)
         return taken.reshape(both.shape)
@@ -162,10 +165,10 @@ class Plan:
 
 
 def _twice(values: Array) -> Array:
-    return np.concatenate([values, values])  # np.tile takes ten times as long on so few
+    return np.concatenate([values, values])  # np.tile takes five times as long on so few
 
 
-def _constants(motion: _Motion) -> list[float]:
+def _constants(motion: _Effects) -> list[float]:
     """The time constants of the water that the effects of one model look at [s]."""
     return [term.inner[-1] for effect, term in motion if effect.searched]
 

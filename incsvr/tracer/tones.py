@@ -81,7 +81,7 @@ def _moved(values: Array, time: Array, frequency: Array) -> tuple[Array, Array]:
 
 
 def _fitted(columns: Array, values: Array) -> Array:
-    """Least squares by the normal equations: a sixth of the time that singular values take, and near enough for a step.
+    """Least squares by the normal equations, in a sixth of the time that singular values take.
 
     The ridge holds two tones that came to lie on each other.
     """
