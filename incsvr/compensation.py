@@ -161,7 +161,8 @@ class Compensation:
         seen = _Seen(
             step=piece.step, start=np.array([0, piece.index.size], dtype=np.intp), time=piece.time,
             rate=piece.rate, torque=piece.torque, channels=piece.channels, heading=heading, inertia=model.inertia,
-            scale=model.scale, block=model.block, drag=model.drag(), filters=filters,
+            scale=model.scale, block=model.block, damping=model.damping_at(piece.rate), drag=model.drag(),
+            filters=filters,
         )  # fmt: skip
         values: dict[int, Array] = {}
         command = piece.torque

@@ -64,9 +64,7 @@ class Memory(Effect):
             return stack(water)
         slope = _mean_slope(s, inner[0])
         carried = min(max(-coefficients[0] / slope, LEAST), MOST) if coefficients else CARRIED
-        # in one go: in a free run, where so few rates are asked for, it is calls that cost
-        now, relative = s.drag_at(np.stack([s.rate, s.rate - carried * water]))
-        return stack((now - relative) / (carried * slope))
+        return stack((s.damping - s.drag_at(s.rate - carried * water)) / (carried * slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"gain_nm_s": -term.coefficients[0], "time_constant_s": term.inner[-1]}

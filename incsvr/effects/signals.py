@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from incsvr.effects.even_table import EvenTable
+
 Array = NDArray[np.float64]
 
 MOSTLY_TORQUE = 0.65
@@ -42,7 +44,7 @@ class Signals:
         heading: (n,) unwrapped [rad]; the integral of the yaw rate where no heading was recorded.
         ends: (n,) the yaw rate as the weak form's differences need it [rad/s].
         damping: (n,) d(r) of the model as fitted so far [N m].
-        drag: rates of its table [rad/s], and d there [N m].
+        drag: d [N m] of other rates [rad/s].
         acceleration: (n,) ṙ [rad/s²], free of the torque's noise.
         applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
         command: (n,) moment seen from the torque side, before the stage in question [N m].
@@ -69,7 +71,7 @@ class Signals:
     heading: Array = field(default_factory=_empty)
     ends: Array = field(default_factory=_empty)
     damping: Array = field(default_factory=_empty)
-    drag: tuple[Array, Array] = field(default_factory=lambda: (np.zeros(1), np.zeros(1)))
+    drag: EvenTable = field(default_factory=lambda: EvenTable(0.0, 1.0, np.zeros(2)))
     acceleration: Array = field(default_factory=_empty)
     applied: Array = field(default_factory=_empty)
     command: Array = field(default_factory=_empty)
@@ -121,8 +123,7 @@ class Signals:
 
     def drag_at(self, rate: Array) -> Array:
         """d of other rates than the measured one [N m]."""
-        drag: Array = np.interp(rate, *self.drag)
-        return drag
+        return self.drag(rate)
 
     def runs(self) -> list[slice]:
         return [slice(int(a), int(b)) for a, b in zip(self.start[:-1], self.start[1:], strict=True)]
@@ -157,6 +158,8 @@ class Signals:
         some = change[::SOME] if change.size > SOME * FEW else change
         usual = 1.4826 * float(np.partition(some, some.size // 2)[some.size // 2])
         jump = np.flatnonzero(change > JUMP * usual + 1e-12 * float(np.max(np.abs(values))))
+        if not jump.size:
+            return found
         jump = jump[~np.isin(jump + 1, [self.start[1:-1] - 1, self.start[1:-1]])]  # not from one run to the next
         part = (values[jump + 1] - before[jump]) / (after[jump] - before[jump])
         inside = (part > 0.0) & (part < 1.0)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.even_table import EvenTable
 from incsvr.effects.signals import Array, Signals
 
 LEAST = 0.03
@@ -69,8 +70,8 @@ class Saturation(Effect):
             return command - np.clip(command, -limit, limit)
         width = inner[0] * limit
         size, even = np.abs(command), np.linspace(0.0, TABLED * limit, CELLS + 1)
-        inside = np.interp(size, even, _over(even - limit, width) - _over(-even - limit, width))
-        rounded: Array = np.copysign(np.maximum(inside, size - limit), command)
+        inside = EvenTable(0.0, TABLED * limit / CELLS, _over(even - limit, width) - _over(-even - limit, width))
+        rounded: Array = np.copysign(np.maximum(inside(size), size - limit), command)
         return rounded
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:

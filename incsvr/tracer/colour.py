@@ -26,16 +26,15 @@ def burg(residual: Array, blocks: Blocks, loud: float = 0.0, order: int = 3) -> 
     limit = 4.0 * max(1.4826 * _median(np.abs(residual[blocks.used])), 1e-12)
     forward = np.where(blocks.used, np.clip(residual, -limit, limit), 0.0)
     backward = forward.copy()
-    position = np.arange(residual.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
     ar = np.zeros(0)
     for k in range(1, order + 1):
-        here = np.flatnonzero(position >= k)
-        f, b = forward[here], backward[here - 1]
+        f, b = forward[1:], backward[:-1]
+        for first in blocks.start[1:-1] - k:  # a run's first k blocks have no k predecessors
+            f[max(first, 0) : first + k] = b[max(first, 0) : first + k] = 0.0
         power = float(f @ f + b @ b)
         reflection = 2.0 * float(f @ b) / power if power > 0.0 else 0.0
         ar = np.concatenate([ar - reflection * ar[::-1], [reflection]])
-        forward, backward = forward.copy(), backward.copy()
-        forward[here], backward[here] = f - reflection * b, b - reflection * f
+        forward, backward = f - reflection * b, b - reflection * f
     return ar
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from incsvr.effects import Effect, Signals, Term, catalogue
+from incsvr.effects.even_table import EvenTable
 from incsvr.tracer.free_run import CELLS, FASTEST, Plan, rub
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
@@ -64,11 +65,11 @@ class TracedModel:
         continued: Array = inside * beyond**2
         return continued
 
-    def drag(self) -> tuple[Array, Array]:
-        """A table of d over all rates of a free run: (2 CELLS + 1,) even rates [rad/s], and d there [N m]."""
+    def drag(self) -> EvenTable:
+        """d [N m] over all rates of a free run [rad/s], 2 CELLS + 1 of them."""
         fastest = FASTEST * float(np.max(np.abs(self.rate)))
         rate = np.linspace(-fastest, fastest, 2 * CELLS + 1)
-        return rate, self.damping_at(rate)
+        return EvenTable(-fastest, fastest / CELLS, self.damping_at(rate))
 
     def parts(self, signals: Signals) -> dict[str, Array]:
         """The torque ledger: what each part takes of the torque, (n,) each [N m].

@@ -63,10 +63,10 @@ class Plan:
         self.creep = np.repeat([1.0 if term is None else term.inner[-1] for term in dry], count)
         # d(r) in even cells: the one in which a rate lies is known without a search
         tables = [model.drag() for model in models]
-        self._drag = np.concatenate([drag for _, drag in tables])
+        self._drag = np.concatenate([table.values for table in tables])
         self._drag_step = np.diff(self._drag, append=0.0)
         self._table = np.repeat(np.arange(len(tables)) * (2 * CELLS + 1), count)
-        self._cells_per_rate = np.repeat([CELLS / float(rate[-1]) for rate, _ in tables], count)
+        self._cells_per_rate = np.repeat([1.0 / table.step for table in tables], count)
         self.limit = CELLS / self._cells_per_rate
         first = [span.start for span in every]
         self.rate, self.heading = signals.rate[first], signals.heading[first]
@@ -121,21 +121,24 @@ class Plan:
     def acceleration(self, k: int, rate: Array, nudge: Array, heading: Array, water: Array) -> tuple[Array, Array]:
         """(runs,) at the rate of each run and at one that is larger by `nudge`; in one go: calls are what costs."""
         both = np.stack([rate, rate + nudge])
-        moment = self._drive[k] - self._factor[k] * self._drag_at(both)
+        drag = self._drag_at(both)
+        moment = self._drive[k] - self._factor[k] * drag
         for own, motion in zip(self._own, self._motion, strict=True):
             if motion:
-                moment[:, own] -= self._of_motion(motion, own, both[:, own], self._thrust[k], heading, water)
+                at = both[:, own], drag[:, own]
+                moment[:, own] -= self._of_motion(motion, own, at, self._thrust[k], heading, water)
         push, there = moment / self._inertia
         return push, there
 
     def _of_motion(
-        self, motion: _Effects, own: slice, both: Array, thrust: Array, heading: Array, water: Array
+        self, motion: _Effects, own: slice, at: tuple[Array, Array], thrust: Array, heading: Array, water: Array
     ) -> Array:
-        """(2, own) what the effects of one model take that look at how the vehicle moves."""
+        """(2, own) what the effects of one model take that look at how the vehicle moves; `at` rates and their drag."""
         one = slice(own.start, own.start + 1)  # all of these have its table
         moving = {constant: _twice(w) for constant, w in zip(_constants(motion), water[:, own], strict=True)}
+        both, drag = at
         now = _Instant(
-            both.ravel(), _twice(heading[own]), _twice(thrust[own]), moving,
+            both.ravel(), drag.ravel(), _twice(heading[own]), _twice(thrust[own]), moving,
             lambda rate: self._drag_at(rate, one),
         )  # fmt: skip
         taken = np.zeros(both.size)
@@ -178,6 +181,7 @@ class _Instant:
     """What `motion` effects may look at during a free run, one value for each run."""
 
     rate: Array
+    damping: Array
     heading: Array
     applied: Array
     water: Mapping[float, Array]

@@ -52,7 +52,7 @@ def answering(turned: Array | None, blocks: Blocks) -> list[Answer]:
     """Of `turned` (2, n_b, p) what is not zero, in the blocks that count."""
     found = []
     for sign, part in () if turned is None else zip((1.0, -1.0), turned, strict=True):
-        columns = np.flatnonzero([column.any() for column in part.T])
+        columns = np.flatnonzero(part.any(axis=0))
         if columns.size:
             kept = part if columns.size == part.shape[1] else part.T[columns].T
             found.append(Answer(sign, columns, whole(kept, blocks)))

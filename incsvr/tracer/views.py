@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from incsvr.effects import Effect, Signals
+from incsvr.effects.even_table import EvenTable
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
 from incsvr.tracer.swing import BEFORE, PARTS
@@ -38,7 +39,8 @@ class Views:
             else:
                 outside = outside + loss
         curve = problem.grid_columns @ fitted.theta[: problem.grid_columns.shape[1]]
-        damping = np.interp(s.rate, problem.grid, curve)
+        drag = EvenTable(float(problem.grid[0]), float(problem.grid[1] - problem.grid[0]), curve)
+        damping = drag(s.rate)
         lost = sum((loss for _, loss in self._stages), np.zeros(len(s)))
         self._needed = inertia * s.acceleration + damping + outside
         self._problem, self._loud = problem, fitted.loud
@@ -67,11 +69,10 @@ class Views:
                 # at rest within a dead band nothing else tells the command from a noise that lasts
                 self._expected, doubt = self._foretold, 0.0
         self._plain = replace(
-            s, damping=damping, drag=(problem.grid, curve), residual=residual, doubt=doubt, known=known is not None,
+            s, damping=damping, drag=drag, residual=residual, doubt=doubt, known=known is not None,
             applied=share * self._needed + (1.0 - share) * given if known is None else given,
         )  # fmt: skip
         self._cache: dict[int, Signals] = {}
-        self._curve = curve
 
     def turned(self, effect: Effect, inner: tuple[float, ...], coefficients: tuple[float, ...], mean: Array) -> Array:
         """(2, n_b, c) how the effect's columns answer the noise of their own block; `mean` (n_b, c) are their means.
@@ -104,8 +105,7 @@ class Views:
         def answer(since: Array) -> Array:
             rate = s.rate + nudge * since
             answered = s.turning * self._problem.feedback * nudge * since
-            damping = np.interp(rate, self._problem.grid, self._curve)
-            there = replace(s, rate=rate, damping=damping, applied=s.applied - answered)
+            there = replace(s, rate=rate, damping=s.drag(rate), applied=s.applied - answered)
             return (blocks.mean(columns(there)) - mean) / nudge
 
         turned = s.turning * self._swung(effect, answer)

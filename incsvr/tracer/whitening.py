@@ -56,11 +56,13 @@ class Fit:
 
 
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
-    """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p)."""
-    white: Array = values[3:] - ar[0] * values[2:-1]
-    part = ar[1] * values[1:-2]  # in place: fresh memory for every term would cost six times the arithmetic
-    white -= part
-    white -= np.multiply(values[:-3], ar[2], out=part)
+    """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p), of which it may be a view."""
+    white = values[3:]
+    if ar.any():
+        white = white - ar[0] * values[2:-1]
+        part = ar[1] * values[1:-2]  # in place: fresh memory for every term would cost six times the arithmetic
+        white -= part
+        white -= np.multiply(values[:-3], ar[2], out=part)
     return white if blocks.whole.size == white.shape[0] else white.T.take(blocks.whole - 3, axis=-1).T
 
 

@@ -55,7 +55,7 @@ def signals() -> Signals:
         moving,
         heading=moving.integral(rate),
         damping=model.damping_at(rate),
-        drag=(model.rate, model.damping),
+        drag=model.drag(),
         acceleration=moving.slope(rate),
         applied=torque,
         command=torque,

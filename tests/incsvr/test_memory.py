@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Signals, Term, catalogue
+from incsvr.effects.even_table import EvenTable
 
 MEMORY = catalogue([])["memory/linear"]
 
@@ -42,7 +43,9 @@ def test_a_hull_in_water_that_turns_along_drags_by_the_rate_between_the_two() ->
     """β of a quarter, with a drag that is steeper to one side."""
     rates = np.linspace(-2.0, 2.0, 401)
     drag = np.where(rates > 0.0, 2.0, 1.0) * (100.0 * rates + 500.0 * rates * np.abs(rates))
-    s = replace(signals(0.4, 3.0), drag=(rates, drag))
+    s = signals(0.4, 3.0)
+    table = EvenTable(-2.0, 0.01, drag)
+    s = replace(s, damping=table(s.rate), drag=table)
     inner, memory = (0.7, 2.0), catalogue([])["memory/co-rotating"]
     gain = 0.25 * float(np.diff(s.drag_at(np.array([-0.7, 0.7])))[0]) / 1.4
     taken = memory.columns(s, inner, (-gain,))[:, 0] * -gain
