@@ -60,7 +60,7 @@ def _swept(a: Array, b: Array, width: float) -> Array:
     """Mean of tanh(x/width) for x from a to b."""
     span = b - a
     still = np.abs(span) < 1e-3 * width
-    # ln cosh x, without overflow
-    high, low = (np.logaddexp(x / width, -x / width) for x in (b, a))
+    # ln 2 cosh x, without overflow
+    high, low = (x + np.log1p(np.exp(-2.0 * x)) for x in (np.abs(b) / width, np.abs(a) / width))
     swept: Array = np.where(still, np.tanh(0.5 * (a + b) / width), width * (high - low) / np.where(still, 1.0, span))
     return swept

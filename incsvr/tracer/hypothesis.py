@@ -139,21 +139,22 @@ def settle(
         offsets = [np.zeros(len(problem.blocks)) if bend is None else problem.blocks.mean(bend) for bend in bends]
         y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
         base = problem.coarse
+        sought = [turn in (1, 2) and bool(effect.sought) and effect.key in refine for effect in effects]
         for k, effect in enumerate(effects):
             # what answers hardly hangs on an effect's size; but a tangent's does, and one that lost the noise of jumps
-            if turn < 2 or (effect.acts == "thrust" and (effect.curved or fitted.loud > 0.0)):
+            hangs = effect.acts == "thrust" and (effect.curved or fitted.loud > 0.0)
+            if (turn < 2 or hangs) and not sought[k]:
                 answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
-        if turn in (1, 2):
-            for k, effect in enumerate(effects):
-                if effect.sought and effect.key in refine:
-                    for place in effect.sought:
-                        inner[k] = refined(
-                            y, problem.blocks, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
-                            [still, *answers], k + 1, fitted, 8 if turn == 1 and passes > 2 else 12, place,
-                        )  # fmt: skip
-                    fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
-                    coarse[k] = _mean(problem, effect, fine[k])
-                    answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
+        for k, effect in enumerate(effects):
+            if sought[k]:
+                for place in effect.sought:
+                    inner[k] = refined(
+                        y, problem.blocks, effect, seen.of(effect), inner[k], coefficients[k], [base, *coarse],
+                        [still, *answers], k + 1, fitted, 8 if turn == 1 and passes > 2 else 12, place,
+                    )  # fmt: skip
+                fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
+                coarse[k] = _mean(problem, effect, fine[k])
+                answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
         columns = side_by_side([base, *coarse])
         turned = side_by_side([still, *answers])
         none = np.zeros(base.shape[1])

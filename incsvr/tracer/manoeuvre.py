@@ -7,8 +7,9 @@ noncentrality of the likelihood ratio; F. Pukelsheim, Optimal Design of Experime
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, groupby
 
 import numpy as np
 
@@ -74,24 +75,25 @@ def separate(problem: Problem, found: Hypothesis, rival: Hypothesis, other: str)
     if float(np.ptp(problem.signals.torque)) == 0.0:
         return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
     model = model_of(problem, found)
-    candidates = list(manoeuvres(problem))
-    *_, richest = candidates  # if not even that tells them apart, none of the others does
+    *shorter, longest = ([*alike] for _, alike in groupby(manoeuvres(problem), lambda each: each.torque.size))
+    driven = _driven(problem, model, longest)
+    *_, richest = driven  # if not even that tells them apart, none of the others does
     most, best = _evidence(problem, model, found, rival, richest), richest
     if most < 1.0:
         return (
             f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
             "other means (a bollard pull, a pendulum test)"
         )
-    for manoeuvre in candidates:
-        expected = most if manoeuvre is richest else _evidence(problem, model, found, rival, manoeuvre)
+    for run in chain((run for alike in shorter for run in _driven(problem, model, alike)), driven):
+        expected = most if run is richest else _evidence(problem, model, found, rival, run)
         if expected >= ENOUGH:
             return (
-                f"to tell it from {other}, drive {manoeuvre.words}{_with_channels(found, rival)}: "
+                f"to tell it from {other}, drive {run.name}{_with_channels(found, rival)}: "
                 f"expected evidence 2Δℓ ≈ {expected:.0f}"
             )
         if expected > most:
-            best, most = manoeuvre, expected
-    return f"to tell it from {other}, drive {best.words}, several times: expected evidence 2Δℓ ≈ {most:.1f} each"
+            best, most = run, expected
+    return f"to tell it from {other}, drive {best.name}, several times: expected evidence 2Δℓ ≈ {most:.1f} each"
 
 
 def _with_channels(found: Hypothesis, rival: Hypothesis) -> str:
@@ -100,28 +102,33 @@ def _with_channels(found: Hypothesis, rival: Hypothesis) -> str:
     return f" while {', '.join(read)} sweeps its range" if read else ""
 
 
-def _evidence(
-    problem: Problem, model: TracedModel, found: Hypothesis, rival: Hypothesis, manoeuvre: Manoeuvre
-) -> float:
+def _driven(problem: Problem, model: TracedModel, alike: Sequence[Manoeuvre]) -> list[Run]:
+    """Manoeuvres of one length as the model drives them, side by side: it is calls that cost."""
     s = problem.signals
-    n = manoeuvre.torque.size
+    n = alike[0].torque.size
     time = np.asarray(s.origin[1] + s.step * np.arange(n), dtype=np.float64)
     channels = {}
     for k, (name, values) in enumerate(sorted(s.channels.items())):
         low, high = (float(q) for q in np.quantile(values, [0.02, 0.98]))
         phase = 2.0 * np.pi * np.arange(n) / n * (1.37 + 0.61 * k)
         channels[name] = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase)
-    still = np.zeros(n)
+    every, still = len(alike), np.zeros(n * len(alike))
     start = Signals(
-        step=s.step, start=np.array([0, n]), time=time, rate=still, torque=manoeuvre.torque, channels=channels,
-        heading=still,
+        step=s.step, start=n * np.arange(every + 1), time=np.tile(time, every), rate=still, heading=still,
+        torque=np.concatenate([each.torque for each in alike]),
+        channels={name: np.tile(values, every) for name, values in channels.items()},
     )  # fmt: skip
-    index, simulated = model.simulate(start, s.step)
-    rate: Array = np.interp(np.arange(n), index, simulated)
-    if float(np.max(np.abs(rate))) > 1.3 * float(np.max(np.abs(model.rate))):
+    _, rate = model.simulate(start, s.step)
+    heading = start.integral(rate)
+    return [
+        Run(each.words, time, turned, each.torque, {**channels, "heading": to})
+        for each, turned, to in zip(alike, rate.reshape(every, n), heading.reshape(every, n), strict=True)
+    ]
+
+
+def _evidence(problem: Problem, model: TracedModel, found: Hypothesis, rival: Hypothesis, run: Run) -> float:
+    if float(np.max(np.abs(run.yaw_rate))) > 1.3 * float(np.max(np.abs(model.rate))):
         return 0.0
-    heading = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1])) * s.step])
-    run = Run("manoeuvre", time, rate, manoeuvre.torque, {**channels, "heading": heading})
     try:
         driven = pose_like(problem, [run])
         driven = replace(driven, signals=replace(driven.signals, share=0.0))  # this torque has no noise

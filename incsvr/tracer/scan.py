@@ -12,6 +12,7 @@ from incsvr.effects import Effect, Signals, Term
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
+from incsvr.tracer.views import Views
 from incsvr.tracer.whitening import deafened, whiten
 
 SWALLOWED = 2
@@ -30,7 +31,7 @@ class Lead:
         inner: its best inner parameters.
         score: its 2 Δℓ less its price.
         gain: its 2 Δℓ.
-        doubtful: whether physics forbids the coefficients that would give as much.
+        promised: the coefficients that would give as much.
         hidden: whether it is what explains most, were the noise white: what an AR has swallowed.
     """
 
@@ -38,8 +39,13 @@ class Lead:
     inner: tuple[float, ...]
     score: float
     gain: float
-    doubtful: bool
+    promised: tuple[float, ...]
     hidden: bool = False
+
+    def doubtful(self, seen: Views) -> bool:
+        """Whether physics forbids the promised coefficients."""
+        term = Term(self.effect.name, self.effect.variant, self.promised, self.inner)
+        return bool(self.effect.implausible(term, seen.of(self.effect)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +53,12 @@ class Known:
     """What two scans over one base share.
 
     Attributes:
+        seen: the signals beside the base.
         columns: of each effect its starts and the block means of their columns, side by side.
-        turned: how those of one start answer the noise.
     """
 
+    seen: Views
     columns: dict[str, tuple[list[tuple[float, ...]], Array]] = field(default_factory=dict)
-    turned: dict[tuple[str, tuple[float, ...]], Array] = field(default_factory=dict)
 
 
 def scan(
@@ -73,18 +79,17 @@ def scan(
     q, r = np.linalg.qr(root * whiten(base.columns, ar, problem.blocks))
     z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
     variance = float(z @ z) / z.size
-    pulled = variance if coloured else 0.0
-    stretch = np.maximum(1.0 + base.turned @ base.fit.theta, 0.1)[:, :, None]
+    pull = np.zeros((2, len(problem.blocks)))
+    pull[:, problem.blocks.whole] = 1.0 / np.maximum(1.0 + base.turned @ base.fit.theta, 0.1)[:, problem.blocks.whole]
 
     def pull_of(turned: Array) -> Array:
         """(p,) derivative of the Jacobian by the coefficients."""
-        grown, held = (turned / stretch)[:, problem.blocks.whole].sum(axis=1)
-        return np.asarray(grown - held)
+        return np.asarray(pull[0] @ turned[0] - pull[1] @ turned[1])
 
     turned = pull_of(base.turned)
     upright = r + 1e-9 * (float(np.max(np.abs(np.diag(r)))) + 1e-300) * np.eye(r.shape[0])
-    seen = views(problem, base)
-    known = Known() if known is None else known
+    known = Known(views(problem, base)) if known is None else known
+    seen = known.seen
     leads = []
     for effect in effects:
         if effect.beside and effect.beside not in base.names():
@@ -105,18 +110,16 @@ def scan(
         if fits[best] == -np.inf:
             continue
         inner, part = starts[best], parts[best]
-        if (effect.key, inner) not in known.turned:
-            known.turned[effect.key, inner] = seen.turned(effect, inner, (), columns[:, part])
-        # what the Jacobian adds to the score, less what the base's own columns would take of it
-        pull = pull_of(known.turned[effect.key, inner]) - np.linalg.solve(upright, along[:, part]).T @ turned
-        normal, score = c[:, part].T @ c[:, part], c[:, part].T @ z + pulled * pull
+        normal, score = c[:, part].T @ c[:, part], c[:, part].T @ z
+        if coloured:  # what the Jacobian adds to the score, less what the base's own columns would take of it
+            answers = seen.turned(effect, inner, (), columns[:, part])
+            score += variance * (pull_of(answers) - np.linalg.solve(upright, along[:, part]).T @ turned)
         gain = _gained(effect, normal, score, size[part])
         # a column that is but a sum of others has no coefficient of its own
         told, promised = _told(normal, size[part]), np.zeros(count)
         promised[told] = _solved(normal[np.ix_(told, told)], score[told])
-        doubtful = bool(effect.implausible(Term(effect.name, effect.variant, tuple(promised), inner), seen.of(effect)))
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
-        leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain, doubtful))
+        leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain, tuple(promised.tolist())))
     return sorted(leads, key=lambda lead: -lead.score)
 
 
@@ -204,12 +207,12 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
     swallowed a constant hides that. In a loop that swings it hides how long a delay is: one that is among the best
     comes with its start by the white scan, too.
     """
-    known = Known()
-    first = _spread(scan(problem, base, effects, known=known), width)
+    known = Known(views(problem, base))
+    first = _spread(scan(problem, base, effects, known=known), width, known.seen)
     white = scan(problem, base, effects, coloured=False, known=known) if len(base.terms) < SWALLOWED else []
     kept = {lead.effect.key for lead in first}
     second = [
-        *_spread(white, (width + 2) // 3),
+        *_spread(white, (width + 2) // 3, known.seen),
         *(lead for lead in white if lead.effect.secant and lead.effect.key in kept),
     ]
     best: dict[tuple[str, tuple[float, ...]], Lead] = {}
@@ -220,14 +223,20 @@ def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], wi
     return list(best.values())
 
 
-def _spread(leads: list[Lead], width: int) -> list[Lead]:
-    """The best, but of the many channels' modulations and couplings no more than half, and a third of the doubtful:
-    what is not there takes many forms."""
+def _spread(leads: list[Lead], width: int, seen: Views) -> list[Lead]:
+    """The best, but of the many channels' modulations and couplings no more than half, and a third of those with
+    coefficients that physics forbids: what is not there takes many forms."""
     kept: list[Lead] = []
+    of_channels = forbidden = 0
     for lead in leads:
-        of_channels = sum(bool(other.effect.channels) for other in kept)
-        doubtful = sum(other.doubtful for other in kept)
-        crowded = lead.effect.channels and of_channels >= (width + 1) // 2
-        if len(kept) < width and not crowded and not (lead.doubtful and doubtful >= (width + 2) // 3):
-            kept.append(lead)
+        if len(kept) == width:
+            break
+        if lead.effect.channels and of_channels >= (width + 1) // 2:
+            continue
+        doubtful = lead.doubtful(seen)
+        if doubtful and forbidden >= (width + 2) // 3:
+            continue
+        kept.append(lead)
+        of_channels += bool(lead.effect.channels)
+        forbidden += doubtful
     return kept

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates
-from incsvr.tracer.hypothesis import nothing
+from incsvr.tracer.hypothesis import nothing, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import best_leads, scan
 from tests.incsvr.turning import instants, turning
@@ -27,16 +27,17 @@ def eager(request: pytest.FixtureRequest) -> Problem:
 
 
 def test_a_lead_is_doubtful_where_its_coefficient_is_against_physics(eager: Problem) -> None:
-    leads = {lead.effect.key: lead for lead in scan(eager, nothing(eager), candidates([]))}
-    assert leads["torque_saturation/coefficient"].doubtful
-    assert not leads["inertia"].doubtful
+    base = nothing(eager)
+    leads, seen = {lead.effect.key: lead for lead in scan(eager, base, candidates([]))}, views(eager, base)
+    assert leads["torque_saturation/coefficient"].doubtful(seen)
+    assert not leads["inertia"].doubtful(seen)
 
 
 def test_the_doubtful_take_a_third_of_the_places(eager: Problem) -> None:
     """By their score alone they would take more, and the inertia none."""
     base = nothing(eager)
-    plain = scan(eager, base, candidates([]))[:6]
-    assert sum(lead.doubtful for lead in plain) > 2
+    plain, seen = scan(eager, base, candidates([]))[:6], views(eager, base)
+    assert sum(lead.doubtful(seen) for lead in plain) > 2
     leads = best_leads(eager, base, candidates([]), 6)
-    assert sum(lead.doubtful for lead in leads[:6]) == 2
+    assert sum(lead.doubtful(seen) for lead in leads[:6]) == 2
     assert "inertia" in [lead.effect.key for lead in leads]

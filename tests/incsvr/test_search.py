@@ -189,7 +189,7 @@ def test_where_a_search_begins_again_is_told_from_what_is_left() -> None:
     problem = turning(0, 60.0 * np.sin(2.0 * np.pi * TIME / 100.0), outside=8.0 * np.cos(2.0 * np.pi * TIME / 62.0))
     base, wave = nothing(problem), catalogue()["wave"]
     starts = sorted(wave.starts(views(problem, base).of(wave)))
-    lead = Lead(wave, starts[-1], 0.0, 0.0, doubtful=False)
+    lead = Lead(wave, starts[-1], 0.0, 0.0, (0.0, 0.0))
     own = with_lead(problem, base, replace(lead, inner=(99.9,)))
     assert against_physics(problem, own)
     held = search(problem)._held_back(base, lead, own)
