@@ -62,8 +62,9 @@ class Memory(Effect):
         water = s.lowpass(s.rate, inner[-1])
         if self.variant == "linear":
             return stack(water)
-        slope = _mean_slope(s, inner[0])
-        carried = min(max(-coefficients[0] / slope, LEAST), MOST) if coefficients else CARRIED
+        slope = s.drag_slope(inner[0])
+        # of several free runs at once each has a slope and a coefficient of its own
+        carried = np.minimum(np.maximum(-coefficients[0] / slope, LEAST), MOST) if coefficients else CARRIED
         return stack((s.damping - s.drag_at(s.rate - carried * water)) / (carried * slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
@@ -73,14 +74,8 @@ class Memory(Effect):
         if term.inner[-1] < EDGE * self.bounds(s)[0]:
             return "water that followed so fast would be but another inertia"
         if self.variant == "co-rotating":
-            carried = -term.coefficients[0] / _mean_slope(s, term.inner[0])
+            carried = -term.coefficients[0] / s.drag_slope(term.inner[0])
             return "" if 0.0 < carried < MOST else "the water would turn against the vehicle, or ahead of it"
         if abs(term.coefficients[0]) * float(np.std(s.rate)) > 3.0 * float(np.std(s.torque) + np.std(s.damping)):
             return "the moment of the moving water would exceed thrust and damping"
         return ""
-
-
-def _mean_slope(s: Signals, usual: float) -> float:
-    """Of the drag between ± the usual rate [N m s]; positive, as drag is."""
-    low, high = s.drag_at(np.array([-usual, usual]))
-    return max(float(high - low) / (2.0 * usual), 1e-9)

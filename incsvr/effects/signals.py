@@ -22,6 +22,9 @@ AT_MOST = 2.0
 JUMP = 6.0
 """Usual changes of a command beyond which it has jumped."""
 
+FLATTEST = 1e-9
+"""Slope of a drag that is hardly there [N m s]."""
+
 SOME, FEW = 7, 1000
 """Of so many changes one tells what is usual, if that leaves no fewer: their median takes longer than all else here."""
 
@@ -124,6 +127,11 @@ class Signals:
     def drag_at(self, rate: Array) -> Array:
         """d of other rates than the measured one [N m]."""
         return self.drag(rate)
+
+    def drag_slope(self, usual: float) -> float:
+        """Mean slope of d between ± a usual rate [N m s]; positive, as drag is."""
+        low, high = self.drag(np.array([-usual, usual]))
+        return max(float(high - low) / (2.0 * usual), FLATTEST)
 
     def runs(self) -> list[slice]:
         return [slice(int(a), int(b)) for a, b in zip(self.start[:-1], self.start[1:], strict=True)]

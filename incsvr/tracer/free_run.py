@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from incsvr.effects import Effect, Signals, Term
+from incsvr.effects.signals import FLATTEST
 from incsvr.tracer.run import Array
 
 if TYPE_CHECKING:
@@ -34,7 +36,8 @@ def rub(rate: Array, loss: Array, width: Array) -> Array:
 class Plan:
     """What free runs may know beforehand: thrust, outside moments and drag factors, averaged over their steps.
 
-    Those of several models go side by side, each on spans of its own: it is calls that cost, not arithmetic.
+    Those of several models go side by side, each on spans of its own: it is calls that cost, not arithmetic. So what
+    depends on the motion is asked once for all models that have it with the same inner parameters.
     """
 
     def __init__(
@@ -46,12 +49,11 @@ class Plan:
         self._sizes = [span.stop - span.start for span in every]
         self.length = max((size - 1) // hop for size in self._sizes)
         count = [len(each) for each in spans]
-        ends = np.cumsum(count).tolist()
-        self._own = [slice(end - n, end) for n, end in zip(count, ends, strict=True)]
         effects = [list(zip(model.effects(), model.terms, strict=True)) for model in models]
         courses = [self._course(*each, signals) for each in zip(models, effects, spans, strict=True)]
         self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*courses, strict=True))
-        self._motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry] for each in effects]
+        motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry] for each in effects]
+        self._alike = _alike(motion, count)
         inertia = [
             model.inertia + sum(t.coefficients[0] for e, t in each if e.acts == "inertia")
             for model, each in zip(models, effects, strict=True)
@@ -67,6 +69,7 @@ class Plan:
         self._drag_step = np.diff(self._drag, append=0.0)
         self._table = np.repeat(np.arange(len(tables)) * (2 * CELLS + 1), count)
         self._cells_per_rate = np.repeat([1.0 / table.step for table in tables], count)
+        self._slopes = dict[tuple[float, int], Array]()
         self.limit = CELLS / self._cells_per_rate
         first = [span.start for span in every]
         self.rate, self.heading = signals.rate[first], signals.heading[first]
@@ -105,13 +108,12 @@ class Plan:
 
     def _moving(self, signals: Signals, first: Sequence[int]) -> tuple[Array, Array]:
         """(constants, runs) each: the rate of the moving water at first, and the part of it that stays for a step."""
-        constants = [_constants(motion) for motion in self._motion]
-        water = np.zeros((max(map(len, constants)), len(first)))
+        water = np.zeros((max(len(alike.constants) for alike in self._alike), len(first)))
         keep = np.zeros_like(water)
-        for own, each in zip(self._own, constants, strict=True):
-            for k, constant in enumerate(each):
-                water[k, own] = signals.lowpass(signals.rate, constant)[first[own]]
-                keep[k, own] = np.exp(-self.step / constant)
+        for alike in self._alike:
+            for k, constant in enumerate(alike.constants):
+                water[k, alike.own] = signals.lowpass(signals.rate, constant)[first[alike.own]]
+                keep[k, alike.own] = np.exp(-self.step / constant)
         return water, keep
 
     def moved(self, water: Array, rate: Array) -> Array:
@@ -123,30 +125,38 @@ class Plan:
         both = np.stack([rate, rate + nudge])
         drag = self._drag_at(both)
         moment = self._drive[k] - self._factor[k] * drag
-        for own, motion in zip(self._own, self._motion, strict=True):
-            if motion:
-                at = both[:, own], drag[:, own]
-                moment[:, own] -= self._of_motion(motion, own, at, self._thrust[k], heading, water)
+        for alike in self._alike:
+            if alike.motions:
+                own = alike.own
+                moment[:, own] -= self._of_motion(alike, both[:, own], drag[:, own], self._thrust[k], heading, water)
         push, there = moment / self._inertia
         return push, there
 
-    def _of_motion(
-        self, motion: _Effects, own: slice, at: tuple[Array, Array], thrust: Array, heading: Array, water: Array
-    ) -> Array:
-        """(2, own) what the effects of one model take that look at how the vehicle moves; `at` rates and their drag."""
-        one = slice(own.start, own.start + 1)  # all of these have its table
-        moving = {constant: _twice(w) for constant, w in zip(_constants(motion), water[:, own], strict=True)}
-        both, drag = at
+    def _of_motion(self, alike: _Alike, both: Array, drag: Array, thrust: Array, heading: Array, water: Array) -> Array:
+        """(2, own) what the effects of models that are alike take that look at how the vehicle moves."""
+        own = alike.own
+        of_water = water[: len(alike.constants), own]
+        moving = {constant: _twice(w) for constant, w in zip(alike.constants, of_water, strict=True)}
         now = _Instant(
             both.ravel(), drag.ravel(), _twice(heading[own]), _twice(thrust[own]), moving,
-            lambda rate: self._drag_at(rate, one),
+            lambda rate: self._drag_at(rate.reshape(both.shape), own).ravel(),
+            lambda usual: self._slope(usual, own),
         )  # fmt: skip
         taken = np.zeros(both.size)
-        for effect, term in motion:
-            # an instant has of the signals what such effects look at, and no more
-            columns = effect.columns(now, term.inner, term.coefficients)  # type: ignore[arg-type]
-            taken += columns @ np.array(term.coefficients)
+        for effect, inner, coefficients in alike.motions:
+            # an instant has of the signals what such effects look at, and no more; of each run a coefficient
+            columns = effect.columns(now, inner, coefficients)  # type: ignore[arg-type]
+            for column, coefficient in zip(columns.T, coefficients, strict=True):
+                taken += coefficient * column
         return taken.reshape(both.shape)
+
+    def _slope(self, usual: float, own: slice) -> Array:
+        """(2 own,) as `Signals.drag_slope`; that of a run stays what it is."""
+        if (usual, own.start) not in self._slopes:
+            sides = np.full(self._table[own].size, usual)
+            rise = self._drag_at(sides, own) - self._drag_at(-sides, own)
+            self._slopes[usual, own.start] = _twice(np.maximum(rise / (2.0 * usual), FLATTEST))
+        return self._slopes[usual, own.start]
 
     def _drag_at(self, rate: Array, own: slice = slice(None)) -> Array:
         """d at rates (…, own) of these runs, (…, own)."""
@@ -171,9 +181,35 @@ def _twice(values: Array) -> Array:
     return np.concatenate([values, values])  # np.tile takes five times as long on so few
 
 
-def _constants(motion: _Effects) -> list[float]:
-    """The time constants of the water that the effects of one model look at [s]."""
-    return [term.inner[-1] for effect, term in motion if effect.searched]
+@dataclass(frozen=True, slots=True)
+class _Alike:
+    """Models whose effects of the motion have the same inner parameters.
+
+    Attributes:
+        own: their runs.
+        motions: each such effect, its inner parameters, and of each coefficient (2 own,) what it is in each run.
+        constants: the time constants of the water that these look at [s].
+    """
+
+    own: slice
+    motions: tuple[tuple[Effect, tuple[float, ...], tuple[Array, ...]], ...]
+    constants: tuple[float, ...]
+
+
+def _alike(motion: Sequence[_Effects], count: Sequence[int]) -> list[_Alike]:
+    """Successive models that are alike; `count` runs of each."""
+    ends, found = np.cumsum(count).tolist(), []
+    keys = [tuple((effect.key, term.inner) for effect, term in each) for each in motion]
+    for _, group in groupby(range(len(keys)), keys.__getitem__):
+        first, *others = group
+        models = [first, *others]
+        motions = []
+        for k, (effect, term) in enumerate(motion[first]):
+            each = np.repeat([motion[m][k][1].coefficients for m in models], [count[m] for m in models], axis=0)
+            motions.append((effect, term.inner, tuple(_twice(coefficient) for coefficient in each.T)))
+        constants = tuple(term.inner[-1] for effect, term in motion[first] if effect.searched)
+        found.append(_Alike(slice(ends[first] - count[first], ends[models[-1]]), tuple(motions), constants))
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +222,7 @@ class _Instant:
     applied: Array
     water: Mapping[float, Array]
     drag_at: Callable[[Array], Array]
+    drag_slope: Callable[[float], Array]
 
     def lowpass(self, values: Array, time_constant: float) -> Array:
         """The moving water's rate: of the simulated rate, the only signal that an effect filters while it moves."""

@@ -29,6 +29,17 @@ def test_it_finds_the_autocorrelation_over_several_runs() -> None:
     np.testing.assert_allclose(burg(noise, blocks), [MEMORY, 0.0, 0.0], atol=0.04)
 
 
+def test_runs_foretell_nothing_of_each_other() -> None:
+    """In another order they would foretell something else."""
+    random = np.random.default_rng(5)
+    runs = [level + random.normal(size=n) for level, n in ((3.0, 40), (-2.0, 70), (0.0, 55))]
+    found = []
+    for order in ((0, 1, 2), (2, 0, 1)):
+        edges = np.concatenate([[0], np.cumsum([runs[k].size + 1 for k in order])])
+        found.append(burg(np.concatenate([runs[k] for k in order]), split(edges, 1, 1.0)))
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12)
+
+
 def jumping(seed: int, size: float) -> tuple[Array, Blocks, float]:
     """Noise beside a command that jumps in every sixth block, a third of a sample early or late; by that a sample is
     `size` [N m]. Residual, blocks, and the variance of the instants."""
