@@ -10,7 +10,6 @@ import numpy as np
 
 from incsvr.effects import Term
 from incsvr.tracer.comparison import chance, gained, likelier
-from incsvr.tracer.forward import STEPS
 from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, left_over, nothing, settle
 from incsvr.tracer.posing import pose_like
 from incsvr.tracer.problem import Problem
@@ -28,9 +27,6 @@ LOST = 1.0
 
 QUICK_FOLDS = 3
 """The same while a search asks: it compares, and the inner parameters stay those of all blocks."""
-
-QUICK_STEPS = 14.0
-"""Of the free run's integration, in a time scale, then: what it errs by the integrator is alike in all it compares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +129,7 @@ class Court:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
             fits.append((less, refit(less, hypothesis, refine=not self.quick), held))
-        return errors_on(self.problem, fits, torque=not self.quick, steps=QUICK_STEPS if self.quick else STEPS)
+        return errors_on(self.problem, fits, torque=not self.quick)
 
 
 def _gain(before: Errors, after: Errors) -> Array:

@@ -67,11 +67,7 @@ class Errors:
 
 
 def errors_on(
-    problem: Problem,
-    fits: Sequence[tuple[Problem, Hypothesis, Sequence[slice]]],
-    *,
-    torque: bool = True,
-    steps: float = STEPS,
+    problem: Problem, fits: Sequence[tuple[Problem, Hypothesis, Sequence[slice]]], *, torque: bool = True
 ) -> Errors:
     """Errors of hypotheses, each with the problem that it was fitted to, on these spans of blocks of another (or the
     same); side by side, piece after piece."""
@@ -84,7 +80,7 @@ def errors_on(
         [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in each] for *_, each in fits
     ]
     signals = problem.signals.pieces([piece for each in slices for piece in each])
-    step = min(signals.scale / steps, blocks.period)
+    step = min(signals.scale / STEPS, blocks.period)
     models = [model_of(fitted, found) for fitted, found, _ in fits]
     index, simulated = simulate(models, _driving(problem), step, slices)
     run = np.searchsorted(signals.start, index, side="right") - 1

@@ -9,7 +9,7 @@ import pytest
 
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.hypothesis import nothing
-from incsvr.tracer.proof import FOLDS, QUICK_STEPS, Court
+from incsvr.tracer.proof import FOLDS, Court
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(600.0)
@@ -33,13 +33,3 @@ def test_the_drag_of_rates_that_only_a_held_out_piece_holds_goes_on_from_the_oth
     steady = edge * np.sqrt(90.0 / drag)
     assert steady > 1.3 * edge
     assert np.min(errors.simulated[fastest]) == pytest.approx(-steady, rel=0.03)
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_quick_integrator_errs_by_little_of_what_is_judged(seed: int) -> None:
-    problem = turning(seed, command(seed, TIME))
-    judged = Court.of(problem, None, quick=True).errors(nothing(problem)).free_run_rmse()
-    model, s = model_of(problem, nothing(problem)), problem.signals
-    (index, quick), (_, fine) = (model.simulate(s, step) for step in (s.scale / QUICK_STEPS, s.step))
-    assert index.size < 0.4 * fine.size
-    assert np.sqrt(np.mean((quick - fine[index]) ** 2)) < 0.01 * judged
