@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg.blas import daxpy
 from scipy.special import gammaln
 
 from incsvr.tracer.colour import DEGREES, autoregression, heard, scale_of
@@ -58,11 +59,13 @@ class Fit:
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p), of which it may be a view."""
     white = values[3:]
-    if ar.any():
-        white = white - ar[0] * values[2:-1]
-        part = ar[1] * values[1:-2]  # in place: fresh memory for every term would cost six times the arithmetic
-        white -= part
-        white -= np.multiply(values[:-3], ar[2], out=part)
+    if ar.any() and values.size:
+        # column after column as one: what one would hand to the next stands in the three rows that are left out
+        every = values.ravel(order="F")
+        filtered = every.copy()
+        for k, part in enumerate(ar.tolist(), 1):
+            filtered = daxpy(every, filtered, n=every.size - k, a=-part, offy=k)
+        white = filtered.reshape(values.shape, order="F")[3:]
     return white if blocks.whole.size == white.shape[0] else white.T.take(blocks.whole - 3, axis=-1).T
 
 
