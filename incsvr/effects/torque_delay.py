@@ -49,7 +49,8 @@ class TorqueDelay(Effect):
         return (self._lost(s, delay + half) - self._lost(s, delay - half)) / s.step
 
     def _within(self, s: Signals, coefficients: tuple[float, ...]) -> float:
-        return min(max(coefficients[0], -s.settling), s.settling)
+        most = s.settling
+        return min(max(coefficients[0], -most), most)
 
     def bends(self, s: Signals, term: Term) -> Array:
         slope = s.slope(s.thrust)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from incsvr.effects import candidates
+from incsvr.effects import Signals, candidates
+from incsvr.tracer.command import Command
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics, worth
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled, settle
@@ -17,6 +18,7 @@ from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run, sample_period
 from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.swing import PARTS
+from incsvr.tracer.weak_form import Blocks
 from incsvr.tracer.whitening import whiten
 
 MOST_MISSED = 0.9
@@ -100,7 +102,7 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     def left(problem: Problem) -> tuple[Array, Array]:
         """What is left, and what the gyro's noise does to that."""
         residual = left_over(problem, found)[0]
-        return residual, left_over(pose_like(problem, shaken, problem.command), found)[0] - residual
+        return residual, left_over(pose_like(problem, shaken, _commanded(problem)), found)[0] - residual
 
     residual, gyro = left(problem)
     square = whiten(gyro, found.fit.ar, problem.blocks) ** 2
@@ -117,6 +119,11 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     known = problem.knows_command(aside)
     signals = replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known)
     return replace(problem, signals=signals).answering(found.fit.theta[: problem.coarse.shape[1]], found.fit.ar)
+
+
+def _commanded(problem: Problem) -> Callable[[Signals, Blocks], Command]:
+    """The command of the same recordings with other noise on them: what was told of it already."""
+    return lambda signals, blocks: problem.command
 
 
 def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Array) -> float:
@@ -200,7 +207,7 @@ def _smoother(runs: Sequence[Run], linear: Problem, held: Problem, one: Hypothes
     ]
     left = []
     for problem, best in ((linear, one), (held, two)):
-        unit = pose_like(problem, noise, problem.command)
+        unit = pose_like(problem, noise, _commanded(problem))
         torque = unit.blocks.mean(unit.signals.torque)
         left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
     square = two.fit.scale**2

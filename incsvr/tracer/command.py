@@ -69,6 +69,11 @@ class Command:
     exact: bool
 
 
+def as_given(signals: Signals, blocks: Blocks) -> Command:
+    """The command that is the torque itself: that has no noise."""
+    return Command(signals.torque, blocks.mean(signals.torque), False, signals.torque, True)
+
+
 def told(signals: Signals, blocks: Blocks, before: Command | None = None) -> Command:
     """The command that explains most of the torque; `before` is what was told of it in less noise: it is of that kind,
     or of none that can be told.

@@ -15,6 +15,7 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.tracer.command import as_given
 from incsvr.tracer.forward import TracedModel, model_of
 from incsvr.tracer.hypothesis import Hypothesis, settle
 from incsvr.tracer.posing import pose_like
@@ -78,14 +79,14 @@ def separate(problem: Problem, found: Hypothesis, rival: Hypothesis, other: str)
     *shorter, longest = ([*alike] for _, alike in groupby(manoeuvres(problem), lambda each: each.torque.size))
     driven = _driven(problem, model, longest)
     *_, richest = driven  # if not even that tells them apart, none of the others does
-    most, best = _evidence(problem, model, found, rival, richest), richest
+    most, best = _evidence(problem, model, found, rival, richest, 0.0), richest
     if most < 1.0:
         return (
             f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
             "other means (a bollard pull, a pendulum test)"
         )
     for run in chain((run for alike in shorter for run in _driven(problem, model, alike)), driven):
-        expected = most if run is richest else _evidence(problem, model, found, rival, run)
+        expected = most if run is richest else _evidence(problem, model, found, rival, run, most)
         if expected >= ENOUGH:
             return (
                 f"to tell it from {other}, drive {run.name}{_with_channels(found, rival)}: "
@@ -126,16 +127,22 @@ def _driven(problem: Problem, model: TracedModel, alike: Sequence[Manoeuvre]) ->
     ]
 
 
-def _evidence(problem: Problem, model: TracedModel, found: Hypothesis, rival: Hypothesis, run: Run) -> float:
+def _evidence(
+    problem: Problem, model: TracedModel, found: Hypothesis, rival: Hypothesis, run: Run, least: float
+) -> float:
+    """Expected evidence of a manoeuvre; of one that cannot reach the `least`, no more than that."""
     if float(np.max(np.abs(run.yaw_rate))) > 1.3 * float(np.max(np.abs(model.rate))):
         return 0.0
     try:
-        driven = pose_like(problem, [run])
+        driven = pose_like(problem, [run], as_given)
         driven = replace(driven, signals=replace(driven.signals, share=0.0))  # this torque has no noise
     except BadInput:
         return 0.0
+    missed = _left(driven, rival, found)
+    if missed <= least:
+        return missed
     own = _left(driven, found, found)  # nothing but the error of integration: half of it again is no evidence
-    return max(_left(driven, rival, found) - 1.5 * own, 0.0)
+    return max(missed - 1.5 * own, 0.0)
 
 
 def _left(driven: Problem, hypothesis: Hypothesis, noise: Hypothesis) -> float:

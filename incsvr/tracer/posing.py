@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.command import Command, told
 from incsvr.tracer.damping import Damping
@@ -134,16 +135,16 @@ def _derivative_width(problem: Problem, sigma: float, innovation: float) -> floa
     return width
 
 
-def pose_like(problem: Problem, runs: Sequence[Run], command: Command | None = None) -> Problem:
-    """The equations of other runs, with the grid, blocks, damping basis and noise share of `problem`; and with
-    `command`, where these runs have one that is told already."""
+def pose_like(problem: Problem, runs: Sequence[Run], tell: Callable[[Signals, Blocks], Command] = told) -> Problem:
+    """The equations of other runs, with the grid, blocks, damping basis and noise share of `problem`; `tell` says what
+    their command is."""
     s = problem.signals
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
     signals = on_fine_grid(runs, s.step, names, problem.held, s.inertia)
     blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
     blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * problem.resolution / blocks.period)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
-    command = told(signals, blocks) if command is None else command
+    command = tell(signals, blocks)
     signals = replace(
         signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share, gyro=s.gyro,
         acceleration=acceleration, known=s.known and command.plain is not None,
