@@ -141,7 +141,8 @@ def settle(
         base = problem.coarse
         sought = [turn in (1, 2) and bool(effect.sought) and effect.key in refine for effect in effects]
         for k, effect in enumerate(effects):
-            # what answers hardly hangs on an effect's size; but a tangent's does, and one that lost the noise of jumps
+            # what answers hardly hangs on an effect's size; but a tangent's does, and one that lost the noise of jumps;
+            # where its parameter is sought it is told after that
             hangs = effect.acts == "thrust" and (effect.curved or fitted.loud > 0.0)
             if (turn < 2 or hangs) and not sought[k]:
                 answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])

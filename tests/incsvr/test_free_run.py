@@ -100,12 +100,19 @@ def test_a_free_run_knows_the_command_and_the_turn_before_it() -> None:
 
 
 def test_several_models_run_side_by_side_as_each_does_alone() -> None:
-    """The folds of a proof: other inertia, drag, friction, water and spans, and none sees the others."""
+    """The folds of a proof: other inertia, drag, friction, water and spans, and none sees the others. The first two are
+    alike but for their coefficients and their drag."""
     terms = (Term("memory", "co-rotating", (-30.0,), (0.2, 8.0)), Term("coulomb", "", (FRICTION,), (0.002,)))
+    alike = tuple(replace(term, coefficients=(0.5 * term.coefficients[0],)) for term in terms)
     other = (Term("memory", "co-rotating", (-60.0,), (0.1, 3.0)), Term("inertia", "", (90.0,)))
-    models = [replace(RUBBING, terms=terms), replace(RUBBING, damping=150.0 * TABLE, terms=other), RUBBING]
+    models = [
+        replace(RUBBING, terms=terms),
+        replace(RUBBING, damping=200.0 * TABLE, terms=alike),
+        replace(RUBBING, damping=150.0 * TABLE, terms=other),
+        RUBBING,
+    ]
     signals = replace(under(60.0 * np.sin(0.6 * instants(120.0))), rate=0.1 * np.sin(0.6 * instants(120.0) - 1.0))
-    spans = [[slice(0, 500), slice(1500, 1900)], [slice(600, 1400)], [slice(1900, 2400)]]
+    spans = [[slice(0, 500), slice(1500, 1900)], [slice(100, 700)], [slice(600, 1400)], [slice(1900, 2400)]]
     index, rate = simulate(models, signals, 0.1, spans)
     alone = [model.simulate(signals, 0.1, each) for model, each in zip(models, spans, strict=True)]
     starts = np.cumsum([0, *(sum(span.stop - span.start for span in each) for each in spans[:-1])])
