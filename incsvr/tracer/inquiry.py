@@ -11,13 +11,13 @@ from incsvr.effects import Effect, candidates
 from incsvr.evidence import NORMAL_95, evidence, intervals
 from incsvr.tracer.alignment import aligned, misread, realigned, reread, without_command
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.gates import LEVEL, THRESHOLD, against_physics, told
+from incsvr.tracer.gates import LEVEL, THRESHOLD, against_physics, told, worth
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
 from incsvr.tracer.posing import pose_finer
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
-from incsvr.tracer.scan import Lead, scan, without
+from incsvr.tracer.scan import Lead, scan, with_lead, without
 from incsvr.tracer.search import Search
 
 HARM = 0.03
@@ -143,7 +143,11 @@ def _looked_closer(
 def _beside_feigned(
     finer: Problem, feigned: Sequence[Lead], base: Hypothesis, grown: Hypothesis, refused: dict[str, str]
 ) -> Hypothesis:
-    """`grown`, or `base` where too little is left of one of its new effects beside what the shorter blocks feign."""
+    """`grown`, or `base` where too little is left of one of its new effects beside what the shorter blocks feign.
+
+    Unless it explains more than any of that in its place: a scan promises more than there is, most of all of an
+    inertia, which follows the gyro's noise.
+    """
     if not feigned:
         return grown
     seen = views(finer, base)
@@ -153,9 +157,13 @@ def _beside_feigned(
     for k, effect in enumerate(grown.effects):
         asked = price(effect, effect.core, finer) + THRESHOLD
         if effect.name not in base.names() and evidence(finer, grown, k, beside) < asked:
+            instead = max([base, *(with_lead(finer, base, lead) for lead in feigned)], key=worth)
+            if worth(grown) > worth(instead):
+                return grown
+            also = feigned[0].effect.name if instead is base else instead.terms[-1].effect
             refused[effect.name] = (
-                f"in blocks of {finer.blocks.period:.2g} s, where {feigned[0].effect.name} seems to act as well, too "
-                "little evidence for it is left beside that"
+                f"in blocks of {finer.blocks.period:.2g} s, where {also} seems to act as well, too little evidence for "
+                "it is left beside that"
             )
             return base
     return grown
