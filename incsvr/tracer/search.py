@@ -30,7 +30,7 @@ BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 NARROWER = ((2, 5), (1, 3), (1, 3), (1, 3), (1, 3))
 """The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
-FOLLOWED = 9
+FOLLOWED = 12
 """How many leads are settled where several sets are grown at once: those that promise most."""
 
 SIMPLER = 0.35
@@ -51,7 +51,7 @@ OUT = 0.01
 RETRIES = 2
 """How many other starts are tried then."""
 
-SWAPS = 2
+SWAPS = 3
 """How many leads are tried in the place of one of several effects."""
 
 FORMS = 2
@@ -60,7 +60,7 @@ FORMS = 2
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
 
-HEARD = 6
+HEARD = 8
 """How many of the best sets are asked for a free run where the equation is biased."""
 
 
