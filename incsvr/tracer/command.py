@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,10 @@ AFTER = 3
 
 FEWEST = 100
 """Differences from which that is told."""
+
+TOGETHER, SLOWLY, SURELY = 16, 0.25, 3.0
+"""Blocks over whose means the motion answers what moves slowly; of that the part beyond which it is no noise, and
+standard errors that it must be from nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,6 +212,29 @@ def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
     noise = float(np.mean((answered - late @ slopes) ** 2))
     doubt = float(np.sqrt(noise * np.sum(np.linalg.inv(normal))))
     return float(np.sum(slopes)) < DRIVES or doubt > DRIVES
+
+
+def answers_slowly(blocks: Blocks, beside: Array, residual: Array) -> bool:
+    """Whether the motion answers the slow part of what the torque holds beside a command of tones, (n_b,).
+
+    Tones are as large from end to end. Where a controller makes up for what slowly grows, or for what moves with
+    another channel, they are not what it asked for: that is in the torque, the motion follows it, and without it the
+    free run goes wrong by the true effect. Beside the noise of single blocks it is small, in the mean over many it is
+    not.
+    """
+    ends = [(a, a + (b - a) // TOGETHER * TOGETHER) for a, b in pairwise(blocks.start.tolist())]
+
+    def slow(values: Array) -> Array:
+        return np.concatenate([values[a:b].reshape(-1, TOGETHER).mean(axis=1) for a, b in ends])
+
+    held, answered = slow(beside), slow(beside - residual)
+    held, answered = held - held.mean(), answered - answered.mean()
+    square = float(held @ held)
+    if held.size < FEWEST // TOGETHER or square <= 0.0:
+        return False
+    part = float(held @ answered) / square
+    doubt = float(np.sqrt(np.mean((answered - part * held) ** 2) / square))
+    return part > max(SLOWLY, SURELY * doubt)
 
 
 def _moving(torque: Array, position: NDArray[np.intp]) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.effects import Signals
-from incsvr.tracer.command import Command, is_noise
+from incsvr.tracer.command import Command, answers_slowly, is_noise
 from incsvr.tracer.damping import Damping
 from incsvr.tracer.feedback import controller_gain
 from incsvr.tracer.noise import noise_share
@@ -77,7 +77,10 @@ class Problem:
         """Whether the torque is a plain command, noise and no controller's answer, as a residual (n_b,) tells."""
         if self.command.plain is None or self.closed_loop:
             return False
-        return is_noise(self.blocks, self.blocks.mean(self.signals.torque - self.command.plain), residual)
+        beside = self.blocks.mean(self.signals.torque - self.command.plain)
+        if self.command.exact and answers_slowly(self.blocks, beside, residual):
+            return False
+        return is_noise(self.blocks, beside, residual)
 
     def noisy(self, fitted: Fit) -> Array:
         """(64,) the torque's white noise in parts of the residual's spectrum, from zero to π/T_b [rad/s]."""

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import Signals
-from incsvr.tracer.command import foretell, is_noise, told
+from incsvr.tracer.command import answers_slowly, foretell, is_noise, told
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import split
 
@@ -166,6 +166,17 @@ class TestTones:
         draw = np.random.default_rng(13)
         beside, water = draw.normal(size=len(self.BLOCKS)), draw.normal(size=len(self.BLOCKS))
         assert is_noise(self.BLOCKS, beside, 30.0 * water)
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_what_a_controller_slowly_asks_for_is_no_noise(self, seed: int) -> None:
+        """A fifth of the noise of a block, it is lost in what changes from one to the next."""
+        draw = np.random.default_rng(seed)
+        noise, slow = draw.normal(size=len(self.BLOCKS)), np.sin(np.linspace(0.0, 40.0, len(self.BLOCKS)))
+        asked = noise + 0.2 * np.sqrt(2.0) * slow
+        assert is_noise(self.BLOCKS, asked, noise)
+        assert answers_slowly(self.BLOCKS, asked, noise)
+        assert not answers_slowly(self.BLOCKS, noise, noise)
+        assert not answers_slowly(self.BLOCKS, noise, noise + 0.2 * slow)  # in the water: the motion answers that alone
 
     def test_what_too_few_blocks_tell_is_not_taken_for_noise(self) -> None:
         few = split(np.array([0, 80 * self.SIZE + 1]), self.SIZE, self.STEP)
