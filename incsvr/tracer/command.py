@@ -52,7 +52,7 @@ FEWEST = 100
 
 TOGETHER, SLOWLY, SURELY = 16, 0.25, 3.0
 """Blocks over whose means the motion answers what moves slowly; of that the part beyond which it is no noise, and
-standard errors that it must be from nothing."""
+standard errors that it must be from nothing. Of controllers' answers it was 0.45 and more, of noise 0.08 at most."""
 
 
 @dataclass(frozen=True, slots=True)
