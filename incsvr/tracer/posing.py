@@ -50,8 +50,9 @@ def pose(
     """Set the block length and build the equations.
 
     T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
-    at most 0.2 of the innovations' deviation, at most T_c/4.5; or it is `period` [s]. `held` says whether the torque
-    stays at its value until its next stamp (a command does) or is linear between them.
+    at most 0.2 of the innovations' deviation, at most T_c/4.5, or three samples where these last longer; or it is
+    `period` [s]. `held` says whether the torque stays at its value until its next stamp (a command does) or is linear
+    between them.
     """
     scale = time_scale(runs)
     scale = min(scale, max(SLOWEST * settling_time(runs, inertia), scale / MOST_OF_IT))
@@ -60,7 +61,9 @@ def pose(
     _long_enough(runs, scale)
     resolution = _resolution(runs)
     length = sum(float(run.time[-1] - run.time[0]) for run in runs)
-    block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), scale / 4.5)
+    # a loop that swings within a few samples would have a block for each of them, and be traced in half a minute
+    longest = max(scale / 4.5, min(3.0 * resolution, scale / 2.0))
+    block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), longest)
     block = block if period is None else period
     while True:
         problem = _equations(runs, inertia, channels, scale, block, sampled, held)
@@ -70,7 +73,7 @@ def pose(
             break
         # by a step at least: where one sample fills a block, 1.3 of it would be the same again
         longer = max(1.3 * problem.blocks.period, problem.blocks.period + problem.signals.step)
-        if noise <= 0.2 * base.scale or longer > scale / 4.5 or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
+        if noise <= 0.2 * base.scale or longer > longest or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:
             break
         block = longer
     problem = _differentiated(problem, sigma, sampled, base.scale)
