@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import Signals
-from incsvr.tracer.run import Array
+from incsvr.tracer.posing import pose
+from incsvr.tracer.run import Array, Run
 from incsvr.tracer.weak_form import derivative, split
 from incsvr.tracer.whitening import fit
 
@@ -96,3 +97,13 @@ def test_the_regression_is_calibrated_under_autocorrelation_and_outliers() -> No
         gains.append(2.0 * (fit(noise, np.column_stack([base, idle]), blocks).log_likelihood - without))
     assert np.median(gains) < 1.5  # of χ²: 0.45
     assert np.mean(np.array(gains) > 6.63) <= 0.1  # of χ²: 0.01
+
+
+def test_a_loop_that_swings_within_a_few_samples_has_no_block_for_each_of_them() -> None:
+    random, time = np.random.default_rng(0), 0.05 * np.arange(4000)
+    phase = 2.0 * np.pi * 0.8 * time + np.cumsum(random.normal(0.0, 0.1, time.size))
+    rate = np.sin(phase)
+    torque = np.gradient(rate, time) + 0.5 * rate + random.normal(0.0, 0.3, time.size)
+    posed = pose([Run("swinging", time, rate, torque, {})], 1.0, [])
+    assert posed.signals.scale < 0.3
+    assert 1 < posed.blocks.size <= 3
