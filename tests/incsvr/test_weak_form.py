@@ -100,9 +100,9 @@ def test_the_regression_is_calibrated_under_autocorrelation_and_outliers() -> No
 
 
 def test_a_loop_that_swings_within_a_few_samples_has_no_block_for_each_of_them() -> None:
-    random, time = np.random.default_rng(0), 0.05 * np.arange(4000)
+    random, time = np.random.default_rng(0), np.linspace(0.0, 200.0, 4001)
     phase = 2.0 * np.pi * 0.8 * time + np.cumsum(random.normal(0.0, 0.1, time.size))
-    rate = np.sin(phase)
+    rate: Array = np.sin(phase)
     torque = np.gradient(rate, time) + 0.5 * rate + random.normal(0.0, 0.3, time.size)
     posed = pose([Run("swinging", time, rate, torque, {})], 1.0, [])
     assert posed.signals.scale < 0.3
