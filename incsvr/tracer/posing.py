@@ -50,9 +50,9 @@ def pose(
     """Set the block length and build the equations.
 
     T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
-    at most 0.2 of the innovations' deviation, at most T_c/4.5, or three samples where these last longer; or it is
-    `period` [s]. `held` says whether the torque stays at its value until its next stamp (a command does) or is linear
-    between them.
+    at most 0.2 of the innovations' deviation, at most T_c/4.5, or three of the yaw rate's samples where these last
+    longer, at most T_c/2 then; or it is `period` [s]. `held` says whether the torque stays at its value until its next
+    stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
     scale = min(scale, max(SLOWEST * settling_time(runs, inertia), scale / MOST_OF_IT))
@@ -62,7 +62,7 @@ def pose(
     resolution = _resolution(runs)
     length = sum(float(run.time[-1] - run.time[0]) for run in runs)
     # a loop that swings within a few samples would have a block for each of them, and be traced in half a minute
-    longest = max(scale / 4.5, min(3.0 * resolution, scale / 2.0))
+    longest = max(scale / 4.5, min(3.0 * sampled, scale / 2.0))
     block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), longest)
     block = block if period is None else period
     while True:
