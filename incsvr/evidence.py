@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from incsvr.effects import Effect, Signals, Term
 from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.tracer.colour import DEGREES
+from incsvr.tracer.damping import SPLINE
 from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array
@@ -95,7 +96,7 @@ def _fitted(
     feigned = np.concatenate([np.delete(hypothesis.feigned, core), np.zeros(more.shape[1])])
     offsets = [offset for j, offset in enumerate(hypothesis.offsets) if j != out]
     y = problem.y - (sum(offsets, np.zeros(blocks)) + taken)
-    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned)
+    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned, spline=SPLINE)
 
 
 def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:

@@ -12,6 +12,9 @@ from incsvr.tracer.run import Array
 INTERVALS = 8
 """Of the cubic spline of d(r): 6 or 16 were worse on simulated vehicles."""
 
+SPLINE = INTERVALS + 2
+"""Its columns: of a cubic spline's INTERVALS + 3 the last is left out, for d(0) = 0."""
+
 
 @dataclass(frozen=True, slots=True)
 class Damping:

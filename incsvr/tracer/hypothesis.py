@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.effects import Effect, Term
+from incsvr.tracer.damping import SPLINE
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.refining import refined
 from incsvr.tracer.run import Array
@@ -70,7 +71,7 @@ def views(problem: Problem, hypothesis: Hypothesis) -> Views:
 def nothing(problem: Problem) -> Hypothesis:
     """The declared model with its learned damping."""
     columns = problem.coarse
-    fitted = fit(problem.y, columns, problem.blocks, rounds=6, turned=problem.turned)
+    fitted = fit(problem.y, columns, problem.blocks, rounds=6, turned=problem.turned, spline=SPLINE)
     none = np.zeros(columns.shape[1])
     return Hypothesis((), (), fitted, columns, problem.turned, none, (), 2.0 * fitted.log_likelihood, (), ())
 
@@ -161,7 +162,7 @@ def settle(
         none = np.zeros(base.shape[1])
         feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
         blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
-        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned)
+        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned, spline=SPLINE)
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)

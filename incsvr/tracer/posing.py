@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracer.command import Command, told
-from incsvr.tracer.damping import Damping
+from incsvr.tracer.damping import SPLINE, Damping
 from incsvr.tracer.grid import on_fine_grid, settling_time, time_scale
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, jumps, white_noise
 from incsvr.tracer.problem import Problem
@@ -67,7 +67,7 @@ def pose(
     block = block if period is None else period
     while True:
         problem = _equations(runs, inertia, channels, scale, block, sampled, held)
-        base = fit(problem.y, problem.coarse, problem.blocks)
+        base = fit(problem.y, problem.coarse, problem.blocks, spline=SPLINE)
         noise = _gyro_noise_in(problem, sigma, sampled, base)
         if period is not None:
             break
@@ -96,7 +96,7 @@ def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -
         return problem
     period = sample_period(runs, "yaw_rate")
     finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
-    base, sigma = fit(finer.y, finer.coarse, finer.blocks), gyro_noise(runs)
+    base, sigma = fit(finer.y, finer.coarse, finer.blocks, spline=SPLINE), gyro_noise(runs)
     gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
     finer = replace(finer, feedback=problem.feedback)
     known = s.known and finer.knows_command(base.residual)

@@ -8,10 +8,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from incsvr.effects import Effect, Signals
+from incsvr.tracer.damping import SPLINE
 from incsvr.tracer.jacobian import answering, curvature, pull
 from incsvr.tracer.run import Array
 from incsvr.tracer.weak_form import Blocks
-from incsvr.tracer.whitening import RIDGE, Fit, whiten
+from incsvr.tracer.whitening import Fit, ridge, whiten
 
 TOLERANCE = 0.01
 """Of the range in which the parameter is sought."""
@@ -79,7 +80,7 @@ def refined(
             cross = rest.T @ column
             normal = np.block([[squares, cross], [cross.T, column.T @ column]])
             right, total = np.concatenate([along, column.T @ left]), 0.0
-        normal = normal + np.diag(RIDGE * np.diag(normal) + 1e-300) + curved
+        normal = normal + ridge(np.diag(normal), SPLINE) + curved
         right = right + pulled
         return total - float(right @ np.linalg.solve(normal, right))
 

@@ -28,7 +28,12 @@ INSTANT = 1.0 / 3.0
 """Most of that: as likely anywhere from a sample period too early to one too late. What is more is no noise."""
 
 RIDGE = 1e-7
-"""Of the mean squared column: holds spline coefficients where the vehicle hardly was."""
+"""Of each column's square."""
+
+STIFF = 1e-4
+"""Of the mean square of a spline's columns: weight of its second differences. Where the vehicle hardly was it goes on
+as it came (P. H. C. Eilers, B. D. Marx, "Flexible smoothing with B-splines and penalties", Statistical Science 11(2),
+1996); elsewhere the data have ten thousand times the say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +61,20 @@ class Fit:
     loud: float
 
 
+def ridge(squares: Array, spline: int) -> Array:
+    """(p, p) what is added to a regression's matrix so that it holds where there are next to no data.
+
+    Args:
+        squares: (p,) sum of each column's squares.
+        spline: how many of the first columns are a spline's, the last of whose coefficients is zero.
+    """
+    held: Array = np.diag(RIDGE * squares + 1e-300)
+    if spline:
+        bend = np.diff(np.eye(spline + 1), 2, axis=0)[:, :spline]
+        held[:spline, :spline] += STIFF * float(np.mean(squares[:spline])) * bend.T @ bend
+    return held
+
+
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
     """The AR filter over blocks with three predecessors; `values` (n_b,) or (n_b, p), of which it may be a view."""
     white = values[3:]
@@ -77,6 +96,7 @@ def fit(
     rounds: int = 4,
     turned: Array | None = None,
     feigned: Array | None = None,
+    spline: int = 0,
 ) -> Fit:
     """Maximum likelihood of θ, the AR and s, each in turn.
 
@@ -94,9 +114,10 @@ def fit(
         feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr
             follows the gyro's noise: the score is corrected for it (L. A. Stefanski, R. J. Carroll, Biometrika 74,
             1987), and the likelihood for what a smaller coefficient wins by less of that noise alone.
+        spline: how many of the first columns are the damping's spline, for `ridge`.
     """
     p, columns = columns.shape[1], np.asfortranarray(columns)  # every sum below runs along the blocks
-    ridge = RIDGE * np.einsum("ij,ij->j", columns, columns) + 1e-300
+    held = ridge(np.einsum("ij,ij->j", columns, columns), spline)
     ar = np.zeros(3) if start is None else start.ar
     weight = np.ones(blocks.whole.size)
     if start is not None and start.weight.size == weight.size:
@@ -121,8 +142,8 @@ def fit(
         for step in range(plain + steps):
             if step in (0, plain):  # a matrix of squares is half of a step, and the weights hardly change it
                 np.multiply(white_x, np.sqrt(weight)[:, None], out=weighted)
-                squares = weighted.T @ weighted + np.diag(ridge)
-            toward = white_x.T @ (weight * innovation) - ridge * theta
+                squares = weighted.T @ weighted + held
+            toward = white_x.T @ (weight * innovation) - held @ theta
             if corrected and step >= plain:
                 shrunk = [answer.shrink(theta) for answer in own]
                 if step == plain:
