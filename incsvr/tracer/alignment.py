@@ -111,11 +111,8 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     # seen from the rate side no effect filters the torque's noise, but the gyro's is larger there; what is in the
     # residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
-    share = max(
-        problem.share_beside(residual, gyro),
-        problem.share_beside(aside, of_gyro),
-        _late_share(problem, found, residual, gyro),
-    )
+    share = max(problem.share_beside(residual, gyro), problem.share_beside(aside, of_gyro))
+    share = max(share, _late_share(problem, found, residual, gyro, (1,) if share > 0.0 else (1, 2)))
     known = problem.knows_command(aside)
     signals = replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known)
     return replace(problem, signals=signals).answering(found.fit.theta[: problem.coarse.shape[1]], found.fit.ar)
@@ -126,7 +123,7 @@ def _commanded(problem: Problem) -> Callable[[Signals, Blocks], Command]:
     return lambda signals, blocks: problem.command
 
 
-def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Array) -> float:
+def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Array, orders: Sequence[int]) -> float:
     """Part of the noise that sits in the torque where a delay brings it late into the residual; 0 where none does.
 
     It does where the delay is told from the torque as it was recorded. Of a command that moves fast, what another
@@ -139,7 +136,7 @@ def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Arra
     for effect, term in moves:
         torque, rate = (effect.thrust(values, problem.signals, term) for values in (torque, rate))
     answer = -problem.feedback * problem.blocks.mean(rate)
-    return noise_share(problem.blocks, torque, residual, gyro, answer, orders=(1,)) or 0.0
+    return noise_share(problem.blocks, torque, residual, gyro, answer, orders) or 0.0
 
 
 def with_share(problem: Problem, share: float) -> Problem:
