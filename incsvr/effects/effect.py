@@ -168,6 +168,13 @@ class Effect(ABC):
         """Why physics forbids this term; empty if it does not."""
         return ""
 
+    def slight(self, term: Term, s: Signals) -> str:
+        """Why it is no more than what nobody declares more closely; empty if it is more.
+
+        Beside another effect it may be more: a search grows it further, and it is not named.
+        """
+        return ""
+
     def must_prove(self, term: Term, s: Signals) -> bool:
         """Whether the noise's colour might be taken for it, so that only a free run that is plainly better counts."""
         return False

@@ -30,6 +30,9 @@ class Inertia(Effect):
         ratio = 1.0 + term.coefficients[0] / s.inertia
         if not 0.2 < ratio < 5.0:
             return f"the inertia would be {ratio:.2g} times the declared one"
-        if abs(ratio - 1.0) < KNOWN:
+        return ""
+
+    def slight(self, term: Term, s: Signals) -> str:
+        if abs(term.coefficients[0]) < KNOWN * s.inertia:
             return f"the inertia would be the declared one within {KNOWN:.0%}, better than it can be known"
         return ""
