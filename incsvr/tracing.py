@@ -16,7 +16,7 @@ from incsvr.tracer.channels import usable
 from incsvr.tracer.excitation import answered
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
-from incsvr.tracer.gates import THRESHOLD, sound
+from incsvr.tracer.gates import THRESHOLD, WITNESSED, rose, sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, resettled, settle
 from incsvr.tracer.inquiry import Case, inquire, p_value_of
 from incsvr.tracer.manoeuvre import separate
@@ -100,7 +100,7 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
         now = _mean_square(_first(problem, found, k + 1))
         share = float(np.clip((last - now) / total, 0.0, 1.0))
-        if effect.dry and now > last:
+        if effect.dry and rose(found, without(problem, found, k)):
             notes.append(
                 "friction holds a resting vehicle, and with it what the water would have turned: with it the residual "
                 "grows, and the free run is what proves it"
@@ -149,6 +149,9 @@ def _tied(case: Case, found: Hypothesis, k: int) -> tuple[tuple[str, ...], str]:
         if others and not tied:
             problem, found = case.longer, beside
         tied = (*tied, *others)
+    # and what free runs without the torque's noise tell from it is told
+    if case.pieces.witness and not problem.one_sine:
+        tied = tuple(rival for rival in tied if case.pieces.tells(found, rival) < WITNESSED)
     names = tuple(rival.terms[-1].effect for rival in tied)
     return names, separate(problem, found, tied[0], names[0]) if tied else ""
 

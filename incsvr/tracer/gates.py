@@ -26,6 +26,8 @@ Twice that on one sine for an effect of the motion: of the noise, too, only a fe
 CONTRIBUTION = 0.05
 """Least deviation of what an effect alone explains, in deviations of the block residual."""
 
+LOST = "what it alone explains is lost in the noise"
+
 LARGER = 0.3
 """Of a larger effect's contribution: one that adds less must outdo the other shapes of the larger, too.
 
@@ -42,6 +44,9 @@ FAINT = 0.0075
 """Part of the variance that all effects explain, below which one that lasts is not named: as much is left of the
 others if their shapes are wrong by a twelfth of their amplitude."""
 
+PASSING = 0.5
+"""Part of what a dead band or a limit takes, above which it is but passed through from one level to the next."""
+
 PROVEN = 0.9
 """Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
 
@@ -54,12 +59,25 @@ LEVEL = 1e-4
 WITNESS = 1e-2
 """p-value with which the free runs of held-out pieces tell an effect by themselves."""
 
+HINT = 6.6
+"""2 Δℓ of the equation, χ² at 1 %, that is asked of an effect of which free runs leave no doubt."""
+
+WITNESSED = 100.0
+"""2 Δℓ on unseen data by which free runs that are driven by the plain command leave none. Of nothing hidden came 40 at
+most; of the errors of other effects' shapes more, but the equation holds no hint of these."""
+
+UNSEEN = 1e-6
+"""p-value of such free runs: nobody knows their noise so well that they could be believed with less."""
+
 SENSED = 0.2
 """Share of the noise in the torque above which an effect may feed on it."""
 
 
 class FreeRun(Protocol):
-    """The judge of every step."""
+    """The judge of every step; a `witness` where free runs may tell what the equation but hints at."""
+
+    @property
+    def witness(self) -> bool: ...
 
     def __call__(self, hypothesis: Hypothesis) -> float:
         """Free-run error on unseen data [rad/s]."""
@@ -71,6 +89,10 @@ class FreeRun(Protocol):
 
     def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
         """p-value of the free run of `new` being better than that of `old`."""
+        ...
+
+    def tells(self, new: Hypothesis, old: Hypothesis) -> float:
+        """2 Δℓ of `new` over `old` by the errors of their free runs on unseen data."""
         ...
 
 
@@ -90,10 +112,13 @@ def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) 
 
 def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int) -> tuple[str, int]:
     """What speaks against one effect of a hypothesis, found among so many, and which; empty if nothing does."""
-    reason, k = sound(problem, base)
+    reason, k = forbidden(problem, base)
     if reason:
         return reason, k
     gains = [evidence(problem, base, j) for j in range(len(base.terms))]
+    lost = [j for j in lost_in_noise(problem, base) if not witnessed(problem, free_run, base, j, gains[j])]
+    if lost:
+        return LOST, lost[0]
     paid = [_paid(problem, free_run, base, j, gain, among) for j, gain in enumerate(gains)]
     k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
     if gains[k] < paid[k]:
@@ -108,7 +133,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
                 f"{left:.0f}, {paid[k]:.0f} is asked"
             ), k
     faint = _faint(problem, base, gains)
-    if faint is not None:
+    if faint is not None and not free_run(base) < PROVEN * free_run(without(problem, base, faint)):
         return "so little beside what the others explain that it may be the error of their shapes", faint
     terms = zip(base.effects, base.terms, strict=True)
     phased = [j for j, (e, t) in enumerate(terms) if e.of_phase and not below_sampling(t, problem)]
@@ -130,7 +155,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         if not proven and effect.must_prove(term, problem.signals):
             return "it is so short that the noise's colour may pass for it, and the free run is not plainly better", k
         # at rest friction holds what the water would turn: with it that is seen, and the residual grows as it should
-        if _rose(base, less) and not proven and not effect.dry:
+        if rose(base, less) and not proven and not effect.dry:
             return "with it the residual grows: it explains the residual's colour, not its size", k
         if not pays(problem, free_run, base, less):
             return (
@@ -160,6 +185,8 @@ def _paid(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: f
     """2 Δℓ that is asked of the k-th effect, which brings `gain`: its price and a threshold; on one sine twice that of
     an effect of the motion. The price alone where free runs make up for the rest."""
     effect = base.effects[k]
+    if witnessed(problem, free_run, base, k, gain):
+        return HINT
     one_phase = problem.one_sine and effect.of_phase
     least = price(effect, effect.core, problem)
     full = least + (2.0 * THRESHOLD if one_phase else THRESHOLD)
@@ -176,10 +203,22 @@ def told(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: fl
     """
     effect = base.effects[k]
     p = p_value(gain, effect.core + len(effect.sought), effect.looks * max(among, 1))
+    if p > LEVEL and witnessed(problem, free_run, base, k, gain):
+        return together(p, UNSEEN)
     if p <= LEVEL or p > WITNESS or problem.closed_loop:
         return p
     seen = free_run.by_chance(base, without(problem, base, k))
     return together(p, seen) if seen < WITNESS else p
+
+
+def witnessed(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float) -> bool:
+    """Whether free runs leave no doubt of the k-th effect, of which the equation has but a hint, its 2 Δℓ `gain`.
+
+    Where the torque's noise is the sensor's and the command is known, they see none of it, and the equation all. Their
+    likelihood ratio on unseen data bounds the p-value by exp(−Δℓ), whatever was searched (L. Wasserman, A. Ramdas,
+    S. Balakrishnan, "Universal inference", PNAS 117, 2020).
+    """
+    return free_run.witness and gain > HINT and free_run.tells(base, without(problem, base, k)) > WITNESSED
 
 
 def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:
@@ -197,16 +236,39 @@ def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]
     return None
 
 
-def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
-    """Why a hypothesis cannot stand (physics, size), and for which effect; an empty reason if it can."""
-    forbidden = against_physics(problem, hypothesis)
-    if forbidden:
-        return forbidden
+def forbidden(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
+    """Why physics, or what was declared, forbids one of the effects, and which; an empty reason if neither does."""
+    against = against_physics(problem, hypothesis)
+    if against:
+        return against
+    seen = views(problem, hypothesis)
+    for k, (effect, term) in enumerate(zip(hypothesis.effects, hypothesis.terms, strict=True)):
+        slight = effect.slight(term, seen.of(effect))
+        if slight:
+            return slight, k
+        if effect.whole and _in_passing(problem, hypothesis, k) > PASSING:
+            return "it acts but where the command jumps, and when that was, between two samples, nobody knows", k
+    return "", 0
+
+
+def lost_in_noise(problem: Problem, hypothesis: Hypothesis) -> list[int]:
+    """Which effects explain, each alone, less than CONTRIBUTION; the least first."""
     # the wrong shape of what lasts is no instant: what acts for instants is measured as the likelihood sees it
     size = [unique_share(problem, hypothesis, k, white=e.brief) for k, e in enumerate(hypothesis.effects)]
-    if size and min(size) < CONTRIBUTION:
-        return "what it alone explains is lost in the noise", int(np.argmin(size))
-    return "", 0
+    return [k for k in sorted(range(len(size)), key=size.__getitem__) if size[k] < CONTRIBUTION]
+
+
+def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
+    """Why a hypothesis cannot stand (physics, size), and for which effect; an empty reason if it can."""
+    reason, k = forbidden(problem, hypothesis)
+    lost = [] if reason else lost_in_noise(problem, hypothesis)
+    return (LOST, lost[0]) if lost else (reason, k)
+
+
+def _in_passing(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """Part of what the k-th effect takes that it takes in blocks in which the command jumps."""
+    taken = np.square(hypothesis.columns[:, hypothesis.position[k]])
+    return float(np.sum(taken[problem.blocks.mistimed > 0.0]) / max(np.sum(taken), 1e-300))
 
 
 def unique_share(problem: Problem, hypothesis: Hypothesis, k: int, *, white: bool = False) -> float:
@@ -256,7 +318,7 @@ def worth(hypothesis: Hypothesis) -> float:
     return hypothesis.criterion - THRESHOLD * len(hypothesis.terms)
 
 
-def _rose(grown: Hypothesis, base: Hypothesis) -> bool:
+def rose(grown: Hypothesis, base: Hypothesis) -> bool:
     """Whether the raw residual rose, its level apart (that may be the next effect): an AR near a unit root hides it."""
 
     def spread(h: Hypothesis) -> float:

@@ -19,6 +19,7 @@ from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import Lead, scan, with_lead, without
 from incsvr.tracer.search import Search
+from incsvr.tracer.thinned import hangs
 
 HARM = 0.03
 """Part of the free-run error by which an effect must spoil the validation recordings to be dropped for it."""
@@ -76,6 +77,7 @@ def inquire(
         case, found, hunt = _searched(again, validate, names, found)
     refused = hunt.refused
     found = _proven(case, _evident(case, found, refused), refused)
+    found = _resolved(case, found, refused, runs)
     case, found = _looked_closer(case, found, refused, runs, validate)
     found = _proven(case, _evident(case, found, refused), refused)
     return case, found, refused
@@ -120,7 +122,7 @@ def _looked_closer(
     finer = pose_finer(runs, case.problem, case.channels) if brief else case.problem
     if finer is case.problem:
         return case, found
-    court, pieces = Court.of(finer, validate), Court.of(finer, None, quick=True)
+    court, pieces = Court.of(finer, validate, finer=True), Court.of(finer, None, quick=True, finer=True)
     hunt = Search(finer, brief, pieces, finer.closed_loop, refused=dict[str, str]())
     base = resettled(finer, found)
     grown = hunt.climbed(base)
@@ -224,6 +226,15 @@ def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothes
             f"below {LEVEL:.0e} is asked"
         )
         found = without(case.problem, found, worst)
+    return found
+
+
+def _resolved(case: Case, found: Hypothesis, refused: dict[str, str], runs: Sequence[Run]) -> Hypothesis:
+    """The effects that do not hang on how often the torque was sampled."""
+    while found.terms and (worst := hangs(case.problem, found, runs, case.channels)):
+        k, reason = worst
+        refused[found.terms[k].effect] = reason
+        found = without(case.problem, found, k)
     return found
 
 

@@ -39,6 +39,9 @@ class Court:
         pieces: blocks of each held-out piece.
         weighs: whether free runs may be compared by the likelihood of their errors, too.
         quick: whether a search asks.
+        witness: whether free runs may tell what the equation but hints at: where a command of levels is known that no
+            controller gives. What the torque's noise makes of tones is in the equation and, all along, in the command
+            that drives the free run: the two are not two witnesses.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
     """
 
@@ -47,10 +50,11 @@ class Court:
     pieces: tuple[slice, ...]
     weighs: bool
     quick: bool = False
+    witness: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
 
     @staticmethod
-    def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False) -> Court:
+    def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False, finer: bool = False) -> Court:
         """Held-out pieces are about a twentieth of the recordings and at least four time scales long."""
         blocks = problem.blocks
         length = max(len(blocks) / 20.0, 4.0 * problem.signals.scale / blocks.period)
@@ -61,7 +65,9 @@ class Court:
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
         others = _posed(problem, validate) if validate else None
         weighs = not problem.closed_loop
-        return Court(problem, others, tuple(pieces), weighs, quick)
+        # the errors' colour in shorter blocks is no AR(3)
+        witness = weighs and problem.signals.known and not problem.command.exact and not finer
+        return Court(problem, others, tuple(pieces), weighs, quick, witness)
 
     @property
     def validated_on(self) -> str:
@@ -83,6 +89,12 @@ class Court:
     def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
         """p-value of the free run of `new` being better than that of `old`, each on time, as told by all pieces."""
         return chance(_gain(self.on_time(old), self.on_time(new)))
+
+    def tells(self, new: Hypothesis, old: Hypothesis) -> float:
+        """2 Δℓ of `new` over `old` by the errors of their free runs, each on time."""
+        before, after = self.on_time(old), self.on_time(new)
+        gain = likelier(before.block_error, after.block_error, after.mistimed, self.problem.blocks.period)
+        return float(gain.sum())
 
     def late(self, hypothesis: Hypothesis) -> float:
         """By how much its free run comes late [s], as far as that lies within the sampling; negative if early."""

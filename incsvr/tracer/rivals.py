@@ -40,7 +40,12 @@ def rivals(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect
         if problem.one_sine and lead.effect.of_phase and found.effects[k].of_phase:
             # all of these are a few harmonics of the command: which fits best is decided by the catalogue's shape error
             margin += ON_ONE_SINE * gain
-        if swapped.criterion < found.criterion - margin or lead.effect.implausible(swapped.terms[-1], s):
+        term = swapped.terms[-1]
+        if (
+            swapped.criterion < found.criterion - margin
+            or lead.effect.implausible(term, s)
+            or lead.effect.slight(term, s)
+        ):
             continue
         known = tied.get(lead.effect.name)
         if known is None or swapped.criterion > known.criterion:

@@ -8,12 +8,16 @@ from itertools import permutations
 from math import inf
 
 from incsvr.effects import Effect
+from incsvr.evidence import evidence
 from incsvr.tracer.gates import (
+    HINT,
     PROVEN,
     STRONG,
     THRESHOLD,
+    WITNESSED,
     FreeRun,
     against_physics,
+    forbidden,
     given_away,
     objection,
     pays,
@@ -36,8 +40,18 @@ FOLLOWED = 12
 SIMPLER = 0.35
 """Part of an effect's gain that is given away for one effect less."""
 
+SEEN_ONE, SEEN_SIMPLER = 0.2, 0.6
+"""Parts that are given away for one effect of the motion, and for one less, where free runs are without the torque's
+noise and show none the better."""
+
+BETTER = 1.0
+"""Of the criterion: a set of effects that was judged is judged again where it comes with values so much better."""
+
 CLIMBS = 12
 """How many leads are tried as an addition to what the gates let pass."""
+
+HINTS = 6
+"""How many leads of which the equation holds but a hint are put before the free runs."""
 
 CLIMBERS = 2
 """How many of the best of these are put before the gates in turn."""
@@ -77,7 +91,8 @@ class Search:
         given: a set that was found before, when noise or torque were read otherwise: it stands among the finalists.
         refused: effect → why it was not added though the equation asked for it.
         promising: what the equation alone holds for the best, before any gate.
-        judged: keys of a set of effects → what the gates left of it: itself, or one effect less.
+        judged: keys of a set of effects → as it was judged, and what the gates left of it: itself, or one effect less.
+        tried: keys of a set of effects → the best that came of it when sets were grown.
     """
 
     problem: Problem
@@ -88,7 +103,8 @@ class Search:
     given: Hypothesis | None = None
     refused: dict[str, str] = field(default_factory=dict)
     promising: Hypothesis = field(init=False, repr=False)
-    judged: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
+    judged: dict[frozenset[str], tuple[Hypothesis, Hypothesis]] = field(default_factory=dict)
+    tried: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
 
     def run(self) -> Hypothesis:
         """The best set that passes every gate, out of a beam search by the equation alone.
@@ -101,6 +117,9 @@ class Search:
             grown = self._grown(beam, tries)
             beam = [self._reformed(one) if len(one.terms) > 1 else one for one in grown[:width]]
             grown[:width] = beam
+            for one in grown:
+                keys = frozenset(effect.key for effect in one.effects)
+                self.tried[keys] = max(one, self.tried.get(keys, one), key=worth)
             if not beam or (len(beam[0].terms) > 1 and max(map(worth, beam)) <= max(map(worth, seen))):
                 break
             seen += grown
@@ -112,7 +131,7 @@ class Search:
             proves = self.free_run(cleaned) < self.free_run(base)
             if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._one_for_several(self._simpler(self._swapped(self.climbed(best))))
+        best = self._hinted(self._one_for_several(self._simpler(self._swapped(self.climbed(best)))))
         for name in best.names():
             self.refused.pop(name, None)
         return best
@@ -125,6 +144,26 @@ class Search:
             if best is base:
                 break
             base = best
+        return base
+
+    def _hinted(self, base: Hypothesis) -> Hypothesis:
+        """`base` with what the equation but hints at, for the torque's noise, and what free runs without it tell."""
+        while self.free_run.witness and len(base.terms) < self.most:
+            others = [effect for effect in self.effects if effect.name not in base.names()]
+            # a scan sees nothing of a friction that the damping carries until it is refitted
+            leads = [x for x in scan(self.problem, base, others) if x.gain > HINT or not x.effect.channels]
+            first = {lead.effect.name: lead for lead in reversed(leads)}.values()
+            grown = [with_lead(self.problem, base, lead) for lead in first]
+            grown = [new for new in grown if not forbidden(self.problem, new)[0]]
+            hinted = [new for new in grown if evidence(self.problem, new, len(base.terms)) > HINT]
+            hinted = sorted(hinted, key=lambda new: -new.criterion)[:HINTS]
+            best = max(hinted, key=lambda new: self.free_run.tells(new, base), default=base)
+            if best is base or self.free_run.tells(best, base) <= WITNESSED:
+                break
+            cleaned = self._clean(best)
+            if len(cleaned.terms) < len(best.terms):
+                break
+            base = cleaned
         return base
 
     def _reformed(self, base: Hypothesis) -> Hypothesis:
@@ -172,15 +211,26 @@ class Search:
             if not forms:
                 continue
             others = excepting(self.problem, base, (k, less))
-            allowed = SIMPLER * (base.criterion - without(self.problem, base, less).criterion)
+            gained = base.criterion - without(self.problem, base, less).criterion
             for lead in scan(self.problem, others, forms):
                 same = lead.effect.key == base.effects[k].key
                 for inner in lead.effect.starts(self.problem.signals) if same else [lead.inner]:
                     one = instead(self.problem, base, (k, less), replace(lead, inner=inner))
-                    explains = one.criterion >= base.criterion - allowed and not sound(self.problem, one)[0]
-                    if explains and PROVEN * self.free_run(one) <= self.free_run(base):
-                        return self._simpler(one)
+                    lost = base.criterion - one.criterion
+                    if sound(self.problem, one)[0] or not (
+                        (lost <= SIMPLER * gained and PROVEN * self.free_run(one) <= self.free_run(base))
+                        or self._runs_as_well(one, base, lost, SEEN_SIMPLER * gained)
+                    ):
+                        continue
+                    return self._simpler(one)
         return base
+
+    def _runs_as_well(self, one: Hypothesis, base: Hypothesis, lost: float, most: float) -> bool:
+        """Whether free runs that are driven by the plain command get no worse by fewer effects.
+
+        There they see more than the equation, in which the torque's noise is: it must not lose more than that.
+        """
+        return self.problem.signals.known and lost <= most and self.free_run(one) <= self.free_run(base)
 
     def _otherwise(self, form: Effect, effect: Effect) -> bool:
         """Whether `form` may stand for the effect in another way: another form, or the same from elsewhere."""
@@ -197,11 +247,13 @@ class Search:
         if len(phased) < 2:
             return base
         others = excepting(self.problem, base, phased)
-        enough = others.criterion + (1.0 - given_away(self.problem)) * (base.criterion - others.criterion)
+        gained = base.criterion - others.criterion
         for one in self._grown([others], BEAM[0][1]):
             effect = one.effects[-1]
             other = effect.of_phase and effect.name not in base.names()
-            if other and one.criterion >= enough and self._clean(one).names() == one.names():
+            lost = base.criterion - one.criterion
+            enough = lost <= given_away(self.problem) * gained or self._runs_as_well(one, base, lost, SEEN_ONE * gained)
+            if other and enough and len(self._clean(one).terms) == len(one.terms):
                 return one
         return base
 
@@ -287,16 +339,25 @@ class Search:
         tries = (with_lead(self.problem, base, replace(lead, inner=start)) for start in others)
         return next((again for again in tries if not against_physics(self.problem, again)), new)
 
+    def _less(self, base: Hypothesis, k: int) -> Hypothesis:
+        """`base` without its k-th effect, which the others may have grown around: as it was before, where that is
+        better."""
+        less = without(self.problem, base, k)
+        before = self.tried.get(frozenset(effect.key for effect in less.effects), less)
+        return max(less, before, key=worth)
+
     def _clean(self, base: Hypothesis) -> Hypothesis:
         """`base` without the effects that do not pass every gate beside the others, the least of them first."""
         while base.terms:
             keys = frozenset(effect.key for effect in base.effects)
-            if keys not in self.judged:
+            better = keys in self.judged and base.criterion > self.judged[keys][0].criterion + BETTER
+            if keys not in self.judged or better:
                 reason, k = objection(self.problem, self.free_run, base, len(self.effects))
                 if reason:
                     self.refused[base.names()[k]] = reason
-                self.judged[keys] = without(self.problem, base, k) if reason else base
-            if self.judged[keys].names() == base.names():
-                return self.judged[keys]
-            base = self.judged[keys]
+                self.judged[keys] = base, self._less(base, k) if reason else base
+            base, left = self.judged[keys]
+            if left.names() == base.names():
+                return left
+            base = left
         return base
