@@ -9,11 +9,12 @@ import pytest
 
 from incsvr.effects import catalogue
 from incsvr.tracer.alignment import aligned
-from incsvr.tracer.gates import objection
+from incsvr.tracer.gates import forbidden, objection
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Run
 from simulator.trial import Trial, play
+from tests.incsvr.trials import as_run
 from tests.incsvr.turning import instants, turning
 
 TIME = instants(400.0)
@@ -57,3 +58,15 @@ def test_a_band_that_is_wider_to_one_side_is_no_bias() -> None:
     reason, k = objection(problem, Court.of(problem, None, quick=True), found, 1)
     assert found.names()[k] == "bias_torque"
     assert "another shape" in reason
+
+
+def test_a_band_that_the_command_but_jumps_over_is_none() -> None:
+    """Between its levels it passes through the band within a sample, and when that was nobody knows."""
+    outcome = play(Trial(430_058, (), 1.0, "leng", "telegraph", 0.9))
+    problem, _ = aligned([as_run(outcome)], outcome.inertia, [])
+    base, step = nothing(problem), catalogue()["dead_zone/step"]
+    found = settle(problem, [(step, (44.4,), ())], base)
+    assert found.criterion > base.criterion + 20.0
+    reason, k = forbidden(problem, found)
+    assert k == 0
+    assert "where the command jumps" in reason

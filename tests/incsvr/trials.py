@@ -1,0 +1,17 @@
+"""What the tracer names of a trial."""
+
+from __future__ import annotations
+
+from incsvr.tracer.run import Run
+from incsvr.tracing import trace
+from simulator.trial import Outcome
+
+
+def as_run(outcome: Outcome) -> Run:
+    """The recording as the tracer takes it."""
+    columns = dict(outcome.recording.columns)
+    return Run("trial", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
+
+
+def named(outcome: Outcome) -> set[str]:
+    return {finding.effect for finding in trace([as_run(outcome)], inertia=outcome.inertia).effects}
