@@ -8,22 +8,19 @@ from itertools import permutations
 from math import inf
 
 from incsvr.effects import Effect
-from incsvr.evidence import evidence
 from incsvr.tracer.gates import (
-    HINT,
     PROVEN,
     STRONG,
     THRESHOLD,
-    WITNESSED,
     FreeRun,
     against_physics,
-    forbidden,
     given_away,
     objection,
     pays,
     sound,
     worth,
 )
+from incsvr.tracer.hints import hinted
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_lead, without
@@ -49,9 +46,6 @@ BETTER = 1.0
 
 CLIMBS = 12
 """How many leads are tried as an addition to what the gates let pass."""
-
-HINTS = 6
-"""How many leads of which the equation holds but a hint are put before the free runs."""
 
 CLIMBERS = 2
 """How many of the best of these are put before the gates in turn."""
@@ -147,23 +141,12 @@ class Search:
         return base
 
     def _hinted(self, base: Hypothesis) -> Hypothesis:
-        """`base` with what the equation but hints at, for the torque's noise, and what free runs without it tell."""
-        while self.free_run.witness and len(base.terms) < self.most:
-            others = [effect for effect in self.effects if effect.name not in base.names()]
-            # a scan sees nothing of a friction that the damping carries until it is refitted
-            leads = [x for x in scan(self.problem, base, others) if x.gain > HINT or not x.effect.channels]
-            first = {lead.effect.name: lead for lead in reversed(leads)}.values()
-            grown = [with_lead(self.problem, base, lead) for lead in first]
-            grown = [new for new in grown if not forbidden(self.problem, new)[0]]
-            hinted = [new for new in grown if evidence(self.problem, new, len(base.terms)) > HINT]
-            hinted = sorted(hinted, key=lambda new: -new.criterion)[:HINTS]
-            best = max(hinted, key=lambda new: self.free_run.tells(new, base), default=base)
-            if best is base or self.free_run.tells(best, base) <= WITNESSED:
+        """`base` with what the equation but hints at and free runs tell, if the gates let it pass."""
+        while len(base.terms) < self.most:
+            more = hinted(self.problem, self.free_run, base, self.effects)
+            if more is base or len(self._clean(more).terms) < len(more.terms):
                 break
-            cleaned = self._clean(best)
-            if len(cleaned.terms) < len(best.terms):
-                break
-            base = cleaned
+            base = more
         return base
 
     def _reformed(self, base: Hypothesis) -> Hypothesis:
@@ -217,20 +200,16 @@ class Search:
                 for inner in lead.effect.starts(self.problem.signals) if same else [lead.inner]:
                     one = instead(self.problem, base, (k, less), replace(lead, inner=inner))
                     lost = base.criterion - one.criterion
-                    if sound(self.problem, one)[0] or not (
-                        (lost <= SIMPLER * gained and PROVEN * self.free_run(one) <= self.free_run(base))
-                        or self._runs_as_well(one, base, lost, SEEN_SIMPLER * gained)
-                    ):
-                        continue
-                    return self._simpler(one)
+                    if lost <= max(SIMPLER, SEEN_SIMPLER) * gained and not sound(self.problem, one)[0]:
+                        nearly = lost <= SIMPLER * gained and PROVEN * self.free_run(one) <= self.free_run(base)
+                        if nearly or self._runs_as_well(one, base):
+                            return self._simpler(one)
         return base
 
-    def _runs_as_well(self, one: Hypothesis, base: Hypothesis, lost: float, most: float) -> bool:
-        """Whether free runs that are driven by the plain command get no worse by fewer effects.
-
-        There they see more than the equation, in which the torque's noise is: it must not lose more than that.
-        """
-        return self.problem.signals.known and lost <= most and self.free_run(one) <= self.free_run(base)
+    def _runs_as_well(self, one: Hypothesis, base: Hypothesis) -> bool:
+        """Whether free runs that are driven by the plain command get no worse by fewer effects: they see more than the
+        equation, in which the torque's noise is."""
+        return self.problem.signals.known and self.free_run(one) <= self.free_run(base)
 
     def _otherwise(self, form: Effect, effect: Effect) -> bool:
         """Whether `form` may stand for the effect in another way: another form, or the same from elsewhere."""
@@ -252,7 +231,8 @@ class Search:
             effect = one.effects[-1]
             other = effect.of_phase and effect.name not in base.names()
             lost = base.criterion - one.criterion
-            enough = lost <= given_away(self.problem) * gained or self._runs_as_well(one, base, lost, SEEN_ONE * gained)
+            enough = lost <= given_away(self.problem) * gained
+            enough = enough or (lost <= SEEN_ONE * gained and self._runs_as_well(one, base))
             if other and enough and len(self._clean(one).terms) == len(one.terms):
                 return one
         return base
