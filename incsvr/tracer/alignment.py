@@ -112,7 +112,9 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     # residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
     share = max(problem.share_beside(residual, gyro), problem.share_beside(aside, of_gyro))
-    share = max(share, _late_share(problem, found, residual, gyro, (1,) if share > 0.0 else (1, 2)))
+    late = _late_share(problem, found, residual, gyro, (1,) if share > 0.0 else (1, 2))
+    # beside a delay there is none in the torque of the same instant: where the late one is not told either, none is
+    share = problem.signals.share if share == 0.0 and late is None else max(share, late or 0.0)
     known = problem.knows_command(aside)
     signals = replace(problem.signals, share=share, gyro=min(part, MOST_GYRO), known=known)
     return replace(problem, signals=signals).answering(found.fit.theta[: problem.coarse.shape[1]], found.fit.ar)
@@ -123,8 +125,11 @@ def _commanded(problem: Problem) -> Callable[[Signals, Blocks], Command]:
     return lambda signals, blocks: problem.command
 
 
-def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Array, orders: Sequence[int]) -> float:
-    """Part of the noise that sits in the torque where a delay brings it late into the residual; 0 where none does.
+def _late_share(
+    problem: Problem, found: Hypothesis, residual: Array, gyro: Array, orders: Sequence[int]
+) -> float | None:
+    """Part of the noise that sits in the torque where a delay brings it late into the residual; 0 where none does, and
+    None where that is not told.
 
     It does where the delay is told from the torque as it was recorded. Of a command that moves fast, what another
     effect leaves of it there would pass for that noise, too: its first differences must be noise alone.
@@ -136,7 +141,7 @@ def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Arra
     for effect, term in moves:
         torque, rate = (effect.thrust(values, problem.signals, term) for values in (torque, rate))
     answer = -problem.feedback * problem.blocks.mean(rate)
-    return noise_share(problem.blocks, torque, residual, gyro, answer, orders) or 0.0
+    return noise_share(problem.blocks, torque, residual, gyro, answer, orders)
 
 
 def with_share(problem: Problem, share: float) -> Problem:

@@ -230,8 +230,11 @@ def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothes
 
 
 def _resolved(case: Case, found: Hypothesis, refused: dict[str, str], runs: Sequence[Run]) -> Hypothesis:
-    """The effects that do not hang on how often the torque was sampled."""
-    while found.terms and (worst := hangs(case.problem, found, runs, case.channels)):
+    """The effects that do not hang on how often the torque was sampled.
+
+    When a command of levels jumps, half its samples do not know: there every effect of the motion would hang on them.
+    """
+    while not case.problem.command.stays and found.terms and (worst := hangs(case.problem, found, runs, case.channels)):
         k, reason = worst
         refused[found.terms[k].effect] = reason
         found = without(case.problem, found, k)
