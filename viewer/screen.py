@@ -106,8 +106,7 @@ class Screen:
         return self._client
 
     def _connected(self) -> ViewerClient | None:
-        if self._process.poll() is not None:
-            raise BadInput(f"the viewer does not start: {self._why()}")
+        self._check()
         try:
             client = ViewerClient.connect(self._url)
             client.get_state()
@@ -116,12 +115,21 @@ class Screen:
         return client
 
     def _loaded(self) -> bool:
-        state = self._viewer.get_state()
+        self._check()
+        try:
+            state = self._viewer.get_state()
+        except (RuntimeError, ConnectionError):  # it may answer, and end before it draws its first frame
+            return False
         return bool(state.views) and not state.loading and any(one.timelines for one in state.recordings)
+
+    def _check(self) -> None:
+        if self._process.poll() is not None:
+            raise BadInput(f"the viewer does not start: {self._why()}")
 
     def _why(self) -> str:
         text = self._log.read_text(errors="replace")
-        if "graphics adapter" in text or "No wgpu adapter" in text:
+        # without any adapter it says so; of one for OpenGL alone it gets no render context
+        if any(words in text for words in ("graphics adapter", "No wgpu adapter", "Failed to get render context")):
             return "it finds no Vulkan driver; install mesa-vulkan-drivers"
         return (text.strip().splitlines() or ["it says nothing"])[-1][-300:]
 
