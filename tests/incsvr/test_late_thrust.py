@@ -43,3 +43,9 @@ def test_noise_that_comes_late_into_the_residual_is_the_torques_own() -> None:
     """All of it is the sensor's; read at once, against the torque of the same instant, none of it was."""
     hidden = ("bias_torque", "torque_delay")
     assert named(play(Trial(445_101, hidden, 1.0, "leng", "closed_loop", 0.5, noise="torque"))) == set(hidden)
+
+
+def test_where_late_noise_is_not_told_its_share_stays_what_it_was() -> None:
+    """The controller moves the torque too fast; a share of none would make a lag of the delay."""
+    outcome = play(Trial(455_103, ("torque_delay",), 1.0, "leng", "closed_loop", 0.5, noise="torque"))
+    assert named(outcome) == {"torque_delay"}

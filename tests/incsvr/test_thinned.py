@@ -11,6 +11,8 @@ from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Run
 from incsvr.tracer.thinned import hangs
+from simulator.trial import Trial, play
+from tests.incsvr.trials import named
 
 STEP, DECLARED = 0.02, 1.0
 """[s] of the gyro's samples, and I₀ [kg m²]."""
@@ -55,3 +57,9 @@ def test_a_true_one_is_the_same(every: int, longest: float) -> None:
         problem, found = with_inertia(run)
         assert found.terms[0].coefficients[0] == pytest.approx(0.25, abs=0.05)
         assert hangs(problem, found, [run], []) is None
+
+
+def test_a_command_of_levels_is_not_asked() -> None:
+    """When it jumps, of half the samples, nobody knows: a true inertia would be another."""
+    outcome = play(Trial(455_041, ("inertia",), 1.0, "small", "telegraph", 0.9, noise="torque"))
+    assert named(outcome) == {"inertia"}
