@@ -21,6 +21,7 @@ Twice that on one sine for an effect of the motion: of the noise, too, only a fe
 """
 
 LOST = "what it alone explains is lost in the noise"
+"""Why an effect of less than CONTRIBUTION is not named."""
 
 ONE_FOR_SEVERAL = 0.07
 """Part of the gain of several effects of the motion that is given away for one that is none of them; on one sine, where
@@ -34,7 +35,8 @@ FAINT = 0.0075
 others if their shapes are wrong by a twelfth of their amplitude."""
 
 PROVEN = 0.9
-"""Free-run error, in parts of that without an effect, below which a residual that rose is no objection to it."""
+"""Free-run error, in parts of that without an effect, below which neither a residual that rose nor being FAINT is an
+objection to it: what is left of a wrong shape makes no free run so much better."""
 
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
