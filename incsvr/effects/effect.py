@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.effects.signals import Array, Signals
 
@@ -174,6 +175,10 @@ class Effect(ABC):
         Beside another effect it may be more: a search grows it further, and it is not named.
         """
         return ""
+
+    def silent(self, moment: Array, term: Term) -> NDArray[np.bool_]:
+        """(n,) where the command may move though what comes out of this stage, `moment` [N m], does not."""
+        return np.zeros(moment.size, dtype=bool)
 
     def must_prove(self, term: Term, s: Signals) -> bool:
         """Whether the noise's colour might be taken for it, so that only a free run that is plainly better counts."""

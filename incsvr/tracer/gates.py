@@ -13,6 +13,7 @@ from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price,
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import excepting, without
 from incsvr.tracer.shaken import fed_by_noise
+from incsvr.tracer.silent import but_noise
 
 THRESHOLD = 12.0
 """Least gain of the criterion by which an effect is added.
@@ -156,6 +157,8 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
             # where the command is known there is no noise in what it sees
             if effect.whole and not seen.of(effect).known and fed_by_noise(problem, base, k):
                 return "it feeds on the torque's noise: with more noise in the torque it explains as much", k
+            if but_noise(problem, base, without(problem, base, k), k):
+                return "where it lets nothing through the torque is no louder than its noise elsewhere", k
     return "", 0
 
 
