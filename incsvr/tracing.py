@@ -184,7 +184,7 @@ def _command(problem: Problem) -> tuple[str, ...]:
     """The note that something else than the recorded torque drove the free runs of these recordings; else empty."""
     if not problem.signals.known:
         return ()
-    what = "tones or a sweep" if problem.command.exact else "levels"
+    what = "levels" if problem.command.steps else "tones or a sweep"
     return (
         f"the torque is a command of {what} with noise on it that no turn is seen to follow: free runs are driven "
         "by the command",

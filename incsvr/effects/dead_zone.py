@@ -85,7 +85,7 @@ class DeadZone(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return command - term.coefficients[0] * self.lost(command, term.inner[-1])
+        return command - term.coefficients[0] * s.over_jumps(command, lambda c: self.lost(c, term.inner[-1]))
 
 
 def _doubted(command: Array, width: float, doubt: float) -> Array:

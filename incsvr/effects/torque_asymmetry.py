@@ -45,7 +45,8 @@ class TorqueAsymmetry(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return np.where(command < 0.0, command / (1.0 + term.coefficients[0]), command)
+        backward = 1.0 / (1.0 + term.coefficients[0])
+        return s.over_jumps(command, lambda c: np.where(c < 0.0, backward * c, c))
 
 
 class CommandedAsymmetry(TorqueAsymmetry):

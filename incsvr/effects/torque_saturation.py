@@ -97,7 +97,7 @@ class Saturation(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return command - term.coefficients[0] * self.lost(command, term.inner)
+        return command - term.coefficients[0] * s.over_jumps(command, lambda c: self.lost(c, term.inner))
 
 
 def _over(excess: Array, width: float) -> Array:
@@ -142,5 +142,10 @@ class SoftSaturation(Effect):
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         top = 0.5 / max(term.coefficients[0], 1e-12)  # the parabola's top: more command never gives less thrust
-        bounded = np.clip(command, -top, top)
-        return bounded * (1.0 - term.coefficients[0] * np.abs(bounded))
+
+        def short(command: Array) -> Array:
+            bounded = np.clip(command, -top, top)
+            fallen: Array = bounded * (1.0 - term.coefficients[0] * np.abs(bounded))
+            return fallen
+
+        return s.over_jumps(command, short)

@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
+from scipy.ndimage import median_filter
 
 from incsvr.effects import Signals
-from incsvr.tracer.noise import COARSE, JUMP, LEAP, differences, leaps
+from incsvr.tracer.levels import as_levels, at_rest, shared
+from incsvr.tracer.noise import JUMP, differences
 from incsvr.tracer.run import Array
 from incsvr.tracer.sweeps import as_sweeps
 from incsvr.tracer.tones import as_tones
@@ -25,20 +26,8 @@ RECORDED = 0.2
 LASTING = 1.25
 """By which levels may miss more of the torque than what is foretold: that follows a noise that lasts, too."""
 
-WIDEST = 4
-"""Cells that a single jump touches at most: of more, which hold several, the torque is taken as it is."""
-
-FEW = 5
-"""Cells before and after it by whose means a jump is told that no two cells tell."""
-
 LATER = 8
 """Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
-
-REST = 3.0
-"""Deviations of the mean of its noise, below which a level is none."""
-
-CROWD = 3.0
-"""Deviations by which more than half of the stays so near to nothing must be half as near: even ones are half."""
 
 DRIVES = 0.5
 """Part of what the torque holds beside the command that the motion answers, below which that is noise: of thrust it
@@ -64,7 +53,9 @@ class Command:
         foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
         stays: whether it stays between its jumps.
         plain: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it likes.
-        exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it.
+        exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it, if
+            the command does not come back to it.
+        steps: whether it is of levels.
     """
 
     course: Array
@@ -72,6 +63,7 @@ class Command:
     stays: bool
     plain: Array | None
     exact: bool
+    steps: bool = False
 
 
 def as_given(signals: Signals, blocks: Blocks) -> Command:
@@ -86,16 +78,16 @@ def told(signals: Signals, blocks: Blocks, before: Command | None = None) -> Com
     torque = blocks.mean(signals.torque)
     foretold, stays = foretell(torque, blocks, None if before is None else before.stays)
     plain: Array | None = None
-    least, exact = _missed(torque, foretold), False
+    least, steps = _missed(torque, foretold), False
     levels = as_levels(signals)
-    guesses = [] if before is not None and (before.plain is None or before.exact) else [(levels, False)]
-    if before is None or before.exact:
-        guesses += [(as_tones(signals, blocks), True), (as_sweeps(signals), True)]
-    for found, tones in guesses:
+    guesses = [(levels, True)] if before is None or before.steps else []
+    if before is None or (before.plain is not None and not before.steps):
+        guesses += [(as_tones(signals, blocks), False), (as_sweeps(signals), False)]
+    for found, of_levels in guesses:
         missed = float(np.mean(np.abs(torque - blocks.mean(found))))
-        allowed = least if tones else LASTING * least
+        allowed = LASTING * least if of_levels else least
         if missed < allowed and np.mean(found == signals.torque) < RECORDED:
-            plain, least, exact = found, min(missed, least), tones
+            plain, least, steps = found, min(missed, least), of_levels
     pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
     course = np.concatenate(pieces)
     if stays:
@@ -103,63 +95,11 @@ def told(signals: Signals, blocks: Blocks, before: Command | None = None) -> Com
         plain = np.where(rests, 0.0, levels) if plain is levels else plain
         course = np.where(rests, 0.0, course)
         foretold = np.where(blocks.mean(rests.astype(np.float64)) == 1.0, 0.0, foretold)
-    return Command(course, foretold, stays, plain, exact)
-
-
-def at_rest(signals: Signals, levels: Array) -> NDArray[np.bool_]:
-    """(n,) where the command stays as near to nothing as its noise alone may bring it: there it asks for nothing.
-
-    Told, a rest would hold the mean of its noise, and a dead band that takes it would explain the equation and the run.
-    A command that rests does so again and again: its stays crowd at nothing, small levels of any other spread evenly.
-    """
-    edges = np.flatnonzero(np.diff(levels, prepend=np.nan, append=np.nan) != 0.0)
-    length = np.repeat(np.diff(edges), np.diff(edges))
-    noise = (signals.torque - levels)[length > WIDEST]
-    if noise.size < 2 or not noise.any():
-        return np.zeros(levels.size, dtype=bool)
-    memory = float(np.clip(noise[1:] @ noise[:-1] / (noise @ noise), 0.0, 0.99))
-    lasts = (1.0 + memory) / (1.0 - memory)  # so many cells hold one draw of it
-    deviation = 1.4826 * float(np.median(np.abs(noise))) * np.sqrt(np.minimum(lasts / length, 1.0))
-    near = (np.abs(levels) < REST * deviation) & (length > WIDEST)
-    stays = edges[:-1][near[edges[:-1]]]
-    nearer = int(np.count_nonzero(np.abs(levels[stays]) < 0.5 * REST * deviation[stays]))
-    rests: NDArray[np.bool_] = near & (2 * nearer - stays.size > CROWD * np.sqrt(stays.size))
-    return rests
-
-
-def as_levels(signals: Signals) -> Array:
-    """(n,) a torque that stays between its jumps as the mean of each stay; a cell that holds a jump is between both."""
-    found = signals.torque.copy()
-    for run in signals.runs():
-        torque, level = signals.torque[run], found[run]
-        edges, usual = leaps(torque)
-        edges |= _slow_leaps(torque)
-        still = np.concatenate([[False], ~edges, [False]])
-        begins, ends = np.flatnonzero(still[1:] & ~still[:-1]), np.flatnonzero(still[:-1] & ~still[1:])
-        means = [float(np.mean(torque[a:b])) for a, b in zip(begins, ends, strict=True)]
-        for a, b, mean in zip(begins, ends, means, strict=True):
-            level[a:b] = mean
-        for a, b, before, after in zip(ends[:-1], begins[1:], means[:-1], means[1:], strict=True):
-            if b - a <= WIDEST:
-                inside = np.clip(torque[a:b], min(before, after), max(before, after))
-                inside = np.where(np.abs(inside - before) < usual, before, inside)
-                level[a:b] = np.where(np.abs(inside - after) < usual, after, inside)
-    return found
-
-
-def _slow_leaps(torque: Array) -> NDArray[np.bool_]:
-    """(n,) cells about those in which the means of a few cells before and after differ the most, and unusually so.
-
-    A jump that takes two samples, or is hardly larger than the noise of one, is none from cell to cell.
-    """
-    beside = uniform_filter1d(torque, FEW)
-    change = np.zeros(torque.size)
-    apart = FEW // 2 + 1
-    change[apart:-apart] = np.abs(beside[2 * apart :] - beside[: -2 * apart])
-    usual = LEAP * 1.4826 * float(np.median(change)) + COARSE * float(np.std(torque))
-    highest = (change > usual) & (change == maximum_filter1d(change, 2 * FEW + 1))
-    cells: NDArray[np.bool_] = maximum_filter1d(highest, 3)
-    return cells
+    again = shared(plain) if stays and steps and plain is not None else None
+    if again is not None:
+        plain, course, foretold = again, again, blocks.mean(again)
+    exact = plain is not None and (not steps or again is not None)
+    return Command(course, foretold, stays, plain, exact, steps)
 
 
 def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:

@@ -66,7 +66,7 @@ class Court:
         others = _posed(problem, validate) if validate else None
         weighs = not problem.closed_loop
         # the errors' colour in shorter blocks is no AR(3)
-        witness = weighs and problem.signals.known and not problem.command.exact and not finer
+        witness = weighs and problem.signals.known and problem.command.steps and not finer
         return Court(problem, others, tuple(pieces), weighs, quick, witness)
 
     @property

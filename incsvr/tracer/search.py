@@ -41,6 +41,9 @@ SEEN_ONE, SEEN_SIMPLER = 0.2, 0.6
 """Parts that are given away for one effect of the motion, and for one less, where free runs are without the torque's
 noise and show none the better."""
 
+SENSORS = 0.5
+"""Share of the noise in the torque above which free runs that are driven by known levels see more than the equation."""
+
 BETTER = 1.0
 """Of the criterion: a set of effects that was judged is judged again where it comes with values so much better."""
 
@@ -251,14 +254,18 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
-        nor is it one against fewer effects that the equation prefers, nor for what may be the noise's colour or the
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none,
+        unless the noise is the sensor's and levels are known: of that noise the free runs are without; nor is it one against fewer effects that the equation prefers, nor for what may be the noise's colour or the
         sampling where the equation prefers another.
         """
         if self._doubted(new) != self._doubted(old):
             doubted, other = (new, old) if self._doubted(new) else (old, new)
             if worth(other) >= worth(doubted):
                 return other is new
+        if self.free_run.witness and self.problem.signals.share > SENSORS:
+            seen, instead = self.free_run.tells(new, old), self.free_run.tells(old, new)
+            if min(abs(seen), abs(instead)) > STRONG and (seen > 0.0) != (instead > 0.0):
+                return seen > 0.0
         more, fewer = (new, old) if len(new.terms) > len(old.terms) else (old, new)
         spared = bool(fewer.terms) and len(more.terms) > len(fewer.terms) and worth(fewer) >= worth(more)
         if not self.closed_loop and (spared or abs(worth(new) - worth(old)) > STRONG):

@@ -43,7 +43,7 @@ class Views:
         damping = drag(s.rate)
         lost = sum((loss for _, loss in self._stages), np.zeros(len(s)))
         self._needed = inertia * s.acceleration + damping + outside
-        self._problem, self._loud = problem, fitted.loud
+        self._problem, self._loud, self._ar = problem, fitted.loud, fitted.ar
         # what of the residual is torque noise, n = share · u, and what turned the vehicle, w = −(1 − share) u
         self._driven = (1.0 - share) * residual
         command = problem.command
@@ -180,7 +180,8 @@ class Views:
     def _mistimed(self, s: Signals, columns: Callable[[Signals], Array], mean: Array) -> Array:
         """(n_b, c) of the torque's noise what is lost with the thrust in blocks where the command jumped.
 
-        No earlier block foretells it there, and what passes for noise is the jump's instant, between two samples.
+        No earlier block foretells it there, and what passes for noise is the jump's instant, between two samples, in its
+        own block and in what is foretold of the next.
         """
         blocks, soon = self._problem.blocks, 0.1 * s.step
         moved = blocks.mean(s.later(s.torque, soon) - s.torque)
@@ -191,8 +192,14 @@ class Views:
             there = replace(there, command=s.later(s.command, soon))
         jumped = (blocks.mistimed > 0.0) & (np.abs(moved) > 1e-9 * np.max(np.abs(moved)))
         lost = (blocks.mean(columns(there)) - mean) / np.where(jumped, moved, 1.0)[:, None]
-        instant = self._loud * np.square(blocks.mistimed) / (1.0 + self._loud * np.square(blocks.mistimed))
-        return np.where(jumped[:, None], s.share * instant[:, None] * np.clip(lost, -1.0, 1.0), 0.0)
+        lost = np.where(jumped[:, None], np.clip(lost, -1.0, 1.0), 0.0)
+        # what foretells the next three blocks holds the instant, too: it is taken from their innovations as well
+        instant = self._loud * np.square(blocks.mistimed)
+        louder, taken = np.ones(len(blocks)), np.zeros(mean.shape)
+        for later, part in enumerate(np.square([1.0, *self._ar])):
+            louder[later:] += part * instant[: instant.size - later]
+            taken[later:] += part * (instant[:, None] * lost)[: instant.size - later]
+        return s.share * taken / louder[:, None]
 
     def _fed_back(
         self, effect: Effect, columns: Callable[[Signals], Array], mean: Array,
