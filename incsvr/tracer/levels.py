@@ -101,15 +101,18 @@ def shared(levels: Array) -> Array | None:
     length = np.diff(edges)
     stays = length > WIDEST
     level, weight = levels[edges[:-1][stays]], length[stays].astype(np.float64)
+    best: tuple[float, Array] = APART, np.zeros(0)
     for few in range(2, min(MOST_LEVELS, level.size // VISITS) + 1):
         centres = _centres(level, weight, few)
         own = np.argmin(np.abs(level[:, None] - centres), axis=1)
         scatter = float(np.sqrt(np.average((level - centres[own]) ** 2, weights=weight)))
-        if scatter < APART * float(np.min(np.diff(centres))):
-            found = levels.copy()
-            found[np.repeat(stays, length)] = np.repeat(centres[own], length[stays])
-            return found
-    return None
+        # of too few levels one would hold two, of too many two would lie beside each other
+        best = min(best, (scatter / float(np.min(np.diff(centres))), centres[own]), key=lambda each: each[0])
+    if not best[1].size:
+        return None
+    found = levels.copy()
+    found[np.repeat(stays, length)] = np.repeat(best[1], length[stays])
+    return found
 
 
 def _centres(level: Array, weight: Array, few: int) -> Array:
