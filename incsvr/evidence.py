@@ -142,10 +142,20 @@ def together(first: float, second: float) -> float:
 
 
 def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[float, float]]]:
-    """95 % intervals of every parameter of every term, from the Fisher information of the whole regression.
+    """95 % intervals of every parameter of every term, by the delta method from the `covariance` of the whole fit."""
+    covered, at, out = covariance(problem, hypothesis), problem.coarse.shape[1], []
+    for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
+        count = len(term.coefficients) + len(effect.sought)
+        out.append(_delta(effect, term, covered[at : at + count, at : at + count], problem.signals.inertia))
+        at += count
+    return out
 
-    Inner parameters and the bend of curved columns enter by numerical derivatives; physical parameters follow by the
-    delta method. Student-t innovations carry (ν + 1)/(ν + 3) of the Gaussian information.
+
+def covariance(problem: Problem, hypothesis: Hypothesis) -> Array:
+    """(q, q) of the damping's coefficients and of each term's, its searched inner parameters after them.
+
+    From the Fisher information of the whole regression: inner parameters and the bend of curved columns enter by
+    numerical derivatives. Student-t innovations carry (ν + 1)/(ν + 3) of the Gaussian information.
     """
     base = problem.coarse.shape[1]
     seen = views(problem, hypothesis)
@@ -170,13 +180,8 @@ def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[
     white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks) / loud
     scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-100
     information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
-    covariance = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
-    out, at = [], base
-    for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
-        count = len(term.coefficients) + len(effect.sought)
-        out.append(_delta(effect, term, covariance[at : at + count, at : at + count], problem.signals.inertia))
-        at += count
-    return out
+    covered: Array = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    return covered
 
 
 def _delta(effect: Effect, term: Term, covariance: Array, inertia: float) -> dict[str, tuple[float, float]]:

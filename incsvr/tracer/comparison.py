@@ -36,7 +36,10 @@ def chance(gain: Array) -> float:
     return float(t.sf(gain.mean() / error, gain.size - 1))
 
 
-def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float) -> Array:
+def likelier(
+    before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float,
+    doubt: Sequence[Array] | None = None,
+) -> Array:  # fmt: skip
     """(pieces,) 2 Δℓ of free-run errors, as their means over blocks tell it: the gyro's noise is none of the model.
 
     The noise is that of `after`: an AR(3) with Student-t innovations, which are larger where the command jumps, for
@@ -47,6 +50,8 @@ def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence
         after: the same with the other.
         mistimed: (blocks,) of each piece, as `Blocks` has it.
         period: of a block [s].
+        doubt: (blocks, q) of each piece, by what `before` differs where its parameters are one deviation from what the
+            equation says; they are then what both together say.
     """
     pieces = [k for k, error in enumerate(after) if error.size > FEWEST_MEANS]
     if not pieces:
@@ -56,6 +61,11 @@ def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence
     means = replace(means, mistimed=jumps)
     noise = fit(new, np.zeros((new.size, 0)), means)
     usual = noise.scale * loudness(noise, means)
+    if doubt is not None:
+        moves = np.concatenate([doubt[k] for k in pieces])[means.first]
+        white = whiten(moves, noise.ar, means) / usual[:, None]
+        moved = white.T @ white + np.eye(white.shape[1])
+        old = old - moves @ np.linalg.solve(moved, white.T @ (whiten(old, noise.ar, means) / usual))
 
     def unlikely(errors: Array) -> Array:
         surprise: Array = (DEGREES + 1.0) * np.log1p((whiten(errors, noise.ar, means) / usual) ** 2 / DEGREES)

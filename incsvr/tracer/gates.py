@@ -84,6 +84,10 @@ class FreeRun(Protocol):
         """2 Δℓ of `new` over `old` by the errors of their free runs on unseen data."""
         ...
 
+    def needs(self, new: Hypothesis, old: Hypothesis) -> float:
+        """The same where `old` is moved within its doubt to where it runs best."""
+        ...
+
 
 def given_away(problem: Problem) -> float:
     """Part of what several effects of the motion gain that does not tell them from one."""
@@ -209,7 +213,7 @@ def witnessed(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gai
     likelihood ratio on unseen data bounds the p-value by exp(−Δℓ), whatever was searched (L. Wasserman, A. Ramdas,
     S. Balakrishnan, "Universal inference", PNAS 117, 2020).
     """
-    return free_run.witness and gain > HINT and free_run.tells(base, without(problem, base, k)) > WITNESSED
+    return free_run.witness and gain > HINT and free_run.needs(base, without(problem, base, k)) > WITNESSED
 
 
 def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:

@@ -27,5 +27,5 @@ def hinted(problem: Problem, free_run: FreeRun, base: Hypothesis, effects: Seque
     grown = [new for new in grown if not forbidden(problem, new)[0]]
     hints = [new for new in grown if evidence(problem, new, len(base.terms)) > HINT]
     hints = sorted(hints, key=lambda new: -new.criterion)[:MOST]
-    best = max(hints, key=lambda new: free_run.tells(new, base), default=base)
-    return best if best is not base and free_run.tells(best, base) > WITNESSED else base
+    best = max(hints, key=lambda new: free_run.needs(new, base), default=base)
+    return best if best is not base and free_run.needs(best, base) > WITNESSED else base

@@ -10,6 +10,7 @@ import numpy as np
 
 from incsvr.effects import Term
 from incsvr.tracer.comparison import chance, gained, likelier
+from incsvr.tracer.doubt import moved
 from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, left_over, nothing, settle
 from incsvr.tracer.posing import pose_like
 from incsvr.tracer.problem import Problem
@@ -43,6 +44,7 @@ class Court:
             controller gives. What the torque's noise makes of tones is in the equation and, all along, in the command
             that drives the free run: the two are not two witnesses.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
+        doubts: and what their doubt makes of them.
     """
 
     problem: Problem
@@ -52,6 +54,7 @@ class Court:
     quick: bool = False
     witness: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
+    doubts: dict[tuple[Term, ...], Sequence[Array]] = field(default_factory=dict, compare=False, repr=False)
 
     @staticmethod
     def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False, finer: bool = False) -> Court:
@@ -92,9 +95,32 @@ class Court:
 
     def tells(self, new: Hypothesis, old: Hypothesis) -> float:
         """2 Δℓ of `new` over `old` by the errors of their free runs, each on time."""
+        return float(self._likelier(old, new, None).sum())
+
+    def needs(self, new: Hypothesis, old: Hypothesis) -> float:
+        """`tells` where `old` is moved within its doubt to where it runs best.
+
+        What the equation says of its parameters the torque's noise has moved, and free runs that are without that noise
+        see it: what an effect but makes up for is not told by them.
+        """
+        return float(self._likelier(old, new, self.doubt(old)).sum())
+
+    def _likelier(self, old: Hypothesis, new: Hypothesis, doubt: Sequence[Array] | None) -> Array:
         before, after = self.on_time(old), self.on_time(new)
-        gain = likelier(before.block_error, after.block_error, after.mistimed, self.problem.blocks.period)
-        return float(gain.sum())
+        return likelier(before.block_error, after.block_error, after.mistimed, self.problem.blocks.period, doubt)
+
+    def doubt(self, hypothesis: Hypothesis) -> Sequence[Array]:
+        """(blocks, q) of each piece: by what its free run differs where it is moved along each axis of its doubt."""
+        if hypothesis.terms not in self.doubts:
+            held, at = self._held_out(), self.validation or self.problem
+            versions = [hypothesis, *moved(self.problem, hypothesis)]
+            fits = [(self.problem, version, piece) for version in versions for piece in held]
+            found = errors_on(at, fits, torque=False).block_error
+            each = [found[k : k + len(found) // len(versions)] for k in range(0, len(found), len(found) // len(versions))]
+            self.doubts[hypothesis.terms] = [
+                np.stack([there - here for there in others], axis=1) for here, *others in zip(*each, strict=True)
+            ]
+        return self.doubts[hypothesis.terms]
 
     def late(self, hypothesis: Hypothesis) -> float:
         """By how much its free run comes late [s], as far as that lies within the sampling; negative if early."""
@@ -127,21 +153,25 @@ class Court:
     def try_(self, hypothesis: Hypothesis) -> Errors:
         """Errors of a hypothesis; on held-out pieces after a refit without them."""
         if self.validation is not None:
-            runs = self.validation.blocks
-            spans = [slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]
-            return errors_on(self.validation, [(self.problem, hypothesis, spans)])
-        folds = QUICK_FOLDS if self.quick else FOLDS
-        if len(self.pieces) < FEW:  # a third of so short recordings may be all that there was of some rate
-            folds = len(self.pieces)
+            return errors_on(self.validation, [(self.problem, hypothesis, spans) for spans in self._held_out()])
         fits = []
-        for fold in range(folds):
-            held = self.pieces[fold::folds]
+        for held in self._held_out():
             used = np.ones(len(self.problem.blocks), dtype=bool)
             for piece in held:
                 used[piece] = False
             less = replace(self.problem, blocks=self.problem.blocks.only(used))
             fits.append((less, refit(less, hypothesis, refine=not self.quick), held))
         return errors_on(self.problem, fits, torque=not self.quick)
+
+    def _held_out(self) -> list[Sequence[slice]]:
+        """The pieces of each fold; of validation recordings, to which nothing is fitted, each is one."""
+        if self.validation is not None:
+            runs = self.validation.blocks
+            return [[slice(int(a), int(b)) for a, b in zip(runs.start[:-1], runs.start[1:], strict=True)]]
+        folds = QUICK_FOLDS if self.quick else FOLDS
+        if len(self.pieces) < FEW:  # a third of so short recordings may be all that there was of some rate
+            folds = len(self.pieces)
+        return [self.pieces[fold::folds] for fold in range(folds)]
 
 
 def _gain(before: Errors, after: Errors) -> Array:

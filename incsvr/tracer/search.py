@@ -262,7 +262,8 @@ class Search:
             doubted, other = (new, old) if self._doubted(new) else (old, new)
             if worth(other) >= worth(doubted):
                 return other is new
-        if self.free_run.witness and self.problem.signals.share > SENSORS:
+        told = self.problem.command.exact and self.problem.signals.share > SENSORS
+        if self.free_run.witness and told:
             seen, instead = self.free_run.tells(new, old), self.free_run.tells(old, new)
             if min(abs(seen), abs(instead)) > STRONG and (seen > 0.0) != (instead > 0.0):
                 return seen > 0.0
