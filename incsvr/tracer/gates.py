@@ -112,18 +112,24 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
     lost = [j for j in lost_in_noise(problem, base) if not witnessed(problem, free_run, base, j, gains[j])]
     if lost:
         return LOST, lost[0]
-    paid = [_paid(problem, free_run, base, j, gain, among) for j, gain in enumerate(gains)]
-    k = min(range(len(gains)), key=lambda j: gains[j] - paid[j])
-    if gains[k] < paid[k]:
-        return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {paid[k]:.0f} is asked", k
+    full = [_full(problem, base, j) for j in range(len(gains))]
+
+    def paid(j: int, value: float) -> float:
+        """What is asked of the j-th effect: less than all only where `value`, what it brings, falls short of that."""
+        return full[j] if value >= full[j] else _paid(problem, free_run, base, j, gains[j], among)
+
+    asked = [paid(j, gain) for j, gain in enumerate(gains)]
+    k = min(range(len(gains)), key=lambda j: gains[j] - asked[j])
+    if gains[k] < asked[k]:
+        return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {asked[k]:.0f} is asked", k
     for k in range(len(gains)):
         # how the streams were sampled needs no shape of its own
         shapes = None if below_sampling(base.terms[k], problem) else bends(problem, base, k)
         left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
-        if left < paid[k]:
+        if left < (least := paid(k, left)):
             return (
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
-                f"{left:.0f}, {paid[k]:.0f} is asked"
+                f"{left:.0f}, {least:.0f} is asked"
             ), k
     faint = _faint(problem, base, gains)
     if faint is not None and not free_run(base) < PROVEN * free_run(without(problem, base, faint)):
@@ -139,10 +145,10 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         # what the evidence holds against an effect is the others as they are; settled, they may explain more
         stale = gain_of(problem, base, k) - 2.0 * (base.fit.log_likelihood - less.fit.log_likelihood)
         told = gains[k] - max(stale, 0.0)
-        if told < paid[k]:
+        if told < (least := paid(k, told)):
             return (
                 "the other effects, settled without it, explain nearly as much: 2 Δℓ is "
-                f"{told:.0f}, {paid[k]:.0f} is asked"
+                f"{told:.0f}, {least:.0f} is asked"
             ), k
         proven = free_run(base) < PROVEN * free_run(less)
         if not proven and effect.must_prove(term, problem.signals):
@@ -176,16 +182,21 @@ def _faint(problem: Problem, base: Hypothesis, gains: Sequence[float]) -> int | 
     return k if explained(problem, gains[k]) < FAINT * explained(problem, whole) else None
 
 
+def _full(problem: Problem, base: Hypothesis, k: int) -> float:
+    """2 Δℓ that is asked of the k-th effect: its price and a threshold; on one sine twice that of an effect of the
+    motion."""
+    effect = base.effects[k]
+    doubled = 2.0 if problem.one_sine and effect.of_phase else 1.0
+    return price(effect, effect.core, problem) + doubled * THRESHOLD
+
+
 def _paid(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:
-    """2 Δℓ that is asked of the k-th effect, which brings `gain`: its price and a threshold; on one sine twice that of
-    an effect of the motion. The price alone where free runs make up for the rest."""
+    """The same where free runs may make up for part of it, of an effect that brings `gain`: the price alone, or less."""
     effect = base.effects[k]
     if witnessed(problem, free_run, base, k, gain):
         return HINT
-    one_phase = problem.one_sine and effect.of_phase
-    least = price(effect, effect.core, problem)
-    full = least + (2.0 * THRESHOLD if one_phase else THRESHOLD)
-    if one_phase or not least < gain < full:
+    least, full = price(effect, effect.core, problem), _full(problem, base, k)
+    if (problem.one_sine and effect.of_phase) or not least < gain < full:
         return full
     return least if told(problem, free_run, base, k, gain, among) <= LEVEL else full
 
@@ -213,7 +224,10 @@ def witnessed(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gai
     likelihood ratio on unseen data bounds the p-value by exp(−Δℓ), whatever was searched (L. Wasserman, A. Ramdas,
     S. Balakrishnan, "Universal inference", PNAS 117, 2020).
     """
-    return free_run.witness and gain > HINT and free_run.needs(base, without(problem, base, k)) > WITNESSED
+    if not free_run.witness or gain <= HINT:
+        return False
+    less = without(problem, base, k)
+    return free_run.tells(base, less) > WITNESSED and free_run.needs(base, less) > WITNESSED
 
 
 def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:
