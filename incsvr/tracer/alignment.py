@@ -30,6 +30,9 @@ LEADS = 5
 SAME_SHARE = 0.05
 """A change of the noise's share below this changes no choice."""
 
+BUT_NOISE = 0.7
+"""Part of the late torque's second differences that is in the residual where they hold noise alone."""
+
 MARGIN = 40.0
 """By how much the held torque must explain more."""
 
@@ -112,7 +115,7 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     # residual beside both lowers either reading
     aside, of_gyro = left(with_share(problem, 1.0))
     share = max(problem.share_beside(residual, gyro), problem.share_beside(aside, of_gyro))
-    late = _late_share(problem, found, residual, gyro, (1,) if share > 0.0 else (1, 2))
+    late = _late_share(problem, found, residual, gyro, BUT_NOISE if share > 0.0 else 0.0)
     # beside a delay there is none in the torque of the same instant: where the late one is not told either, none is
     share = problem.signals.share if share == 0.0 and late is None else max(share, late or 0.0)
     known = problem.knows_command(aside)
@@ -126,13 +129,14 @@ def _commanded(problem: Problem) -> Callable[[Signals, Blocks], Command]:
 
 
 def _late_share(
-    problem: Problem, found: Hypothesis, residual: Array, gyro: Array, orders: Sequence[int]
+    problem: Problem, found: Hypothesis, residual: Array, gyro: Array, alone: float
 ) -> float | None:
     """Part of the noise that sits in the torque where a delay brings it late into the residual; 0 where none does, and
     None where that is not told.
 
     It does where the delay is told from the torque as it was recorded. Of a command that moves fast, what another
-    effect leaves of it there would pass for that noise, too: its first differences must be noise alone.
+    effect leaves of it there would pass for that noise, too: its first differences must be noise alone, or the second,
+    of which a part `alone` must be in the residual.
     """
     torque, rate = problem.signals.torque, problem.signals.rate
     moves = [(effect, term) for effect, term in zip(found.effects, found.terms, strict=True) if effect.shifts]
@@ -141,7 +145,9 @@ def _late_share(
     for effect, term in moves:
         torque, rate = (effect.thrust(values, problem.signals, term) for values in (torque, rate))
     answer = -problem.feedback * problem.blocks.mean(rate)
-    return noise_share(problem.blocks, torque, residual, gyro, answer, orders)
+    first = noise_share(problem.blocks, torque, residual, gyro, answer, (1,))
+    second = noise_share(problem.blocks, torque, residual, gyro, answer, (2,), alone)
+    return max((share for share in (first, second) if share is not None), default=None)
 
 
 def with_share(problem: Problem, share: float) -> Problem:

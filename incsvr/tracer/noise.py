@@ -57,7 +57,7 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
 
 def noise_share(
     blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None, answer: Array | None = None,
-    orders: Sequence[int] = (1, 2, 3),
+    orders: Sequence[int] = (1, 2, 3), alone: float = 0.0,
 ) -> float | None:  # fmt: skip
     """Which part of the equation's noise sits in the recorded torque, 0…1; None where it cannot be read.
 
@@ -71,15 +71,19 @@ def noise_share(
         gyro: (n_b,) a draw of what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
         answer: (n_b,) what of the torque is a controller's answer to the rate: with the water in it, it is no noise.
         orders: of the differences.
+        alone: least part of what moves in the torque's differences that must be in the residual's: of noise all is, of
+            a command next to nothing.
     """
     mean = blocks.mean(torque)
     if answer is not None:
         mean = mean - answer
-    read = [_share(blocks, torque, mean, residual, gyro, order) for order in orders]
+    read = [_share(blocks, torque, mean, residual, gyro, order, alone) for order in orders]
     return max((share for share in read if share is not None), default=None)
 
 
-def _share(blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int) -> float | None:
+def _share(
+    blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int, alone: float
+) -> float | None:
     """`noise_share` as differences of one order tell it; None where they hold the command."""
     e, t = differences(blocks, residual, order), differences(blocks, mean, order)
     calm = steady(blocks, torque, order)
@@ -89,6 +93,8 @@ def _share(blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Ar
     moved = float(t[calm] @ t[calm])
     # neighbouring differences share half of what they are: there are half as many
     if power <= 0.0 or (order < 3 and moved > QUIET * power) or moved > power * UNREAD**2 * np.count_nonzero(calm) / 2:
+        return None
+    if e[calm] @ t[calm] < alone * moved:
         return None
     if gyro is not None:
         power -= min(float(np.sum(differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)
