@@ -126,7 +126,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         # how the streams were sampled needs no shape of its own
         shapes = None if below_sampling(base.terms[k], problem) else bends(problem, base, k)
         left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
-        if left < (least := paid(k, left)):
+        if left < (least := paid(k, left)) and not free_run(base) < PROVEN * free_run(without(problem, base, k)):
             return (
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
                 f"{left:.0f}, {least:.0f} is asked"
