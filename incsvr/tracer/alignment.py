@@ -128,9 +128,7 @@ def _commanded(problem: Problem) -> Callable[[Signals, Blocks], Command]:
     return lambda signals, blocks: problem.command
 
 
-def _late_share(
-    problem: Problem, found: Hypothesis, residual: Array, gyro: Array, alone: float
-) -> float | None:
+def _late_share(problem: Problem, found: Hypothesis, residual: Array, gyro: Array, alone: float) -> float | None:
     """Part of the noise that sits in the torque where a delay brings it late into the residual; 0 where none does, and
     None where that is not told.
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.stats import t
@@ -38,7 +39,7 @@ def chance(gain: Array) -> float:
 
 def likelier(
     before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float,
-    doubt: Sequence[Array] | None = None,
+    doubts: tuple[Sequence[Array], Sequence[Array]] | None = None,
 ) -> Array:  # fmt: skip
     """(pieces,) 2 Δℓ of free-run errors, as their means over blocks tell it: the gyro's noise is none of the model.
 
@@ -50,22 +51,26 @@ def likelier(
         after: the same with the other.
         mistimed: (blocks,) of each piece, as `Blocks` has it.
         period: of a block [s].
-        doubt: (blocks, q) of each piece, by what `before` differs where its parameters are one deviation from what the
-            equation says; they are then what both together say.
+        doubts: (blocks, q) of each piece, by what `before`, and `after`, differ where their parameters are a deviation
+            from what the equation says; they are then what both together say.
     """
     pieces = [k for k, error in enumerate(after) if error.size > FEWEST_MEANS]
     if not pieces:
         return np.zeros(0)
     means = split(np.cumsum([0, *(after[k].size for k in pieces)]).astype(np.intp), 1, period)
-    old, new, jumps = (np.concatenate([x[k] for k in pieces])[means.first] for x in (before, after, mistimed))
+
+    def joined(values: Sequence[Array]) -> Array:
+        return np.concatenate([values[k] for k in pieces])[means.first]
+
+    old, new, jumps = (joined(x) for x in (before, after, mistimed))
     means = replace(means, mistimed=jumps)
     noise = fit(new, np.zeros((new.size, 0)), means)
     usual = noise.scale * loudness(noise, means)
-    if doubt is not None:
-        moves = np.concatenate([doubt[k] for k in pieces])[means.first]
-        white = whiten(moves, noise.ar, means) / usual[:, None]
-        moved = white.T @ white + np.eye(white.shape[1])
-        old = old - moves @ np.linalg.solve(moved, white.T @ (whiten(old, noise.ar, means) / usual))
+    if doubts is not None:
+        old, new = (
+            errors - _moved(errors, joined(doubt), partial(whiten, ar=noise.ar, blocks=means), usual)
+            for errors, doubt in zip((old, new), doubts, strict=True)
+        )
 
     def unlikely(errors: Array) -> Array:
         surprise: Array = (DEGREES + 1.0) * np.log1p((whiten(errors, noise.ar, means) / usual) ** 2 / DEGREES)
@@ -74,3 +79,11 @@ def likelier(
     piece = np.searchsorted(means.start, means.whole, side="right") - 1
     gain = np.bincount(piece, weights=unlikely(old) - unlikely(new), minlength=len(pieces))
     return gain.astype(np.float64)
+
+
+def _moved(errors: Array, doubt: Array, white: Callable[[Array], Array], usual: Array) -> Array:
+    """(n,) what of the errors goes if the parameters are moved to where errors and doubt together say that they are."""
+    columns = white(doubt) / usual[:, None]
+    normal = columns.T @ columns + np.eye(columns.shape[1])
+    gone: Array = doubt @ np.linalg.solve(normal, columns.T @ (white(errors) / usual))
+    return gone

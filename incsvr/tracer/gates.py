@@ -191,7 +191,7 @@ def _full(problem: Problem, base: Hypothesis, k: int) -> float:
 
 
 def _paid(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:
-    """The same where free runs may make up for part of it, of an effect that brings `gain`: the price alone, or less."""
+    """The same of an effect that brings `gain`, where free runs may make up for a part: the price alone, or less."""
     effect = base.effects[k]
     if witnessed(problem, free_run, base, k, gain):
         return HINT

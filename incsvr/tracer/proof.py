@@ -98,16 +98,18 @@ class Court:
         return float(self._likelier(old, new, None).sum())
 
     def needs(self, new: Hypothesis, old: Hypothesis) -> float:
-        """`tells` where `old` is moved within its doubt to where it runs best.
+        """`tells` where either is moved within its doubt to where it runs best.
 
         What the equation says of its parameters the torque's noise has moved, and free runs that are without that noise
         see it: what an effect but makes up for is not told by them.
         """
-        return float(self._likelier(old, new, self.doubt(old)).sum())
+        return float(self._likelier(old, new, (self.doubt(old), self.doubt(new))).sum())
 
-    def _likelier(self, old: Hypothesis, new: Hypothesis, doubt: Sequence[Array] | None) -> Array:
+    def _likelier(
+        self, old: Hypothesis, new: Hypothesis, doubts: tuple[Sequence[Array], Sequence[Array]] | None
+    ) -> Array:
         before, after = self.on_time(old), self.on_time(new)
-        return likelier(before.block_error, after.block_error, after.mistimed, self.problem.blocks.period, doubt)
+        return likelier(before.block_error, after.block_error, after.mistimed, self.problem.blocks.period, doubts)
 
     def doubt(self, hypothesis: Hypothesis) -> Sequence[Array]:
         """(blocks, q) of each piece: by what its free run differs where it is moved along each axis of its doubt."""
@@ -116,7 +118,8 @@ class Court:
             versions = [hypothesis, *moved(self.problem, hypothesis)]
             fits = [(self.problem, version, piece) for version in versions for piece in held]
             found = errors_on(at, fits, torque=False).block_error
-            each = [found[k : k + len(found) // len(versions)] for k in range(0, len(found), len(found) // len(versions))]
+            count = len(found) // len(versions)
+            each = [found[k : k + count] for k in range(0, len(found), count)]
             self.doubts[hypothesis.terms] = [
                 np.stack([there - here for there in others], axis=1) for here, *others in zip(*each, strict=True)
             ]

@@ -254,9 +254,10 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none,
-        unless the noise is the sensor's and levels are known: of that noise the free runs are without; nor is it one against fewer effects that the equation prefers, nor for what may be the noise's colour or the
-        sampling where the equation prefers another.
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
+        unless the noise is the sensor's and levels are known, for then free runs are without it. Nor is it one against
+        fewer effects that the equation prefers, nor for what may be the noise's colour or the sampling where the
+        equation prefers another.
         """
         if self._doubted(new) != self._doubted(old):
             doubted, other = (new, old) if self._doubted(new) else (old, new)

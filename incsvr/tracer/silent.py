@@ -15,11 +15,11 @@ from incsvr.tracer.hypothesis import Hypothesis, left_over
 from incsvr.tracer.problem import Problem
 
 LOUDER = 1.2
-"""Mean square of the residual inside the band, in that of the noise elsewhere, that is asked for. Of noise it was 1.1 at
-most, of most dead bands 1.3 to 50."""
+"""Mean square of the residual inside the band, in that of the noise elsewhere, that is asked for. Of noise it was 1.1
+at most, of most dead bands 1.3 to 50."""
 
 OUTSIDE = 20.0
-"""2 Δℓ that the blocks outside must bring where it is not: of noise it was below 0, of the other dead bands above 40."""
+"""2 Δℓ that the blocks outside must bring where it is not: of noise it was below 0, of other dead bands above 40."""
 
 FEWEST = 20
 """Blocks on either side from which either is told."""

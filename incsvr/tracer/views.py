@@ -180,8 +180,8 @@ class Views:
     def _mistimed(self, s: Signals, columns: Callable[[Signals], Array], mean: Array) -> Array:
         """(n_b, c) of the torque's noise what is lost with the thrust in blocks where the command jumped.
 
-        No earlier block foretells it there, and what passes for noise is the jump's instant, between two samples, in its
-        own block and in what is foretold of the next.
+        No earlier block foretells it there, and what passes for noise is the jump's instant, between two samples. It is
+        in its own block, and in what is foretold of the next.
         """
         blocks, soon = self._problem.blocks, 0.1 * s.step
         moved = blocks.mean(s.later(s.torque, soon) - s.torque)

@@ -27,7 +27,8 @@ def lasting(seed: int, size: int) -> Array:
 def stays(levels: Array) -> Array:
     """As `as_levels` leaves them: the command, and of its noise the mean over each stay."""
     command = np.repeat(levels, STAY)
-    return command + np.repeat(lasting(3, command.size).reshape(-1, STAY).mean(axis=1), STAY)
+    told: Array = command + np.repeat(lasting(3, command.size).reshape(-1, STAY).mean(axis=1), STAY)
+    return told
 
 
 def test_levels_that_a_command_comes_back_to_are_told_from_all_its_stays() -> None:

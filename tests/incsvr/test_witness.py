@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from incsvr.effects import catalogue
 from incsvr.tracer.alignment import aligned
+from incsvr.tracer.gates import WITNESSED
+from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.proof import Court
 from simulator.trial import Trial, play
 from tests.incsvr.trials import as_run, named
@@ -34,3 +37,31 @@ def test_they_are_no_witness_of_tones_or_of_a_controller(excitation: str, witnes
 
 def test_noise_that_lasts_feigns_no_effect_of_tones() -> None:
     assert named(play(Trial(445_055, (), 1.0, "small", "multisine", 0.98, noise="torque"))) == set()
+
+
+def test_what_makes_up_for_another_effects_doubt_is_not_needed() -> None:
+    """The torque's noise has moved the reverse thrust; a bias runs better beside it, and no better once it is right."""
+    outcome = play(Trial(465_045, ("torque_asymmetry",), 0.5, "small", "telegraph", 0.9, noise="torque"))
+    problem, _ = aligned([as_run(outcome)], outcome.inertia, [])
+    court, known = Court.of(problem, None, quick=True), catalogue()
+    terms = [(known["torque_asymmetry"], (), ()), (known["bias_torque"], (), ())]
+    alone, both = (settle(problem, terms[:n], nothing(problem)) for n in (1, 2))
+    assert court.tells(both, alone) > WITNESSED
+    assert court.needs(both, alone) < 0.0
+    assert named(outcome) == {"torque_asymmetry"}
+
+
+def test_what_free_runs_need_is_named_though_the_equation_but_hints_at_it() -> None:
+    hidden = ("coulomb", "drag_step")
+    assert named(play(Trial(465_068, hidden, 1.0, "small", "telegraph", 0.9, noise="torque"))) == set(hidden)
+
+
+def test_a_limit_of_a_command_of_few_levels_is_no_inertia() -> None:
+    """A limit with a rounder corner, less inertia and less drag: the same motion, with less of the jumps' instants."""
+    hidden = ("modulation:temperature", "torque_saturation")
+    assert named(play(Trial(465_050, hidden, 1.0, "leng", "telegraph", 0.9, noise="torque"))) == set(hidden)
+
+
+def test_a_plainly_better_free_run_tells_an_inertia_from_another_delay() -> None:
+    hidden = ("torque_delay", "inertia")
+    assert named(play(Trial(465_031, hidden, 1.0, "small", "multisine", 0.9, noise="torque"))) == set(hidden)
