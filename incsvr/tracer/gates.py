@@ -126,7 +126,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         # how the streams were sampled needs no shape of its own
         shapes = None if below_sampling(base.terms[k], problem) else bends(problem, base, k)
         left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
-        if left < (least := paid(k, left)) and not free_run(base) < PROVEN * free_run(without(problem, base, k)):
+        if left < (least := paid(k, left)) and not _outruns_delays(problem, free_run, base, k):
             return (
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
                 f"{left:.0f}, {least:.0f} is asked"
@@ -170,6 +170,13 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
             if but_noise(problem, base, without(problem, base, k), k):
                 return "where it lets nothing through the torque is no louder than its noise elsewhere", k
     return "", 0
+
+
+def _outruns_delays(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int) -> bool:
+    """Whether the free run is plainly better than with delays alone, which have no other shape: another delay, settled
+    without the k-th effect, has then been tried, and runs worse."""
+    delays = all(effect.shifts for j, effect in enumerate(base.effects) if j != k)
+    return delays and free_run(base) < PROVEN * free_run(without(problem, base, k))
 
 
 def _faint(problem: Problem, base: Hypothesis, gains: Sequence[float]) -> int | None:

@@ -214,6 +214,13 @@ class Search:
         equation, in which the torque's noise is."""
         return self.problem.signals.known and self.free_run(one) <= self.free_run(base)
 
+    def _runs_better(self, new: Hypothesis, old: Hypothesis) -> bool:
+        """Whether free runs that are driven by known levels leave no doubt that `new` is better, either as the noise of
+        the two has it: where the noise is the torque sensor's they see more than the equation."""
+        if not (self.free_run.witness and self.problem.command.exact and self.problem.signals.share > SENSORS):
+            return False
+        return self.free_run.tells(new, old) > STRONG and self.free_run.tells(old, new) < -STRONG
+
     def _otherwise(self, form: Effect, effect: Effect) -> bool:
         """Whether `form` may stand for the effect in another way: another form, or the same from elsewhere."""
         settles = form.searched or form.curved  # to one value, wherever it began
@@ -236,6 +243,7 @@ class Search:
             lost = base.criterion - one.criterion
             enough = lost <= given_away(self.problem) * gained
             enough = enough or (lost <= SEEN_ONE * gained and self._runs_as_well(one, base))
+            enough = enough or self._runs_better(one, base)
             if other and enough and len(self._clean(one).terms) == len(one.terms):
                 return one
         return base
@@ -263,11 +271,8 @@ class Search:
             doubted, other = (new, old) if self._doubted(new) else (old, new)
             if worth(other) >= worth(doubted):
                 return other is new
-        told = self.problem.command.exact and self.problem.signals.share > SENSORS
-        if self.free_run.witness and told:
-            seen, instead = self.free_run.tells(new, old), self.free_run.tells(old, new)
-            if min(abs(seen), abs(instead)) > STRONG and (seen > 0.0) != (instead > 0.0):
-                return seen > 0.0
+        if self._runs_better(new, old) or self._runs_better(old, new):
+            return self._runs_better(new, old)
         more, fewer = (new, old) if len(new.terms) > len(old.terms) else (old, new)
         spared = bool(fewer.terms) and len(more.terms) > len(fewer.terms) and worth(fewer) >= worth(more)
         if not self.closed_loop and (spared or abs(worth(new) - worth(old)) > STRONG):

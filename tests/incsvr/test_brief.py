@@ -35,8 +35,8 @@ def test_none_is_found_where_there_is_none(seed: int) -> None:
 
 
 def test_what_longer_blocks_say_otherwise_is_not_believed() -> None:
-    """Under a jumping command shorter blocks make of a weak inflow one of twice its size."""
-    outcome = play(Trial(270_047, ("inflow",), 0.5, "small", "telegraph", 0.9))
+    """Under steps shorter blocks make of a weak inflow one of three times its size."""
+    outcome = play(Trial(700_037, ("inflow",), 0.5, "small", "steps", 0.9))
     channels = dict(outcome.recording.columns)
     rate, torque = channels.pop("yaw_rate"), channels.pop("torque")
     found = trace([Run("jumping", outcome.recording.time, rate, torque, channels)], inertia=outcome.inertia)
