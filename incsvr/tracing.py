@@ -13,11 +13,12 @@ import numpy as np
 
 from incsvr.evidence import Change, change_of_rms, intervals, p_value
 from incsvr.tracer.alone import rose
+from incsvr.tracer.asked import THRESHOLD, WITNESSED
 from incsvr.tracer.channels import usable
 from incsvr.tracer.excitation import answered
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
-from incsvr.tracer.gates import THRESHOLD, WITNESSED, sound
+from incsvr.tracer.gates import sound
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, resettled, settle
 from incsvr.tracer.inquiry import Case, inquire, p_value_of
 from incsvr.tracer.manoeuvre import separate

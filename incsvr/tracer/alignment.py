@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.effects import Signals, candidates
+from incsvr.tracer.asked import worth
 from incsvr.tracer.command import Command
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.gates import against_physics, worth
+from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled, settle
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, noise_share, white_noise
 from incsvr.tracer.posing import pose, pose_like

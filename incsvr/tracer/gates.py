@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
-from incsvr.evidence import evidence, explained, gain_of, p_value, together
+from incsvr.evidence import evidence, explained, gain_of
 from incsvr.tracer.alone import PASSING, bends, in_passing, lost_in_noise, rose
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, views
+from incsvr.tracer.asked import STRONG, FreeRun, full, paid, witnessed
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import excepting, without
 from incsvr.tracer.shaken import fed_by_noise
 from incsvr.tracer.silent import but_noise
-
-THRESHOLD = 12.0
-"""Least gain of the criterion by which an effect is added.
-
-Twice that on one sine for an effect of the motion: of the noise, too, only a few lines count there.
-"""
 
 LOST = "what it alone explains is lost in the noise"
 """Why an effect of less than CONTRIBUTION is not named."""
@@ -36,57 +30,11 @@ FAINT = 0.0075
 others if their shapes are wrong by a twelfth of their amplitude."""
 
 PROVEN = 0.9
-"""Free-run error, in parts of that without an effect, below which neither a residual that rose nor being FAINT is an
-objection to it: what is left of a wrong shape makes no free run so much better."""
-
-STRONG = 40.0
-"""Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
-
-LEVEL = 1e-4
-"""Largest p-value, corrected for the search, of an effect that is named; AR(3) is not the noise's true colour."""
-
-WITNESS = 1e-2
-"""p-value with which the free runs of held-out pieces tell an effect by themselves."""
-
-HINT = 6.6
-"""2 Δℓ of the equation, χ² at 1 %, that is asked of an effect of which free runs leave no doubt."""
-
-WITNESSED = 100.0
-"""2 Δℓ on unseen data by which free runs that are driven by the plain command leave none. Of nothing hidden came 40 at
-most; of the errors of other effects' shapes more, but the equation holds no hint of these."""
-
-UNSEEN = 1e-6
-"""p-value of such free runs: nobody knows their noise so well that they could be believed with less."""
+"""Free-run error, in parts of that without an effect, below which neither a residual that rose, nor being FAINT, nor what
+another delay would explain is an objection to it: what is left of a wrong shape makes no free run so much better."""
 
 SENSED = 0.2
 """Share of the noise in the torque above which an effect may feed on it."""
-
-
-class FreeRun(Protocol):
-    """The judge of every step; a `witness` where free runs may tell what the equation but hints at."""
-
-    @property
-    def witness(self) -> bool: ...
-
-    def __call__(self, hypothesis: Hypothesis) -> float:
-        """Free-run error on unseen data [rad/s]."""
-        ...
-
-    def better(self, new: Hypothesis, old: Hypothesis) -> bool:
-        """Whether the free run of `new` is better by more than chance would have it."""
-        ...
-
-    def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
-        """p-value of the free run of `new` being better than that of `old`."""
-        ...
-
-    def tells(self, new: Hypothesis, old: Hypothesis) -> float:
-        """2 Δℓ of `new` over `old` by the errors of their free runs on unseen data."""
-        ...
-
-    def needs(self, new: Hypothesis, old: Hypothesis) -> float:
-        """The same where `old` is moved within its doubt to where it runs best."""
-        ...
 
 
 def given_away(problem: Problem) -> float:
@@ -112,13 +60,13 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
     lost = [j for j in lost_in_noise(problem, base) if not witnessed(problem, free_run, base, j, gains[j])]
     if lost:
         return LOST, lost[0]
-    full = [_full(problem, base, j) for j in range(len(gains))]
+    whole = [full(problem, base, j) for j in range(len(gains))]
 
-    def paid(j: int, value: float) -> float:
+    def due(j: int, value: float) -> float:
         """What is asked of the j-th effect: less than all only where `value`, what it brings, falls short of that."""
-        return full[j] if value >= full[j] else _paid(problem, free_run, base, j, gains[j], among)
+        return whole[j] if value >= whole[j] else paid(problem, free_run, base, j, gains[j], among)
 
-    asked = [paid(j, gain) for j, gain in enumerate(gains)]
+    asked = [due(j, gain) for j, gain in enumerate(gains)]
     k = min(range(len(gains)), key=lambda j: gains[j] - asked[j])
     if gains[k] < asked[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {asked[k]:.0f} is asked", k
@@ -126,7 +74,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         # how the streams were sampled needs no shape of its own
         shapes = None if below_sampling(base.terms[k], problem) else bends(problem, base, k)
         left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
-        if left < (least := paid(k, left)) and not _outruns_delays(problem, free_run, base, k):
+        if left < (least := due(k, left)) and not _outruns_delays(problem, free_run, base, k):
             return (
                 "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
                 f"{left:.0f}, {least:.0f} is asked"
@@ -145,7 +93,7 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
         # what the evidence holds against an effect is the others as they are; settled, they may explain more
         stale = gain_of(problem, base, k) - 2.0 * (base.fit.log_likelihood - less.fit.log_likelihood)
         told = gains[k] - max(stale, 0.0)
-        if told < (least := paid(k, told)):
+        if told < (least := due(k, told)):
             return (
                 "the other effects, settled without it, explain nearly as much: 2 Δℓ is "
                 f"{told:.0f}, {least:.0f} is asked"
@@ -189,54 +137,6 @@ def _faint(problem: Problem, base: Hypothesis, gains: Sequence[float]) -> int | 
     return k if explained(problem, gains[k]) < FAINT * explained(problem, whole) else None
 
 
-def _full(problem: Problem, base: Hypothesis, k: int) -> float:
-    """2 Δℓ that is asked of the k-th effect: its price and a threshold; on one sine twice that of an effect of the
-    motion."""
-    effect = base.effects[k]
-    doubled = 2.0 if problem.one_sine and effect.of_phase else 1.0
-    return price(effect, effect.core, problem) + doubled * THRESHOLD
-
-
-def _paid(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:
-    """The same of an effect that brings `gain`, where free runs may make up for a part: the price alone, or less."""
-    effect = base.effects[k]
-    if witnessed(problem, free_run, base, k, gain):
-        return HINT
-    least, full = price(effect, effect.core, problem), _full(problem, base, k)
-    if (problem.one_sine and effect.of_phase) or not least < gain < full:
-        return full
-    return least if told(problem, free_run, base, k, gain, among) <= LEVEL else full
-
-
-def told(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float, among: int) -> float:
-    """p-value of the k-th effect as the equation tells it by `gain`, corrected for a search among so many; where that
-    leaves a doubt, together with free runs of held-out pieces, if they tell it, too.
-
-    A controller carries the noise into the free runs: there they are no second witness.
-    """
-    effect = base.effects[k]
-    p = p_value(gain, effect.core + len(effect.sought), effect.looks * max(among, 1))
-    if p > LEVEL and witnessed(problem, free_run, base, k, gain):
-        return together(p, UNSEEN)
-    if p <= LEVEL or p > WITNESS or problem.closed_loop:
-        return p
-    seen = free_run.by_chance(base, without(problem, base, k))
-    return together(p, seen) if seen < WITNESS else p
-
-
-def witnessed(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int, gain: float) -> bool:
-    """Whether free runs leave no doubt of the k-th effect, of which the equation has but a hint, its 2 Δℓ `gain`.
-
-    Where the torque's noise is the sensor's and the command is known, they see none of it, and the equation all. Their
-    likelihood ratio on unseen data bounds the p-value by exp(−Δℓ), whatever was searched (L. Wasserman, A. Ramdas,
-    S. Balakrishnan, "Universal inference", PNAS 117, 2020).
-    """
-    if not free_run.witness or gain <= HINT:
-        return False
-    less = without(problem, base, k)
-    return free_run.tells(base, less) > WITNESSED and free_run.needs(base, less) > WITNESSED
-
-
 def against_physics(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int] | None:
     """Why physics forbids one of the effects, and which."""
     seen = views(problem, hypothesis)
@@ -272,8 +172,3 @@ def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
     reason, k = forbidden(problem, hypothesis)
     lost = [] if reason else lost_in_noise(problem, hypothesis)
     return (LOST, lost[0]) if lost else (reason, k)
-
-
-def worth(hypothesis: Hypothesis) -> float:
-    """What hypotheses compete by: every named effect must have brought the threshold."""
-    return hypothesis.criterion - THRESHOLD * len(hypothesis.terms)

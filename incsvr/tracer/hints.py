@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from incsvr.effects import Effect
 from incsvr.evidence import evidence
-from incsvr.tracer.gates import HINT, WITNESSED, FreeRun, forbidden
+from incsvr.tracer.asked import HINT, WITNESSED, FreeRun
+from incsvr.tracer.gates import forbidden
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import scan, with_lead

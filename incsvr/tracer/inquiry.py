@@ -10,8 +10,9 @@ import numpy as np
 from incsvr.effects import Effect, candidates
 from incsvr.evidence import NORMAL_95, evidence, intervals
 from incsvr.tracer.alignment import aligned, misread, realigned, reread, without_command
+from incsvr.tracer.asked import LEVEL, THRESHOLD, told, worth
 from incsvr.tracer.excitation import demand
-from incsvr.tracer.gates import LEVEL, THRESHOLD, against_physics, told, worth
+from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, price, resettled, views
 from incsvr.tracer.posing import pose_finer
 from incsvr.tracer.problem import Problem

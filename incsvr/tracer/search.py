@@ -8,18 +8,8 @@ from itertools import permutations
 from math import inf
 
 from incsvr.effects import Effect
-from incsvr.tracer.gates import (
-    PROVEN,
-    STRONG,
-    THRESHOLD,
-    FreeRun,
-    against_physics,
-    given_away,
-    objection,
-    pays,
-    sound,
-    worth,
-)
+from incsvr.tracer.asked import STRONG, THRESHOLD, FreeRun, worth
+from incsvr.tracer.gates import PROVEN, against_physics, given_away, objection, pays, sound
 from incsvr.tracer.hints import hinted
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.problem import Problem

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from incsvr.effects import SmoothTerm
 from incsvr.evidence import evidence, p_value
 from incsvr.tracer.alone import CONTRIBUTION, unique_share
-from incsvr.tracer.gates import THRESHOLD, FreeRun
+from incsvr.tracer.asked import THRESHOLD, FreeRun
 from incsvr.tracer.hypothesis import Hypothesis
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import scan, with_lead

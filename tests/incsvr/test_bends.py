@@ -8,7 +8,8 @@ import pytest
 from incsvr.effects import Effect, Term, catalogue
 from incsvr.evidence import evidence
 from incsvr.tracer.alone import bends
-from incsvr.tracer.gates import THRESHOLD, objection
+from incsvr.tracer.asked import THRESHOLD
+from incsvr.tracer.gates import objection
 from incsvr.tracer.hypothesis import Hypothesis, nothing, price, views
 from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracer.gates import THRESHOLD, against_physics, worth
+from incsvr.tracer.asked import THRESHOLD, worth
+from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem

@@ -9,8 +9,8 @@ import pytest
 from scipy.stats import combine_pvalues, ttest_1samp
 
 from incsvr.evidence import evidence, p_value, together
+from incsvr.tracer.asked import LEVEL, WITNESS
 from incsvr.tracer.comparison import chance
-from incsvr.tracer.gates import LEVEL, WITNESS
 from incsvr.tracer.inquiry import _evident, inquire, p_value_of
 from incsvr.tracer.run import Run
 from simulator.trial import Trial, play

@@ -27,3 +27,17 @@ def test_the_share_of_the_torque_is_read_beside_the_gyros_noise(share: float) ->
     assert blind is not None
     assert found == pytest.approx(share, abs=0.05)
     assert blind < found - 0.2 * share**2
+
+
+@pytest.mark.parametrize(("answered", "told"), [(1.0, True), (0.3, False)])
+def test_a_share_is_told_where_what_moves_in_the_torque_is_noise_alone(answered: float, told: bool) -> None:
+    """Of a command that an effect takes a part of, that part is in the residual, too, and would pass for noise."""
+    draw = np.random.default_rng(5)
+    n = 20_000
+    blocks = split(np.array([0, 4 * n + 1]), 4, 0.1)
+    fine = np.repeat(draw.normal(size=n), 4)
+    fine = np.concatenate([fine, fine[-1:]])
+    torque = blocks.mean(fine)
+    residual = answered * torque + 0.2 * draw.normal(size=n) * float(np.std(torque))
+    assert noise_share(blocks, fine, residual, orders=(3,)) is not None
+    assert (noise_share(blocks, fine, residual, orders=(3,), alone=0.7) is not None) is told

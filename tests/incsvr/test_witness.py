@@ -6,7 +6,7 @@ import pytest
 
 from incsvr.effects import catalogue
 from incsvr.tracer.alignment import aligned
-from incsvr.tracer.gates import WITNESSED
+from incsvr.tracer.asked import WITNESSED
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.proof import Court
 from simulator.trial import Trial, play
