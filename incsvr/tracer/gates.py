@@ -30,8 +30,8 @@ FAINT = 0.0075
 others if their shapes are wrong by a twelfth of their amplitude."""
 
 PROVEN = 0.9
-"""Free-run error, in parts of that without an effect, below which neither a residual that rose, nor being FAINT, nor what
-another delay would explain is an objection to it: what is left of a wrong shape makes no free run so much better."""
+"""Free-run error, in parts of that without an effect, below which neither a residual that rose, nor being FAINT, nor
+what another delay would explain is an objection: what is left of a wrong shape makes no free run so much better."""
 
 SENSED = 0.2
 """Share of the noise in the torque above which an effect may feed on it."""
