@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import permutations
 from math import inf
 
 from incsvr.effects import Effect
 from incsvr.tracer.asked import STRONG, THRESHOLD, FreeRun, worth
-from incsvr.tracer.gates import PROVEN, against_physics, given_away, objection, pays, sound
+from incsvr.tracer.fewer import runs_as_well, runs_better, simpler
+from incsvr.tracer.gates import against_physics, given_away, objection, pays
 from incsvr.tracer.hints import hinted
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.problem import Problem
@@ -24,16 +24,6 @@ NARROWER = ((2, 5), (1, 3), (1, 3), (1, 3), (1, 3))
 FOLLOWED = 12
 """How many leads are settled where several sets are grown at once: those that promise most."""
 
-SIMPLER = 0.35
-"""Part of an effect's gain that is given away for one effect less."""
-
-SEEN_ONE, SEEN_SIMPLER = 0.2, 0.6
-"""Parts that are given away for one effect of the motion, and for one less, where free runs are without the torque's
-noise and show none the better."""
-
-SENSORS = 0.5
-"""Share of the noise in the torque above which free runs that are driven by known levels see more than the equation."""
-
 BETTER = 1.0
 """Of the criterion: a set of effects that was judged is judged again where it comes with values so much better."""
 
@@ -42,6 +32,10 @@ CLIMBS = 12
 
 CLIMBERS = 2
 """How many of the best of these are put before the gates in turn."""
+
+SEEN_ONE = 0.2
+"""Part of what several effects of the motion gain that is given away for one, where free runs are without the torque's
+noise and show them none the better."""
 
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
@@ -118,7 +112,9 @@ class Search:
             proves = self.free_run(cleaned) < self.free_run(base)
             if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._hinted(self._one_for_several(self._simpler(self._swapped(self.climbed(best)))))
+        best = self._swapped(self.climbed(best))
+        best = simpler(self.problem, self.free_run, self.effects, best)
+        best = self._hinted(self._one_for_several(best))
         for name in best.names():
             self.refused.pop(name, None)
         return best
@@ -176,46 +172,6 @@ class Search:
         cleaned = self._clean(best)
         return base if best is base or not self._beats(cleaned, base) else self._swapped(self.climbed(cleaned))
 
-    def _simpler(self, base: Hypothesis) -> Hypothesis:
-        """`base` without an effect that another form of one of the others explains as well.
-
-        A thrust scaled by a channel about another level is the same about the channel's mean, and another inertia; a
-        tether untwisted at another heading, and a constant moment. What says the same also runs as well.
-        """
-        for k, less in permutations(range(len(base.terms)), 2):
-            forms = [e for e in self.effects if e.name == base.effects[k].name and self._otherwise(e, base.effects[k])]
-            if not forms:
-                continue
-            others = excepting(self.problem, base, (k, less))
-            gained = base.criterion - without(self.problem, base, less).criterion
-            for lead in scan(self.problem, others, forms):
-                same = lead.effect.key == base.effects[k].key
-                for inner in lead.effect.starts(self.problem.signals) if same else [lead.inner]:
-                    one = instead(self.problem, base, (k, less), replace(lead, inner=inner))
-                    lost = base.criterion - one.criterion
-                    if lost <= max(SIMPLER, SEEN_SIMPLER) * gained and not sound(self.problem, one)[0]:
-                        nearly = lost <= SIMPLER * gained and PROVEN * self.free_run(one) <= self.free_run(base)
-                        if nearly or self._runs_as_well(one, base):
-                            return self._simpler(one)
-        return base
-
-    def _runs_as_well(self, one: Hypothesis, base: Hypothesis) -> bool:
-        """Whether free runs that are driven by the plain command get no worse by fewer effects: they see more than the
-        equation, in which the torque's noise is."""
-        return self.problem.signals.known and self.free_run(one) <= self.free_run(base)
-
-    def _runs_better(self, new: Hypothesis, old: Hypothesis) -> bool:
-        """Whether free runs that are driven by known levels leave no doubt that `new` is better, either as the noise of
-        the two has it: where the noise is the torque sensor's they see more than the equation."""
-        if not (self.free_run.witness and self.problem.command.exact and self.problem.signals.share > SENSORS):
-            return False
-        return self.free_run.tells(new, old) > STRONG and self.free_run.tells(old, new) < -STRONG
-
-    def _otherwise(self, form: Effect, effect: Effect) -> bool:
-        """Whether `form` may stand for the effect in another way: another form, or the same from elsewhere."""
-        settles = form.searched or form.curved  # to one value, wherever it began
-        return form.key != effect.key or (not settles and len(form.starts(self.problem.signals)) > 1)
-
     def _one_for_several(self, base: Hypothesis) -> Hypothesis:
         """`base` with a single effect of the motion where that explains nearly what its several do.
 
@@ -232,8 +188,8 @@ class Search:
             other = effect.of_phase and effect.name not in base.names()
             lost = base.criterion - one.criterion
             enough = lost <= given_away(self.problem) * gained
-            enough = enough or (lost <= SEEN_ONE * gained and self._runs_as_well(one, base))
-            enough = enough or self._runs_better(one, base)
+            enough = enough or (lost <= SEEN_ONE * gained and runs_as_well(self.problem, self.free_run, one, base))
+            enough = enough or runs_better(self.problem, self.free_run, one, base)
             if other and enough and len(self._clean(one).terms) == len(one.terms):
                 return one
         return base
@@ -261,8 +217,9 @@ class Search:
             doubted, other = (new, old) if self._doubted(new) else (old, new)
             if worth(other) >= worth(doubted):
                 return other is new
-        if self._runs_better(new, old) or self._runs_better(old, new):
-            return self._runs_better(new, old)
+        for one, other in ((new, old), (old, new)):
+            if runs_better(self.problem, self.free_run, one, other):
+                return one is new
         more, fewer = (new, old) if len(new.terms) > len(old.terms) else (old, new)
         spared = bool(fewer.terms) and len(more.terms) > len(fewer.terms) and worth(fewer) >= worth(more)
         if not self.closed_loop and (spared or abs(worth(new) - worth(old)) > STRONG):

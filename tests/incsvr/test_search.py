@@ -9,6 +9,7 @@ import pytest
 
 from incsvr.effects import candidates, catalogue
 from incsvr.tracer.asked import THRESHOLD, worth
+from incsvr.tracer.fewer import simpler
 from incsvr.tracer.gates import against_physics
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
 from incsvr.tracer.posing import pose
@@ -30,6 +31,10 @@ FULL = 16.0
 
 def search(problem: Problem) -> Search:
     return Search(problem, candidates(problem.signals.channels), Court.of(problem, None, quick=True))
+
+
+def simply(problem: Problem, found: Hypothesis) -> Hypothesis:
+    return simpler(problem, Court.of(problem, None, quick=True), candidates(problem.signals.channels), found)
 
 
 def parameters(found: Hypothesis) -> dict[str, dict[str, float]]:
@@ -83,7 +88,7 @@ def test_another_inertia_beside_a_thrust_scaled_about_its_mean_is_said_more_simp
     pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["inertia"], (), ())]
     two = settle(sagging, pair, nothing(sagging))
     assert two.terms[1].coefficients[0] > 40.0
-    one = search(sagging)._simpler(two)
+    one = simply(sagging, two)
     assert set(parameters(one)) == {"modulation:voltage/thrust, own level"}
 
 
@@ -95,7 +100,7 @@ def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None
     mean = float(np.mean(VOLTAGE))
     pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["bias_torque"], (), ())]
     two = settle(problem, pair, nothing(problem))
-    assert search(problem)._simpler(two) is two
+    assert simply(problem, two) is two
 
 
 def test_what_runs_worse_without_an_effect_is_no_simpler_way_to_say_it() -> None:
@@ -106,7 +111,7 @@ def test_what_runs_worse_without_an_effect_is_no_simpler_way_to_say_it() -> None
     problem, known = pose([run], outcome.inertia, []), catalogue()
     pair = [(known["inertia"], (), ()), (known["torque_saturation/coefficient"], (), ())]
     two = settle(problem, pair, nothing(problem))
-    assert search(problem)._simpler(two) is two
+    assert simply(problem, two) is two
 
 
 @pytest.mark.parametrize("seed", [0, 1])
