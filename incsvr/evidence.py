@@ -184,7 +184,7 @@ def covariance(problem: Problem, hypothesis: Hypothesis) -> Array:
     return covered
 
 
-def _delta(effect: Effect, term: Term, covariance: Array, inertia: float) -> dict[str, tuple[float, float]]:
+def _delta(effect: Effect, term: Term, covered: Array, inertia: float) -> dict[str, tuple[float, float]]:
     centre = effect.parameters(term, inertia)
     gradient: dict[str, list[float]] = {name: [] for name in centre}
     values = [*term.coefficients, *(term.inner[place] for place in effect.sought)]
@@ -200,7 +200,7 @@ def _delta(effect: Effect, term: Term, covariance: Array, inertia: float) -> dic
             gradient[name].append((there[name] - centre[name]) / nudge)
     out = {}
     for name, slope in gradient.items():
-        deviation = float(np.sqrt(max(np.array(slope) @ covariance @ np.array(slope), 0.0)))
+        deviation = float(np.sqrt(max(np.array(slope) @ covered @ np.array(slope), 0.0)))
         out[name] = (centre[name] - NORMAL_95 * deviation, centre[name] + NORMAL_95 * deviation)
     return out
 

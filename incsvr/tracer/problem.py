@@ -78,6 +78,7 @@ class Problem:
         if self.command.plain is None or self.closed_loop:
             return False
         beside = self.blocks.mean(self.signals.torque - self.command.plain)
+        # a controller answers at every instant: what stays between its jumps is no answer of one
         if not self.command.steps and answers_slowly(self.blocks, beside, residual):
             return False
         return is_noise(self.blocks, beside, residual)

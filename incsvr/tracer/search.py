@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import inf
 
 from incsvr.effects import Effect
@@ -11,9 +11,10 @@ from incsvr.tracer.asked import STRONG, THRESHOLD, FreeRun, worth
 from incsvr.tracer.fewer import runs_as_well, runs_better, simpler
 from incsvr.tracer.gates import against_physics, given_away, objection, pays
 from incsvr.tracer.hints import hinted
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.scan import Lead, best_leads, excepting, instead, scan, with_lead, without
+from incsvr.tracer.reforming import held_back, reformed
+from incsvr.tracer.scan import best_leads, excepting, with_lead, without
 
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
@@ -40,17 +41,8 @@ noise and show them none the better."""
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
 
-OUT = 0.01
-"""Of its range: a searched parameter that ended so near to an end of it would go on."""
-
-RETRIES = 2
-"""How many other starts are tried then."""
-
 SWAPS = 3
 """How many leads are tried in the place of one of several effects."""
-
-FORMS = 2
-"""How many other forms of an effect are tried in its place."""
 
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
@@ -96,7 +88,7 @@ class Search:
         beam, seen = [base], [base]
         for width, tries in (NARROWER if self.given else BEAM)[: self.most]:
             grown = self._grown(beam, tries)
-            beam = [self._reformed(one) if len(one.terms) > 1 else one for one in grown[:width]]
+            beam = [reformed(self.problem, self.effects, one) if len(one.terms) > 1 else one for one in grown[:width]]
             grown[:width] = beam
             for one in grown:
                 keys = frozenset(effect.key for effect in one.effects)
@@ -137,27 +129,6 @@ class Search:
                 break
             base = more
         return base
-
-    def _reformed(self, base: Hypothesis) -> Hypothesis:
-        """`base` with its searched parameters found again, or with another form of one of its effects.
-
-        What is best alone may have taken on what another effect was then added for.
-        """
-        best = base
-        searched = frozenset(effect.key for effect in base.effects if effect.searched)
-        if searched:
-            again = settle(self.problem, base.values(), base, searched, passes=8)
-            if worth(again) > worth(best) and not against_physics(self.problem, again):
-                best = base = again
-        for k, effect in enumerate(base.effects):
-            forms = [e for e in self.effects if e.name == effect.name and e.key != effect.key]
-            if not forms:
-                continue
-            for lead in scan(self.problem, without(self.problem, base, k), forms)[:FORMS]:
-                new = instead(self.problem, base, [k], lead)
-                if worth(new) > worth(best) and not against_physics(self.problem, new):
-                    best = new
-        return best
 
     def _swapped(self, base: Hypothesis) -> Hypothesis:
         """`base` with one of several effects replaced by what explains more in its place, if the beam missed that."""
@@ -254,7 +225,7 @@ class Search:
             for keys, lead in zip(sets, leads, strict=True):
                 if keys in settled:  # the same set came from another of its members
                     continue
-                new = self._held_back(base, lead, with_lead(self.problem, base, lead))
+                new = held_back(self.problem, base, lead, with_lead(self.problem, base, lead))
                 names = frozenset(new.names())
                 known = grown.get(names)
                 less = worth(new) <= worth(base) - (THRESHOLD if first else 0.0)
@@ -264,21 +235,6 @@ class Search:
                     swallowed |= {names} if less else set()
             settled |= set(sets)
         return sorted(grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, worth(h)), reverse=True)
-
-    def _held_back(self, base: Hypothesis, lead: Lead, new: Hypothesis) -> Hypothesis:
-        """`new`; where the search of the lead's parameter ran out of its range, and of physics, what it comes to from
-        the next starts: a wrong shape may be best where the effect is no longer itself."""
-        effect = lead.effect
-        if not effect.searched or not against_physics(self.problem, new):
-            return new
-        seen = views(self.problem, base).of(effect)
-        low, high = effect.bounds(seen)
-        if low + OUT * (high - low) < new.terms[-1].inner[-1] < high - OUT * (high - low):
-            return new
-        others = [start for start in effect.starts(seen) if start[:-1] == lead.inner[:-1]]
-        others = sorted(others, key=lambda start: abs(start[-1] - lead.inner[-1]))[1 : 1 + RETRIES]
-        tries = (with_lead(self.problem, base, replace(lead, inner=start)) for start in others)
-        return next((again for again in tries if not against_physics(self.problem, again)), new)
 
     def _less(self, base: Hypothesis, k: int) -> Hypothesis:
         """`base` without its k-th effect, which the others may have grown around: as it was before, where that is

@@ -11,9 +11,9 @@ from incsvr.tracer.gates import objection
 from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
+from incsvr.tracer.reforming import reformed
 from incsvr.tracer.run import Array
 from incsvr.tracer.scan import scan
-from incsvr.tracer.search import Search
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(400.0)
@@ -65,8 +65,8 @@ def test_a_weaker_reverse_before_the_limit_is_told_from_one_behind_it() -> None:
     before, behind = (catalogue()[key] for key in ("torque_asymmetry/before a limit", "torque_asymmetry"))
     assert scan(problem, nothing(problem), [before]) == []
     pair = settled(problem, CUT, behind)
-    hunt = Search(problem, (CUT, before, behind), Court.of(problem, None, quick=True))
-    found = hunt._reformed(hunt._reformed(pair))
+    effects = (CUT, before, behind)
+    found = reformed(problem, effects, reformed(problem, effects, pair))
     assert {effect.key for effect in found.effects} == {CUT.key, before.key}
     assert found.criterion > pair.criterion + 100.0
     told = {effect.key: term for effect, term in zip(found.effects, found.terms, strict=True)}

@@ -15,6 +15,7 @@ from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
+from incsvr.tracer.reforming import held_back, reformed
 from incsvr.tracer.run import Run
 from incsvr.tracer.scan import Lead, best_leads, with_lead
 from incsvr.tracer.search import Search
@@ -147,7 +148,7 @@ def test_a_taut_tether_beside_a_bias_is_no_slack_one(seed: int) -> None:
     problem = turning(seed, 0.6 * command(seed, TIME) - 25.0, outside=20.0, stiffness=6.0)
     known = catalogue()
     pair = [(known["tether/slack"], (0.0, 2.5), ()), (known["bias_torque"], (), ())]
-    found = parameters(search(problem)._reformed(settle(problem, pair, nothing(problem))))
+    found = parameters(reformed(problem, candidates(problem.signals.channels), settle(problem, pair, nothing(problem))))
     assert set(found) == {"tether", "bias_torque"}
     assert found["bias_torque"]["moment_nm"] == pytest.approx(20.0, rel=0.1)
 
@@ -167,7 +168,7 @@ def test_a_width_that_was_found_without_the_second_effect_is_found_again(seed: i
     problem = turning(seed, levels, gain=gain, outside=15.0)
     known = catalogue()
     pair = [(known["dead_zone/shifted"], (4.0,), ()), (known["bias_torque"], (), ())]
-    found = parameters(search(problem)._reformed(settle(problem, pair, nothing(problem))))
+    found = parameters(reformed(problem, candidates(problem.signals.channels), settle(problem, pair, nothing(problem))))
     assert found["dead_zone/shifted"]["half_width_nm"] == pytest.approx(8.0, rel=0.15)
 
 
@@ -199,7 +200,7 @@ def test_where_a_search_begins_again_is_told_from_what_is_left() -> None:
     lead = Lead(wave, starts[-1], 0.0, 0.0, (0.0, 0.0))
     own = with_lead(problem, base, replace(lead, inner=(99.9,)))
     assert against_physics(problem, own)
-    held = search(problem)._held_back(base, lead, own)
+    held = held_back(problem, base, lead, own)
     assert held.terms[0].inner[-1] == pytest.approx(62.0, rel=0.01)
 
 

@@ -6,17 +6,21 @@ import numpy as np
 import pytest
 
 from incsvr.tracer.noise import noise_share
-from incsvr.tracer.weak_form import split
+from incsvr.tracer.run import Array
+from incsvr.tracer.weak_form import Blocks, split
+
+
+def lively(draw: np.random.Generator, n: int) -> tuple[Blocks, Array]:
+    """n blocks of 0.1 s in each of which the torque is another, and that torque."""
+    fine = np.repeat(draw.normal(size=n), 4)
+    return split(np.array([0, 4 * n + 1]), 4, 0.1), np.concatenate([fine, fine[-1:]])
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
 def test_the_share_of_the_torque_is_read_beside_the_gyros_noise(share: float) -> None:
     """The gyro's noise is in neither the torque nor the water; unknown, it would pass for water."""
     draw = np.random.default_rng(4)
-    n = 20_000
-    blocks = split(np.array([0, 4 * n + 1]), 4, 0.1)
-    fine = np.repeat(draw.normal(size=n), 4)
-    fine = np.concatenate([fine, fine[-1:]])
+    blocks, fine = lively(draw, n := 20_000)
     torque = blocks.mean(fine)
     fastest = float(np.std(np.diff(torque, 3)) / np.sqrt(20.0))
     water = fastest * np.sqrt((1.0 - share) / share) * draw.normal(size=n)
@@ -33,10 +37,7 @@ def test_the_share_of_the_torque_is_read_beside_the_gyros_noise(share: float) ->
 def test_a_share_is_told_where_what_moves_in_the_torque_is_noise_alone(answered: float, told: bool) -> None:
     """Of a command that an effect takes a part of, that part is in the residual, too, and would pass for noise."""
     draw = np.random.default_rng(5)
-    n = 20_000
-    blocks = split(np.array([0, 4 * n + 1]), 4, 0.1)
-    fine = np.repeat(draw.normal(size=n), 4)
-    fine = np.concatenate([fine, fine[-1:]])
+    blocks, fine = lively(draw, n := 20_000)
     torque = blocks.mean(fine)
     residual = answered * torque + 0.2 * draw.normal(size=n) * float(np.std(torque))
     assert noise_share(blocks, fine, residual, orders=(3,)) is not None
