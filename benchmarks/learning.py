@@ -16,10 +16,17 @@ import numpy as np
 from sklearn.svm import SVR
 
 from benchmarks.repetition import LEARNERS, USUAL
-from incsvr.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, OfflineSVR, RecursiveLeastSquares
-from incsvr.dual import coordinate_descent
-from incsvr.learner import Iteration, Settings, start, step
-from incsvr.model import Model
+from incsvr.learning.baselines import (
+    AdaptiveIdentifier,
+    Baseline,
+    Data,
+    LeastSquares,
+    OfflineSVR,
+    RecursiveLeastSquares,
+)
+from incsvr.learning.dual import coordinate_descent
+from incsvr.learning.learner import Iteration, Settings, start, step
+from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import SignalSettings, Synchroniser
 from simulator import leng

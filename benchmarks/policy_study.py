@@ -19,10 +19,10 @@ import numpy as np
 
 from benchmarks.policy_scenarios import RATES, SCENARIOS
 from benchmarks.provenance import provenance
-from incsvr.dual import solve
-from incsvr.kernel import rbf
-from incsvr.learner import Settings, start, step
-from incsvr.model import Model
+from incsvr.learning.dual import solve
+from incsvr.learning.kernel import rbf
+from incsvr.learning.learner import Settings, start, step
+from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from simulator import leng

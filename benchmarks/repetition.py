@@ -11,9 +11,16 @@ from functools import partial
 
 import numpy as np
 
-from incsvr.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, OfflineSVR, RecursiveLeastSquares
-from incsvr.learner import Settings, start, step
-from incsvr.model import Model
+from incsvr.learning.baselines import (
+    AdaptiveIdentifier,
+    Baseline,
+    Data,
+    LeastSquares,
+    OfflineSVR,
+    RecursiveLeastSquares,
+)
+from incsvr.learning.learner import Settings, start, step
+from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
 from simulator import leng
 from simulator.recordings import sequence

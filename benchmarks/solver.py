@@ -17,8 +17,8 @@ from scipy import sparse
 from sklearn.svm import SVR
 
 from benchmarks.sample_sets import yaw_samples
-from incsvr import dual
-from incsvr.kernel import rbf
+from incsvr.learning import dual
+from incsvr.learning.kernel import rbf
 from incsvr.samples import Array
 
 GAMMA, C, EPSILON = 10.0, 1000.0, 0.1  # as the paper found them (Section IV-B)

@@ -17,7 +17,7 @@ from benchmarks.chart import chart
 from benchmarks.provenance import provenance
 from benchmarks.repetition import LEARNERS, USUAL, Repetition, repetitions
 from incsvr.errors import BadInput
-from incsvr.learner import Settings
+from incsvr.learning.learner import Settings
 from incsvr.samples import Array
 from service.output import add_json_argument, emit
 from simulator.progress import progress

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr import learner
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.evidence import change_of_rms, rms
+from incsvr.learning import learner
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.tracer.forward import TracedModel

@@ -1,7 +1,7 @@
 """The torque ledger: at every sample what each part takes of the torque, so that damping is what the effects leave.
 
 Effects such as a rotor's lag are faster than the samples. They are worked out on a fine grid of the vehicle's time, and
-then smoothed with the very weights of torque and yaw rate (`incsvr.smoothing`): the parts add up to the torque.
+then smoothed with the very weights of torque and yaw rate (`incsvr.signals.smoothing`): the parts add up to the torque.
 
 Like the samples, the parts follow from the stamps and values alone: a point of the grid is worked out once, as soon as
 nothing that may still come could change it.
@@ -20,8 +20,8 @@ from incsvr.compensation import HEADING, Carried, Compensation, Piece, plain
 from incsvr.plant import damping_moment
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
-from incsvr.smoothing import Smoothed, smooth
-from incsvr.streams import JUMP
+from incsvr.signals.smoothing import Smoothed, smooth
+from incsvr.signals.streams import JUMP
 
 SUBSTEPS = 6
 """Fine steps in the smoothing's standard deviation."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.compensation import HEADING, Compensation
 from incsvr.effects import Signals
-from incsvr.motion import Motion, motions
+from incsvr.learning.motion import Motion, motions
 from incsvr.samples import Array
 from incsvr.tracer.forward import TracedModel
 

@@ -17,7 +17,7 @@ import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
-from incsvr.learner import Settings as LearnerSettings
+from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import SignalSettings
 from service.sections import Bus, HealthLimits, Learner, Name, Prefix, Section, Signals, Simulation, Tracing, Vehicle
 

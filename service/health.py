@@ -15,7 +15,7 @@ import numpy as np
 
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
-from incsvr.streams import JUMP
+from incsvr.signals.streams import JUMP
 from service import wire
 from service.node import LearnerNode
 from service.sections import HealthLimits

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning.whiteness import p_value
 from incsvr.samples import Array
 from incsvr.verdict import Comparison, in_force, on_trial
-from incsvr.whiteness import p_value
 from service.child import Child
 from service.config import Config
 from service.effects import TracedEffects, taken_up

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from incsvr import learner
 from incsvr.errors import BadInput
-from incsvr.learner import State
+from incsvr.learning import learner
+from incsvr.learning.learner import State
 from incsvr.samples import Array, Samples
 from service import wire
 from service.batches import Batches

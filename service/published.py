@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.learner import Iteration
-from incsvr.model import Model
+from incsvr.learning.learner import Iteration
+from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
 from service import wire
 from service.batches import sampled

@@ -17,8 +17,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, Any
 
-from incsvr import learner
 from incsvr.errors import BadInput
+from incsvr.learning import learner
 from service.config import Config
 
 log = logging.getLogger(__name__)

@@ -21,7 +21,7 @@ import numpy as np
 
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.learner import Settings
+from incsvr.learning.learner import Settings
 from incsvr.samples import Array
 from incsvr.shadow import as_run, compare
 from incsvr.signals import SignalSettings

@@ -1,7 +1,7 @@
 """The newest stretch of the raw streams: what tracing looks at, and what the learner is taught again from.
 
 A value is taken or refused as the synchroniser does it, so that both know the same. The window is bounded in time, and
-by `incsvr.streams.CAPACITY` in number; a stream of 50 Hz takes 0.7 MB in 900 s.
+by `incsvr.signals.streams.CAPACITY` in number; a stream of 50 Hz takes 0.7 MB in 900 s.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from math import inf
 
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
-from incsvr.streams import CAPACITY, Stream
+from incsvr.signals.streams import CAPACITY, Stream
 
 _SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
 

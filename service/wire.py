@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
-from incsvr.model import Model
+from incsvr.learning.model import Model
 
 Numbers = tuple[float, ...]
 

@@ -11,9 +11,9 @@ from typing import Any
 
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.inertia import InertiaEstimate, identify
-from incsvr.learner import Iteration, Settings
-from incsvr.motion import free_run_rmse, motions
+from incsvr.learning.inertia import InertiaEstimate, identify
+from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, SignalSettings, synchronise
 from incsvr.traced_motion import traced_free_run_rmse

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learner import Iteration, Settings, start, step
-from incsvr.model import Model
+from incsvr.learning.learner import Iteration, Settings, start, step
+from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
 from simulator.recordings import Recording

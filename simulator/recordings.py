@@ -17,7 +17,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
-from incsvr.streams import FUTURE
+from incsvr.signals.streams import FUTURE
 
 RATE_LIMIT = 6.0
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""

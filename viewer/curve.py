@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.model import Model
+from incsvr.learning.model import Model
 from viewer.drawn import NONE, Lines
 from viewer.frame import Floats
 from viewer.plate import Plate

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.model import Model
+from incsvr.learning.model import Model
 from service.wire import IterationReport, ModelSnapshot, Points
 
 APPLICATION = "incsvr"

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 from rerun.components import Radius
 
-from incsvr.model import Model
+from incsvr.learning.model import Model
 from service.wire import SETS, IterationReport
 from viewer.curve import draw
 from viewer.drawn import NONE, Lines, strips

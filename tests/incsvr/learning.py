@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from incsvr.learner import Iteration, Settings, State, start, step
+from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.samples import Array, Samples
 
 HULL = 0.12

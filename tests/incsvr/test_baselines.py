@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.baselines import (
+from incsvr.learning.baselines import (
     GRID_C,
     GRID_EPSILON,
     GRID_GAMMA,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from incsvr.policies.change import ALARM, Evidence, features, gather, prior, surprise, together, weigh
-from incsvr.policies.noise import Noise
+from incsvr.learning.policies.change import ALARM, Evidence, features, gather, prior, surprise, together, weigh
+from incsvr.learning.policies.noise import Noise
 from incsvr.samples import Array
 
 

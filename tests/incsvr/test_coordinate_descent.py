@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.sample_sets import yaw_samples
-from incsvr import dual
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
+from incsvr.learning import dual
+from incsvr.learning.kernel import rbf
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from incsvr.criteria import forgetting, inclusion, outliers, quartiles
+from incsvr.learning.criteria import forgetting, inclusion, outliers, quartiles
 
 
 def test_inclusion_discards_what_lies_in_the_tube_or_beside_a_vector() -> None:

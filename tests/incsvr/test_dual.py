@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from benchmarks.sample_sets import yaw_samples
-from incsvr import dual
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
+from incsvr.learning import dual
+from incsvr.learning.kernel import rbf
 from incsvr.samples import Array
 
 PAPER: dict[str, Any] = {"gamma": 10.0, "C": 1000.0, "epsilon": 0.1}

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from incsvr import dual
+from incsvr.learning import dual
 from incsvr.samples import Array
 
 MORE = np.longdouble  # more digits than the solver has, where the machine offers them

@@ -8,8 +8,8 @@ from sklearn.svm import SVR
 
 from benchmarks.sample_sets import yaw_samples
 from benchmarks.solver import by_clarabel
-from incsvr import dual
-from incsvr.kernel import rbf
+from incsvr.learning import dual
+from incsvr.learning.kernel import rbf
 
 
 @pytest.mark.parametrize("seed", range(12))

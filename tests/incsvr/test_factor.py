@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
+from incsvr.learning.kernel import rbf
+from incsvr.learning.solver import factor as factors
+from incsvr.learning.solver.factor import factor
 from incsvr.samples import Array
-from incsvr.solver import factor as factors
-from incsvr.solver.factor import factor
 
 RNG = np.random.default_rng(1)
 NARROW = RNG.uniform(-0.25, 0.25, 300)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.inertia import identify
-from incsvr.motion import Motion, free_run_rmse, motions
+from incsvr.learning.inertia import identify
+from incsvr.learning.motion import Motion, free_run_rmse, motions
 from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from incsvr.kernel import rbf
+from incsvr.learning.kernel import rbf
 
 
 def test_the_kernel_is_the_formula_of_the_paper() -> None:

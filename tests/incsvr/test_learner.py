@@ -12,7 +12,7 @@ import pytest
 from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
-from incsvr.learner import Iteration, Settings, State, start, step
+from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.samples import Samples
 from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
 

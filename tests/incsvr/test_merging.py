@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from incsvr.policies.merging import Vectors
+from incsvr.learning.policies.merging import Vectors
 from incsvr.samples import Samples
 
 EACH = 1.0 / 16.0

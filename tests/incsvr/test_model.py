@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from incsvr.continuation import Continuation
-from incsvr.dual import solve
 from incsvr.errors import BadInput
-from incsvr.learner import Settings
-from incsvr.model import Model
+from incsvr.learning.continuation import Continuation
+from incsvr.learning.dual import solve
+from incsvr.learning.learner import Settings
+from incsvr.learning.model import Model
 from incsvr.samples import Array
 from tests.incsvr.learning import drag, run, stream
 

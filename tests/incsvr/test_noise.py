@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.policies.noise import HORIZON, Noise
+from incsvr.learning.policies.noise import HORIZON, Noise
 
 
 def track(residual: np.ndarray[tuple[int], np.dtype[np.float64]], noise: Noise | None = None) -> Noise:

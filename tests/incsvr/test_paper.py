@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.dual import solve
-from incsvr.learner import Settings, State, start, step
-from incsvr.policies.paper import Memory
+from incsvr.learning.dual import solve
+from incsvr.learning.learner import Settings, State, start, step
+from incsvr.learning.policies.paper import Memory
 from incsvr.samples import Samples
 from tests.incsvr.learning import batches, drag, rms, run, stream
 from tests.incsvr.test_criteria import forget_one_by_one

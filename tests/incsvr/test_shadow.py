@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.learner import Settings
+from incsvr.learning.learner import Settings
 from incsvr.shadow import compare
 from incsvr.signals import SignalSettings
 from incsvr.tracer.forward import TracedModel

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from incsvr.errors import BadInput
 from incsvr.samples import Array, Samples
 from incsvr.signals import MAX_CHANNELS, SignalSettings, Synchroniser, synchronise
-from incsvr.streams import CAPACITY, JUMP
+from incsvr.signals.streams import CAPACITY, JUMP
 
 SETTINGS = SignalSettings(inertia=350.0, sample_period=0.6, smoothing=0.12, lateness=0.2, gap=0.2)
 Message = tuple[float, float]
@@ -172,8 +172,8 @@ def test_a_refusal_is_counted_by_its_reason(message: Message, reason: str) -> No
 def test_the_size_of_the_blocks_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """They only bound the memory."""
     whole, _ = synchronise(SETTINGS, sine(60.0))
-    monkeypatch.setattr("incsvr.smoothing._BLOCK", 100)
-    monkeypatch.setattr("incsvr.signals._BLOCK", 7)
+    monkeypatch.setattr("incsvr.signals.smoothing._BLOCK", 100)
+    monkeypatch.setattr("incsvr.signals.synchroniser._BLOCK", 7)
     assert same(whole, synchronise(SETTINGS, sine(60.0))[0])
 
 

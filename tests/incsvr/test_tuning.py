@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.learner import Settings
+from incsvr.learning.learner import Settings
+from incsvr.learning.tuning import Grid, best, search
 from incsvr.samples import Samples
-from incsvr.tuning import Grid, best, search
 from tests.incsvr.learning import run, stream
 
 SETTINGS = Settings(policy="weighted")

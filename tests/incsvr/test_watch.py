@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learner import Settings, State, step
-from incsvr.policies.watch import OPEN, follow
-from incsvr.policies.weighted import Memory
+from incsvr.learning.learner import Settings, State, step
+from incsvr.learning.policies.watch import OPEN, follow
+from incsvr.learning.policies.weighted import Memory
 from incsvr.samples import Samples
 from tests.incsvr.learning import drag, run, stream
 

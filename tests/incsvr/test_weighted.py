@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.dual import solve
-from incsvr.learner import Settings, start, step
-from incsvr.policies.weighted import Memory
+from incsvr.learning.dual import solve
+from incsvr.learning.learner import Settings, start, step
+from incsvr.learning.policies.weighted import Memory
 from incsvr.samples import Samples
 from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
 

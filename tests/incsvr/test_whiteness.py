@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learner import Settings, start, step
+from incsvr.learning.learner import Settings, start, step
+from incsvr.learning.whiteness import FEWEST, p_value
 from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings, synchronise
-from incsvr.whiteness import FEWEST, p_value
 from simulator.trial import Trial, play
 
 PERIOD = 0.6

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from incsvr.errors import BadInput
-from incsvr.learner import Settings
+from incsvr.learning.learner import Settings
 from incsvr.signals import SignalSettings
 from service.cli import main
 from service.config import Config, add_config_arguments, from_arguments, read

@@ -11,7 +11,7 @@ import pytest
 import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
-from incsvr.model import Model
+from incsvr.learning.model import Model
 from service import wire
 from simulator import leng
 from simulator.player import Faults, messages

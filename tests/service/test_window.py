@@ -8,7 +8,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
-from incsvr.streams import CAPACITY
+from incsvr.signals.streams import CAPACITY
 from service.batches import RESTART_VALUES, Batches
 from service.window import Window
 from simulator import leng

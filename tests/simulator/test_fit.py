@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.learner import Settings
+from incsvr.learning.learner import Settings
 from service.cli import main
 from simulator import leng
 from simulator.online import learn

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.dual import solve
-from incsvr.kernel import rbf
+from incsvr.learning.dual import solve
+from incsvr.learning.kernel import rbf
 from incsvr.samples import Samples
 from simulator import leng
 

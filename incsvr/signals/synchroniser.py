@@ -24,8 +24,8 @@ from numpy.typing import ArrayLike
 from incsvr.errors import BadInput
 from incsvr.plant import damping_moment
 from incsvr.samples import Array, Samples
-from incsvr.smoothing import WIDTHS, smooth
-from incsvr.streams import JUMP, Stream
+from incsvr.signals.smoothing import WIDTHS, smooth
+from incsvr.signals.streams import JUMP, Stream
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation

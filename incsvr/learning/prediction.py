@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from incsvr.continuation import Continuation
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
+from incsvr.learning.continuation import Continuation
+from incsvr.learning.kernel import rbf
 from incsvr.samples import Array
 
 if TYPE_CHECKING:
-    from incsvr.model import Model
+    from incsvr.learning.model import Model
 
 STEP = 0.015
 """Distance of two nodes, in kernel lengths 1/√γ."""

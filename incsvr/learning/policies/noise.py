@@ -9,7 +9,7 @@ from math import exp, log
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.criteria import quartiles
+from incsvr.learning.criteria import quartiles
 from incsvr.samples import Array
 
 NORMAL = 1.4826

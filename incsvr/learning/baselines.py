@@ -17,8 +17,8 @@ from typing import Protocol
 
 import numpy as np
 
-from incsvr.dual import solve
-from incsvr.kernel import rbf
+from incsvr.learning.dual import solve
+from incsvr.learning.kernel import rbf
 from incsvr.samples import Array, Samples
 
 GRID_C = (10.0, 100.0, 1000.0, 10000.0)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
+from incsvr.learning.kernel import rbf
 from incsvr.samples import Array
 
 SMALL = 256  # samples up to which the kernel matrix itself is formed: at most half a megabyte

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
-from incsvr.prediction import Prediction, Table
+from incsvr.learning.kernel import rbf
+from incsvr.learning.prediction import Prediction, Table
 from incsvr.samples import Array
 
 

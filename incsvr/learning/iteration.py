@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from incsvr import dual
 from incsvr.errors import BadInput
-from incsvr.model import Model
+from incsvr.learning import dual
+from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
 
 
@@ -15,7 +15,7 @@ from incsvr.samples import Array, Samples
 class Settings:
     """How the learner learns. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
-    So is the policy. "weighted" (incsvr/policies/weighted.py) comes nearer to the truth in every simulated row of
+    So is the policy. "weighted" (policies/weighted.py) comes nearer to the truth in every simulated row of
     `python -m benchmarks.policy_study`, but not yet in every measured one: the paper's stays the default until it does.
 
     Attributes:

@@ -13,8 +13,8 @@ from itertools import product
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.iteration import Settings
-from incsvr.learner import start, step
+from incsvr.learning.iteration import Settings
+from incsvr.learning.learner import start, step
 from incsvr.samples import Samples
 
 

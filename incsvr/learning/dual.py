@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.kernel import rbf
+from incsvr.learning.kernel import rbf
+from incsvr.learning.solver.certificate import Solution, certify
+from incsvr.learning.solver.coordinate_descent import descend
+from incsvr.learning.solver.crossover import cross
+from incsvr.learning.solver.factor import factor
+from incsvr.learning.solver.interior_point import path
 from incsvr.samples import Array
-from incsvr.solver.certificate import Solution, certify
-from incsvr.solver.coordinate_descent import descend
-from incsvr.solver.crossover import cross
-from incsvr.solver.factor import factor
-from incsvr.solver.interior_point import path
 
 __all__ = ["Solution", "coordinate_descent", "solve"]
 
@@ -68,7 +68,7 @@ def coordinate_descent(
     passes: int = 5000,
     gap: float = 1e-3,
 ) -> Solution:
-    """Eq. 8, the paper's solver (`incsvr.solver.coordinate_descent` says where the printed formula differs).
+    """Eq. 8, the paper's solver (`incsvr.learning.solver.coordinate_descent` says where the printed formula differs).
 
     Args:
         x, y, gamma, C, epsilon: as for `solve`.

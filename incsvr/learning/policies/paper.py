@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.criteria import Mask, forgetting, inclusion, outliers
-from incsvr.iteration import Iteration, Settings, train
-from incsvr.model import Model
-from incsvr.policies.noise import Noise
+from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
+from incsvr.learning.iteration import Iteration, Settings, train
+from incsvr.learning.model import Model
+from incsvr.learning.policies.noise import Noise
 from incsvr.samples import Array, Samples
 
 ZERO = 1e-9  # a weight below this share of C is zero

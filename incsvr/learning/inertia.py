@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from incsvr.errors import BadInput
-from incsvr.motion import Motion
+from incsvr.learning.motion import Motion
 from incsvr.plant import free_run
 from incsvr.samples import Array
 

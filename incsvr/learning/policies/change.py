@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.policies.noise import Noise
+from incsvr.learning.policies.noise import Noise
 from incsvr.samples import Array
 
 GAIN = 0.15

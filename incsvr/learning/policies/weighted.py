@@ -4,7 +4,7 @@ The paper keeps at most 60 raw samples, and what it forgets is lost. Here a vect
 and weighs as many: Cᵢ = C nᵢ, and a tube as wide as the noise of its mean, εᵢ = max(ε, TUBE σ/√nᵢ).
 
 1. Outliers: 1.5 IQR on what the curve leaves over of the new batch, where that is beyond the noise as well.
-2. Change (incsvr/policies/watch.py): where a smooth correction of the curve is likelier than the curve, all vectors
+2. Change (watch.py): where a smooth correction of the curve is likelier than the curve, all vectors
    move by it.
 3. Inclusion: a sample joins the vector beside it or becomes one.
 4. Forgetting: while there are more than `capacity`, the two closest neighbours become one.
@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.criteria import outliers
-from incsvr.iteration import Iteration, Settings, train
-from incsvr.model import Model
-from incsvr.policies.merging import Vectors
-from incsvr.policies.noise import Noise
-from incsvr.policies.watch import Watch, follow
+from incsvr.learning.criteria import outliers
+from incsvr.learning.iteration import Iteration, Settings, train
+from incsvr.learning.model import Model
+from incsvr.learning.policies.merging import Vectors
+from incsvr.learning.policies.noise import Noise
+from incsvr.learning.policies.watch import Watch, follow
 from incsvr.samples import Array, Samples
 
 MOST = 15.0

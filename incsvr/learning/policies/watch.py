@@ -1,6 +1,6 @@
 """Watching for a change of the vehicle: transport of what is learned, and probation.
 
-When the evidence says that the curve has moved (incsvr/policies/change.py), every vector moves by the correction g(x)
+When the evidence says that the curve has moved (change.py), every vector moves by the correction g(x)
 and keeps only as much information as the correction is certain. That is a guess from some fifty samples, so for OPEN
 batches it is on probation: each batch corrects the correction, and the vectors from before come back if they explain
 the batches since better than the corrected ones with all their doubt.
@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.iteration import Settings
-from incsvr.model import Model
-from incsvr.policies.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
-from incsvr.policies.merging import Vectors
-from incsvr.policies.noise import Noise
+from incsvr.learning.iteration import Settings
+from incsvr.learning.model import Model
+from incsvr.learning.policies.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
+from incsvr.learning.policies.merging import Vectors
+from incsvr.learning.policies.noise import Noise
 from incsvr.samples import Array, Samples
 
 OPEN = 4

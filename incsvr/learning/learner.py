@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.iteration import Iteration, Settings
-from incsvr.model import Model
-from incsvr.policies import paper, weighted
+from incsvr.learning.iteration import Iteration, Settings
+from incsvr.learning.model import Model
+from incsvr.learning.policies import paper, weighted
 from incsvr.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]

@@ -1,0 +1,27 @@
+"""Streams with their own clocks, rates and faults become damping samples on one grid (Section IV-A)."""
+
+from __future__ import annotations
+
+from incsvr.signals.synchroniser import (
+    MAX_CHANNELS,
+    REQUIRED,
+    RUN_PAUSE,
+    TORQUE,
+    YAW_RATE,
+    SignalSettings,
+    Synchroniser,
+    play,
+    synchronise,
+)
+
+__all__ = [
+    "MAX_CHANNELS",
+    "REQUIRED",
+    "RUN_PAUSE",
+    "TORQUE",
+    "YAW_RATE",
+    "SignalSettings",
+    "Synchroniser",
+    "play",
+    "synchronise",
+]

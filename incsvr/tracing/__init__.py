@@ -1,0 +1,7 @@
+"""From the residual of a declared model to the effects that it lacks, with the proof on unseen data."""
+
+from __future__ import annotations
+
+from incsvr.tracing.trace import Run, Trace, trace
+
+__all__ = ["Run", "Trace", "trace"]
