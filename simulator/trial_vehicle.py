@@ -85,18 +85,13 @@ class Motion:
     acceleration: Array
 
 
-def move(physics: Physics, command: Command, water: Array, heading: float) -> Motion:
-    """Integrates the vehicle from rest.
+Response = Callable[[float, int, float, float, float, float, float], tuple[float, float, float]]
+"""(commanded moment [N m], tick, other moment [N m], r, ψ, rotor's state, water's rate) -> the slopes of r, of the
+rotor's state and of the water's rate."""
 
-    Args:
-        physics: its true equations.
-        command: what is asked of the thrusters.
-        water: (n,) the moment of the water's noise in each step [N m].
-        heading: ψ at the start [rad].
 
-    Returns:
-        the motion at the n steps.
-    """
+def response(physics: Physics) -> Response:
+    """How the vehicle answers to a command that has reached its thrusters, and to the water's moment."""
     inertia, curve = physics.inertia, physics.drag
     commanded, produced, moments, factors = (
         physics.commanded,
@@ -106,24 +101,10 @@ def move(physics: Physics, command: Command, water: Array, heading: float) -> Mo
     )
     rotor_time, rotor_speed = physics.rotor_time, physics.rotor_speed
     water_time, share, gain = physics.water_time, physics.water_share, physics.water_gain
-    late = physics.delay / STEP
-    asked: list[float] = []
 
-    def delayed(tick: int) -> float:
-        """The command of `delay` ago, linear between steps; before the start it is the first."""
-        position = tick / 2 - late
-        if position <= 0:
-            return asked[0]
-        step = min(int(position), len(asked) - 1)
-        after = asked[min(step + 1, len(asked) - 1)]
-        return asked[step] + (position - step) * (after - asked[step])
-
-    def slope(
-        tick: int, noise: float, r: float, psi: float, z: float, rotor: float, w: float
-    ) -> tuple[float, float, float, float, float]:
-        moment, z_slope = command.at(tick, r, z)
-        if late:
-            moment = delayed(tick)
+    def slopes(
+        moment: float, tick: int, noise: float, r: float, psi: float, rotor: float, w: float
+    ) -> tuple[float, float, float]:
         for change in commanded:
             moment = change(moment, r, tick)
         rotor_slope = 0.0
@@ -147,7 +128,44 @@ def move(physics: Physics, command: Command, water: Array, heading: float) -> Mo
         moment += noise - damping
         for other in moments:
             moment += other(r, psi, tick)
-        return moment / inertia, r, z_slope, rotor_slope, water_slope
+        return moment / inertia, rotor_slope, water_slope
+
+    return slopes
+
+
+def move(physics: Physics, command: Command, water: Array, heading: float) -> Motion:
+    """Integrates the vehicle from rest.
+
+    Args:
+        physics: its true equations.
+        command: what is asked of the thrusters.
+        water: (n,) the moment of the water's noise in each step [N m].
+        heading: ψ at the start [rad].
+
+    Returns:
+        the motion at the n steps.
+    """
+    respond = response(physics)
+    late = physics.delay / STEP
+    asked: list[float] = []
+
+    def delayed(tick: int) -> float:
+        """The command of `delay` ago, linear between steps; before the start it is the first."""
+        position = tick / 2 - late
+        if position <= 0:
+            return asked[0]
+        step = min(int(position), len(asked) - 1)
+        after = asked[min(step + 1, len(asked) - 1)]
+        return asked[step] + (position - step) * (after - asked[step])
+
+    def slope(
+        tick: int, noise: float, r: float, psi: float, z: float, rotor: float, w: float
+    ) -> tuple[float, float, float, float, float]:
+        moment, z_slope = command.at(tick, r, z)
+        if late:
+            moment = delayed(tick)
+        r_slope, rotor_slope, water_slope = respond(moment, tick, noise, r, psi, rotor, w)
+        return r_slope, r, z_slope, rotor_slope, water_slope
 
     h, half = STEP, STEP / 2
     r, psi, z, rotor, w = 0.0, heading, 0.0, 0.0, 0.0

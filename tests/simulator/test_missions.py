@@ -1,0 +1,167 @@
+"""Ordinary missions: the vehicle does what they say, and its controller answers the water and the logged gyro."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simulator.effects.physics import Array
+from simulator.missions import FULL_SIZE, GYRO_NOISE, KINDS, VEHICLES, Mission, Outcome, play
+from simulator.trial_vehicle import STEP
+
+SHORT = 300.0
+
+
+def held(outcome: Outcome) -> Array:
+    """(n,) the command at every integration step [N m]."""
+    command = outcome.motion.command
+    return np.repeat(command, outcome.motion.time.size // command.size)
+
+
+@pytest.mark.parametrize("vehicle", sorted(VEHICLES))
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_seed_is_a_mission(kind: str, vehicle: str) -> None:
+    mission = Mission(kind, vehicle, seed=1, duration=60.0)
+    first, again, other = play(mission), play(mission), play(replace(mission, seed=2))
+    for name, values in first.recording.columns.items():
+        np.testing.assert_array_equal(values, again.recording.columns[name])
+    assert not np.array_equal(first.recording.columns["yaw_rate"], other.recording.columns["yaw_rate"])
+    assert np.abs(first.motion.command).max() <= VEHICLES[vehicle].scale.torque
+
+
+@pytest.mark.parametrize("vehicle", sorted(VEHICLES))
+def test_a_survey_turns_by_half_a_turn_and_holds_its_legs(vehicle: str) -> None:
+    outcome = play(Mission("survey", vehicle, seed=1, duration=600.0))
+    heading = outcome.motion.heading
+    assert np.ptp(heading) == pytest.approx(math.pi, abs=0.9)
+    on_a_leg = np.minimum(np.abs(heading), np.abs(np.abs(heading) - math.pi)) < 0.25
+    assert 0.8 < np.mean(on_a_leg) < 0.99
+    assert np.abs(outcome.driven_rates).max() > 0.6 * VEHICLES[vehicle].scale.rate
+
+
+@pytest.mark.parametrize("vehicle", sorted(VEHICLES))
+def test_a_held_station_hardly_moves(vehicle: str) -> None:
+    outcome = play(Mission("station", vehicle, seed=1))
+    assert 0.004 < np.std(outcome.motion.yaw_rate) < 0.02
+    assert np.mean(outcome.motion.command == 0.0) > 0.5
+    assert np.abs(outcome.motion.heading).max() < 0.3
+    assert outcome.driven_rates.size == 0
+
+
+def test_on_deck_the_vehicle_is_carried_and_its_thrusters_rest() -> None:
+    outcome = play(Mission("on_deck", "auv", seed=1, duration=SHORT))
+    assert np.std(outcome.motion.yaw_rate) > 5 * GYRO_NOISE
+    assert not outcome.recording.columns["torque"].any()
+    assert outcome.driven_rates.size == 0
+
+
+def test_a_badly_tuned_heading_control_goes_on_swinging() -> None:
+    late = play(Mission("wagging", "auv", seed=1, water=0.0)).motion.yaw_rate[-round(60.0 / STEP) :]
+    assert np.count_nonzero(np.diff(np.sign(late))) >= 4
+    assert np.abs(late).max() > 0.05
+
+
+def test_torque_to_one_side_never_changes_its_side() -> None:
+    for seed in range(3):
+        torque = play(Mission("one_sided", "auv", seed, duration=SHORT)).recording.columns["torque"]
+        assert np.all(torque > 0.0) or np.all(torque < 0.0)
+
+
+@pytest.mark.parametrize("vehicle", sorted(VEHICLES))
+@pytest.mark.parametrize("kind", ["survey", "rate_control", "bursts"])
+def test_in_still_water_the_declared_model_explains_the_log(kind: str, vehicle: str) -> None:
+    outcome = play(Mission(kind, vehicle, seed=1, water=0.0, duration=SHORT))
+    drag, inertia = VEHICLES[vehicle].drag, outcome.inertia
+    rate, rates, fine = 0.0, [], 40
+    for torque in outcome.recording.columns["torque"].tolist():
+        rates.append(rate)
+        for _ in range(fine):
+            rate += 0.1 / fine * (torque - drag(rate)) / inertia
+    error = outcome.recording.columns["yaw_rate"] - rates
+    assert np.sqrt(np.mean(error**2)) < 2.0 * GYRO_NOISE
+
+
+@pytest.mark.parametrize("kind", ["transit", "rate_control"])
+def test_the_controller_hears_the_logged_gyro_and_no_other(kind: str) -> None:
+    def heard(separate: bool) -> float:
+        """How strongly the command answers the logged gyro's noise."""
+        outcome = play(Mission(kind, "auv", seed=1, separate_gyro=separate, water=0.0))
+        time, yaw_rate = outcome.recording.streams()["yaw_rate"]
+        noise = yaw_rate - np.interp(time, outcome.motion.time, outcome.motion.yaw_rate)
+        assert np.std(noise) == pytest.approx(GYRO_NOISE, rel=0.05)
+        # The changes from beat to beat, so that what lasts does not hide the noise, without those of another set point.
+        change = np.diff(outcome.motion.command[: noise.size])
+        usual = np.abs(change) < 5.0 * np.median(np.abs(change))
+        return float(np.corrcoef(np.diff(noise)[usual], change[usual])[0, 1])
+
+    assert heard(separate=False) < -0.5
+    assert abs(heard(separate=True)) < 0.05
+
+
+def test_the_torque_of_a_survey_answers_the_water() -> None:
+    rough, still = (play(Mission("transit", "auv", seed=1, water=water)).motion.command for water in (1.0, 0.0))
+    assert np.std(rough) > 1.2 * np.std(still)
+
+
+def test_a_controller_at_its_own_rate_is_logged_at_its_own_rate() -> None:
+    for control_rate in (5.0, 8.0, 20.0):
+        recording = play(Mission("survey", "rov", seed=1, control_rate=control_rate, duration=60.0)).recording
+        np.testing.assert_allclose(np.diff(recording.time), 1.0 / control_rate)
+    with pytest.raises(ValueError, match="whole number of steps"):
+        play(Mission("survey", "rov", seed=1, control_rate=7.0))
+
+
+@pytest.mark.parametrize("name", sorted(FULL_SIZE))
+def test_a_hidden_effect_of_no_size_is_none_and_of_full_size_is_what_is_said(name: str) -> None:
+    """In still water, what τ − I ṙ − d(r) lacks is the effect's own moment."""
+    mission = Mission("bursts", "auv", seed=5, water=0.0, duration=SHORT)
+    nothing, small, full = (
+        play(mission),
+        play(replace(mission, effect=name, effect_size=0.0)),
+        play(replace(mission, effect=name)),
+    )
+    np.testing.assert_array_equal(nothing.motion.yaw_rate, small.motion.yaw_rate)
+    torque, rate, time = held(full), full.motion.yaw_rate, full.motion.time
+    acceleration = np.gradient(rate, STEP)
+    damping = full.damping(rate)
+    lacking = full.inertia * acceleration - torque + damping
+    value = {key: float(number) for key, number in full.truth.items()}
+    if name == "torque_lag":
+        filtered, kept = [0.0], math.exp(-STEP / value["time_constant_s"])
+        for moment in torque[:-1].tolist():
+            filtered.append(kept * filtered[-1] + (1.0 - kept) * moment)
+        expected = np.array(filtered) - torque
+    elif name == "torque_delay":
+        expected = np.interp(time - value["delay_s"], time, torque) - torque
+    elif name == "dead_zone":
+        expected = -np.clip(torque, -value["half_width_nm"], value["half_width_nm"])
+    elif name == "torque_asymmetry":
+        expected = np.where(torque < 0.0, (value["reverse_efficiency"] - 1.0) * torque, 0.0)
+    elif name == "torque_saturation":
+        expected = np.clip(torque, -value["limit_nm"], value["limit_nm"]) - torque
+    elif name == "drag_step":
+        expected = np.where(time >= value["at_s"], -value["fraction"] * damping, 0.0)
+    elif name == "drag_drift":
+        expected = -value["fraction"] * time / SHORT * damping
+    elif name == "bias_torque":
+        expected = np.full(time.size, value["moment_nm"])
+    else:
+        expected = (full.inertia - value["inertia_kg_m2"]) * acceleration
+    # Around a jump of the command the derivative is of neither side.
+    steady = np.ones(time.size, dtype=bool)
+    for shift in (0.0, value.get("delay_s", 0.0)):
+        for jump in np.flatnonzero(np.diff(torque)) + round(shift / STEP):
+            steady[max(jump - 2, 0) : jump + 4] = False
+    error = (lacking - expected)[steady]
+    assert np.sqrt(np.mean(expected[steady] ** 2)) > 0.1
+    assert np.sqrt(np.mean(error**2)) < 0.03 * np.sqrt(np.mean(expected[steady] ** 2)) + 0.01
+
+
+def test_other_effects_are_those_of_the_trials() -> None:
+    outcome = play(Mission("survey", "auv", seed=1, effect="coulomb", duration=SHORT))
+    assert set(outcome.truth) == {"moment_nm"}
+    with pytest.raises(KeyError):
+        play(Mission("survey", "auv", seed=1, effect="gremlins", duration=SHORT))
