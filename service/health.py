@@ -2,7 +2,8 @@
 
 ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
 WARN: samples were rejected or lost, the vehicle moves where the model only extrapolates, the yaw rate stands still,
-an earlier state was set aside, a traced effect had to be left out. Ages are wall time; the clock is injected.
+an earlier state was set aside, a traced effect had to be left out, learning is starved or paused. Ages are wall time;
+the clock is injected.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.streams import JUMP
 from service import wire
+from service.learning_state import LearningState
 from service.node import LearnerNode
 from service.sections import HealthLimits
 
@@ -53,6 +55,8 @@ class HealthWatch:
         self._fault: dict[str, tuple[float, int]] = {}  # counter → when it last grew, and by how much
         self._failure: tuple[float, str] | None = None
         self._unsaved: str | None = None
+        self._paused: str | None = None
+        self._learning = LearningState()
         self.notices: tuple[str, ...] = ()
         self.effect_channels: tuple[str, ...] = ()
         self.queries = 0
@@ -104,6 +108,10 @@ class HealthWatch:
         """An iteration was saved, or why it could not be."""
         self._unsaved = problem
 
+    def paused(self, why: str | None) -> None:
+        """Learning is paused, and why in one sentence; None when it goes on."""
+        self._paused = why
+
     def rejected(self, node: LearnerNode) -> dict[str, int]:
         """What was not learned from since this start, by reason."""
         with self._lock:
@@ -117,9 +125,11 @@ class HealthWatch:
         """The state of health now."""
         now = self._clock()
         rejected = self.rejected(node)
+        learning = self._learning_now(node)
         graded = [
             *(("ERROR", sentence) for sentence in self._errors(now)),
             *(("STALE", sentence) for sentence in self._stale(now)),
+            *([("WARN", f"learning is {learning.state}: {learning.why}")] if learning.why else []),
             *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
         ]
         served = node.served
@@ -150,7 +160,14 @@ class HealthWatch:
             t=served.t,
             uptime_s=round(now - self._started, 3),
             streams=streams,
+            learning=wire.Learning(state=learning.state, since=learning.since, why=learning.why),
         )
+
+    def _learning_now(self, node: LearnerNode) -> LearningState:
+        with self._lock:
+            newest = [stream.t for name, stream in self._streams.items() if name in NAMES and stream.t is not None]
+            self._learning = self._learning.now(self._paused, None, max(newest, default=0.0))
+            return self._learning
 
     def _errors(self, now: float) -> list[str]:
         errors = [] if self._unsaved is None else [f"what was learned cannot be kept: {self._unsaved}"]

@@ -250,6 +250,14 @@ class StreamHealth(Form):
     t: float | None = None  # newest stamp, the vehicle's time [s]
 
 
+class Learning(Form):
+    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence."""
+
+    state: Literal["learning", "starved", "paused"] = "learning"
+    since: float = 0.0
+    why: str = ""
+
+
 Level = Literal["OK", "WARN", "ERROR", "STALE"]
 
 
@@ -266,6 +274,7 @@ class Health(Form):
     t: float | None = None  # newest synchronised sample, the vehicle's time [s]
     uptime_s: float = 0.0
     streams: dict[str, StreamHealth] = {}
+    learning: Learning = Learning()
 
 
 class EffectsLedger(Form):

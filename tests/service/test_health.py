@@ -144,3 +144,19 @@ def test_learned_is_the_fresh_part_of_the_range(clock: Clock) -> None:
         assert node.learn() is not None
         expected = {0.01: 0.1, 0.06: 0.2, 0.11: 0.1}
         assert node.learned == pytest.approx(expected[rate])
+
+
+def test_a_pause_is_said_with_its_reason_until_it_ends(watch: HealthWatch, node: LearnerNode) -> None:
+    feed(watch, node, moving(0.0, 5.0))
+    assert watch.report(node).learning.state == "learning"
+    watch.paused("the gyro repeats one value")
+    feed(watch, node, moving(5.0, 6.0))
+    health = watch.report(node)
+    assert (health.level, health.reasons) == ("WARN", ("learning is paused: the gyro repeats one value",))
+    assert (health.learning.state, health.learning.why) == ("paused", "the gyro repeats one value")
+    assert health.learning.since == pytest.approx(5.98)
+    feed(watch, node, moving(6.0, 7.0))
+    assert watch.report(node).learning.since == pytest.approx(5.98)
+    watch.paused(None)
+    health = watch.report(node)
+    assert (health.level, health.learning.state, health.learning.why) == ("OK", "learning", "")
