@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 policy trace-table soak recording pictures clean
+.PHONY: demo test lint bench table1 policy trace-table missions soak recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -32,6 +32,9 @@ bench: .venv/ready
 trace-table: .venv/ready  ## noise shared between water and torque, then all of it in the torque
 	$(BIN)/python -m benchmarks.trace_table
 	$(BIN)/python -m benchmarks.trace_table --noise torque
+
+missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
+	$(BIN)/python -m benchmarks.missions
 
 soak: .venv/ready  ## half an hour: a day at sea
 	$(BIN)/python -m benchmarks.soak

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.tables import share, table
 from benchmarks.trace_cases import GROUPS
-from benchmarks.trace_judge import GOOD, VERDICTS, interval
+from benchmarks.trace_judge import GOOD, VERDICTS
 from simulator.trial_command import EXCITATIONS
 
 Record = dict[str, Any]
@@ -52,18 +53,6 @@ def report(document: dict[str, Any]) -> str:
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
-
-
-def _share(hits: int, count: int) -> str:
-    if not count:
-        return "–"
-    low, high = interval(hits, count)
-    return f"{100 * hits / count:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
-
-
 def _summary(records: Sequence[Record]) -> str:
     rows = []
     for group, meaning in GROUPS.items():
@@ -74,10 +63,10 @@ def _summary(records: Sequence[Record]) -> str:
         good = sum(counts[verdict] for verdict in GOOD)
         invisible = sum(record["evidence"] < INVISIBLE for record in chosen) if group != "quiet" else "–"
         cells = [counts[verdict] for verdict in (*VERDICTS, "failed")]
-        shares = _share(good, len(chosen)), _share(good + counts["joint"], len(chosen))
+        shares = share(good, len(chosen)), share(good + counts["joint"], len(chosen))
         rows.append([meaning, len(chosen), *cells, *shares, invisible])
     head = ["hidden", "runs", *VERDICTS, "failed", "right or class (95 %)", "or joint (95 %)", "invisible"]
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def _alarms(records: Sequence[Record]) -> str:
@@ -90,8 +79,7 @@ def _alarms(records: Sequence[Record]) -> str:
         unexplained = sum(record["verdict"] == "unexplained" for record in chosen)
         named = ", ".join(f"{name} {count}" for name, count in Counter(alarms).most_common())
         failed = sum(bool(record["failure"]) for record in chosen)
-        share = _share(false, len(chosen) - failed)
-        rows.append([level, len(chosen), failed, false, share, unexplained, named or "–"])
+        rows.append([level, len(chosen), failed, false, share(false, len(chosen) - failed), unexplained, named or "–"])
     head = [
         "residual autocorrelation",
         "runs",
@@ -101,7 +89,7 @@ def _alarms(records: Sequence[Record]) -> str:
         "“unexplained”",
         "named",
     ]
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def _confusion(records: Sequence[Record]) -> str:
@@ -114,7 +102,7 @@ def _confusion(records: Sequence[Record]) -> str:
         named = ", ".join(f"{name} {count}" for name, count in wrong.most_common(4))
         rows.append([kind, *cells, _cell(mine), named or "–"])
     text = "Each cell: right + class / runs; then j joint, m missed, f false beside, b both, x failed."
-    return f"{text}\n\n{_table(['hidden', *EXCITATIONS, 'all', 'named instead or beside'], rows)}"
+    return f"{text}\n\n{table(['hidden', *EXCITATIONS, 'all', 'named instead or beside'], rows)}"
 
 
 def _cell(records: Sequence[Record]) -> str:
@@ -142,7 +130,7 @@ def _quality(records: Sequence[Record]) -> str:
             [_ratio(_error(record, "after"), _error(record, "before"), "free_run_rmse") for record in chosen]
         )
         seconds = np.array([record["seconds"] for record in chosen])
-        within = _share(int(np.sum(twins <= 1.05)), int(np.sum(np.isfinite(twins))))
+        within = share(int(np.sum(twins <= 1.05)), int(np.sum(np.isfinite(twins))))
         time = f"{np.median(seconds):.1f} ({np.max(seconds):.1f})"
         rows.append([meaning, _spread(twins), within, _spread(floors), _spread(free), time])
     head = [
@@ -157,7 +145,7 @@ def _quality(records: Sequence[Record]) -> str:
         "Median and 90th percentile. Without the effects: the error that the tracer leaves on the same vehicle, noise "
         "and command with nothing hidden (every few trials). The tracer's floor is its own estimate."
     )
-    return f"{text}\n\n{_table(head, rows)}"
+    return f"{text}\n\n{table(head, rows)}"
 
 
 def _error(record: Record, part: str) -> Record:
@@ -184,19 +172,19 @@ def _peers(records: Sequence[Record]) -> str:
         for group in GROUPS:
             chosen = [record for record in both if record["group"] == group]
             judged = [record["judged"] if name == names[0] else record["peers"][name]["judged"] for record in chosen]
-            cells.append(_share(sum(each in GOOD for each in judged), len(judged)))
+            cells.append(share(sum(each in GOOD for each in judged), len(judged)))
         hidden = [record for record in both if record["group"] != "quiet"]
         named = [record["named"] if name == names[0] else record["peers"][name]["named"] for record in hidden]
         extra = [len(set(each) - set(record["effects"])) for each, record in zip(named, hidden, strict=True)]
         holds = sum(set(record["effects"]) <= set(each) for each, record in zip(named, hidden, strict=True))
-        rows.append([name, *cells, _share(holds, len(hidden)), f"{np.mean(extra):.1f}" if extra else "–"])
+        rows.append([name, *cells, share(holds, len(hidden)), f"{np.mean(extra):.1f}" if extra else "–"])
     text = (
         "Right or class; with nothing hidden: nothing named. The peers get the same recordings, filtered, with the "
         "damping projected out, the same vocabulary as terms and thresholds by BIC (`benchmarks/peers.py`). The last "
         "columns: the hidden set is among what is named, and how many others are named in the mean."
     )
     head = ["method", *GROUPS.values(), "names the hidden among others", "others named"]
-    return f"{text}\n\n{_table(head, rows)}"
+    return f"{text}\n\n{table(head, rows)}"
 
 
 def _misses(records: Sequence[Record]) -> str:
@@ -219,7 +207,7 @@ def _misses(records: Sequence[Record]) -> str:
     if not rows:
         return "None."
     head = ["case (`--only`)", "hidden", "named (cannot tell from)", "judged", "excitation", "vehicle", "ρ", "evidence"]
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def _others(names: Sequence[str]) -> str:
