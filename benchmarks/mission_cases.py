@@ -19,6 +19,8 @@ HIDDEN = {
     "heading_current": ("heading_current",),
 }
 """What is hidden, by what counts as one effect; of two forms each second run has the other."""
+STRIDE = 100
+"""Between the seeds of a cell's runs; there are fewer cells, so that a new kind of mission moves no other's seeds."""
 IDLE = ("station", "on_deck")
 """Kinds in which the vehicle is hardly driven: nothing can be found there, and a refusal is right."""
 
@@ -59,7 +61,7 @@ def quiet(
     cells = [(kind, vehicle) for kind in KINDS for vehicle in VEHICLES]
     for cell, (kind, vehicle) in enumerate(cells):
         for index in range(runs):
-            seed = first_seed + cell + len(cells) * index
+            seed = first_seed + cell + STRIDE * index
             if kind in kinds and vehicle in vehicles:
                 yield _logged(Mission(kind, vehicle, seed), index)
 
@@ -68,7 +70,7 @@ def hidden(kind: str, vehicle: str, runs: int, first_seed: int) -> Iterator[Miss
     """`runs` missions of one kind and vehicle for every effect of HIDDEN, each with a seed of its own."""
     for number, forms in enumerate(HIDDEN.values()):
         for index in range(runs):
-            seed = first_seed + number + len(HIDDEN) * index
+            seed = first_seed + number + STRIDE * index
             yield _logged(Mission(kind, vehicle, seed, effect=forms[index % len(forms)]), index)
 
 

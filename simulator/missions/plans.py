@@ -162,6 +162,25 @@ def _bursts(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
     return Plan("torque", (vehicle.scale.torque * levels[spell]).tolist())
 
 
+def _pipeline(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+    """Along a pipeline that winds: the wished heading never rests and never jumps."""
+    periods = random.uniform(25.0, 90.0, 4)
+    phases = random.uniform(0.0, 2.0 * math.pi, 4)
+    swings = np.sin(2.0 * math.pi * time[:, None] / periods + phases).sum(axis=1)
+    return _heading_control(vehicle, np.radians(15.0) * swings, random)
+
+
+def _day(vehicle: Vehicle, time: Array, random: np.random.Generator) -> Plan:
+    """Out to the site, legs to and fro over it, and a heading held for the rest of the time, a third each."""
+    out, over = time < time[-1] / 3.0, time < time[-1] * 2.0 / 3.0
+    course = _spells(time[out], 120.0, 300.0, random)
+    changes = np.radians(10.0) * _signs(int(course[-1]) + 1, random)
+    courses = np.cumsum(changes)[course]
+    leg = _spells(time[over & ~out] - time[out][-1], 110.0, 130.0, random)
+    wish = np.concatenate([courses, courses[-1] + math.pi * (leg % 2), np.full(np.count_nonzero(~over), courses[-1])])
+    return _heading_control(vehicle, wish, random)
+
+
 def _on_deck(_vehicle: Vehicle, time: Array, _random: np.random.Generator) -> Plan:
     """Switched on and carried: nothing is asked for."""
     return Plan("torque", [0.0] * time.size)
@@ -183,4 +202,6 @@ PLANS: dict[str, Callable[[Vehicle, Array, np.random.Generator], Plan]] = {
     "bursts": _bursts,
     "station": _station,
     "on_deck": _on_deck,
+    "pipeline": _pipeline,
+    "day": _day,
 }
