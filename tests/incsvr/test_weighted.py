@@ -108,3 +108,26 @@ def test_the_constants_follow_the_vehicle() -> None:
         np.testing.assert_allclose(
             there.model.evaluate(speed * RATES), moment * here.model.evaluate(RATES), atol=0.02 * moment
         )
+
+
+def on_legs(seed: int, n: int, *, every: int = 80, turn: int = 10) -> Samples:
+    """n samples of a survey: straight legs, every `every` samples a turn of `turn` at 0.2 rad/s, port or starboard."""
+    rng = np.random.default_rng(seed)
+    k = np.arange(n, dtype=np.float64)
+    turns = k % every >= every - turn
+    rate = 0.005 * rng.normal(size=n) + np.where(turns, np.where(k // every % 2 > 0.0, -0.2, 0.2), 0.0)
+    return Samples(0.6 * k, rate, drag(rate) + 4.0 * rng.normal(size=n))
+
+
+def test_a_survey_that_begins_on_a_leg_learns_its_turns() -> None:
+    _, iterations = run(WEIGHTED, on_legs(900, 800))
+    assert sum(len(iteration.outliers) for iteration in iterations) < 8
+    turning = np.array([-0.2, 0.2])
+    np.testing.assert_allclose(iterations[-1].model.predict(turning).damping, drag(turning), rtol=0.05)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_noise_is_known_though_the_second_batch_turns_the_other_way(seed: int) -> None:
+    """A batch is half a period: the second is at rates of which the first could not know."""
+    for iteration in run(WEIGHTED, stream(910 + seed, 200))[1][:3]:
+        assert 2.5 < iteration.model.sigma < 5.5

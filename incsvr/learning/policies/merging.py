@@ -83,6 +83,13 @@ class Vectors:
         order = together.yaw_rate.argsort(kind="stable")
         return Vectors(together.take(order), information[order])
 
+    def within(self, rate: Array, reach: float) -> Array:
+        """Information of all vectors within `reach` [rad/s] of each of (n,) rates [rad/s], (n,) [1/(N m)²]."""
+        known = self.points.yaw_rate
+        held = np.concatenate(([0.0], np.cumsum(self.information)))
+        first, last = known.searchsorted(rate - reach), known.searchsorted(rate + reach, side="right")
+        return np.asarray(held[last] - held[first])
+
     def without(self, others: Vectors) -> Samples:
         """The points whose yaw rate is none of the others'."""
         if others is self:

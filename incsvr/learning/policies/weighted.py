@@ -3,7 +3,9 @@
 The paper keeps at most 60 raw samples, and what it forgets is lost. Here a vector is the mean of up to `MOST` samples
 and weighs as many: Cᵢ = C nᵢ, and a tube as wide as the noise of its mean, εᵢ = max(ε, TUBE σ/√nᵢ).
 
-1. Outliers: 1.5 IQR on what the curve leaves over of the new batch, where that is beyond the noise as well.
+1. Outliers: 1.5 IQR on what the curve leaves over of the new batch, where that is beyond the noise as well, where the
+   curve has been trained, and where the batch itself does not say the same at the rates beside it: what came first has
+   no privilege, and many samples that disagree alike are a change.
 2. Change (watch.py): where a smooth correction of the curve is likelier than the curve, all vectors
    move by it.
 3. Inclusion: a sample joins the vector beside it or becomes one.
@@ -35,6 +37,13 @@ TUBE = 0.3
 """Half height of a vector's tube, in standard deviations of its mean."""
 CLEAR = 2.5
 """An outlier is at least so many noise levels away: where a batch hardly varies, its quartiles say little."""
+TRAINED = 4.5
+"""Samples near a rate from which on the curve is trained there: the mean of five is twice as sure as one. (Half a
+sample less, so that rounding decides nothing.)"""
+NEAR = 3.0
+"""How far "near" reaches, in radii within which a sample joins a vector."""
+BESIDE = 7
+"""Samples of the batch, next to each other in rate, whose median says what the batch itself means there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +89,8 @@ def learn(
     """
     vectors, noise, watch, change = memory.vectors, memory.noise, memory.watch, None
     index = np.arange(len(batch))
+    low, high = settings.rate_range
+    radius = RADIUS * (high - low) / settings.capacity
     if predicted is None:
         # There is no curve yet by which to call a sample an outlier, only the batch's own.
         wild = np.zeros(len(batch), dtype=bool)
@@ -88,18 +99,20 @@ def learn(
         kept = batch
     else:
         residual = batch.damping - predicted
-        wild = outliers(residual) & (np.abs(residual) > CLEAR * noise.sigma)
+        trained = vectors.within(batch.yaw_rate, NEAR * radius) * noise.variance >= TRAINED
+        alone = np.minimum(np.abs(residual), np.abs(residual - _beside(batch.yaw_rate, residual)))
+        wild = outliers(residual) & trained & (alone > CLEAR * noise.sigma)
         index = index[~wild]
-        kept, residual = batch.take(index), residual[index]
+        kept, residual, trained = batch.take(index), residual[index], trained[index]
         vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, predicted[index], index)
     each = 1.0 / noise.variance
-    low, high = settings.rate_range
-    radius = RADIUS * (high - low) / settings.capacity
     included = vectors.absorb(kept, radius=radius, each=each, most=MOST * each)
     vectors = included.condense(settings.capacity, most=MOST * each)
     served = _served(settings, vectors, noise)
     if predicted is not None:
-        noise = noise.after(kept.damping - served.evaluate(kept.yaw_rate) if change else residual, index)
+        # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
+        told = trained & (change is None)
+        noise = noise.after(np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate)), index)
     served = replace(served, sigma=noise.sigma)
     return Memory(vectors, noise, watch), Iteration(
         number=number,
@@ -135,3 +148,14 @@ def _served(settings: Settings, vectors: Vectors, noise: Noise) -> Model:
         sigma=noise.sigma,
         certified_error=solution.certified_error,
     )
+
+
+def _beside(rate: Array, residual: Array) -> Array:
+    """(n,) the median residual [N m] of the BESIDE samples of the batch around each in yaw rate."""
+    order = rate.argsort(kind="stable")
+    width = min(BESIDE, rate.size)
+    medians = np.median(np.lib.stride_tricks.sliding_window_view(residual[order], width), axis=1)
+    first = np.clip(np.arange(rate.size) - width // 2, 0, rate.size - width)
+    around = np.empty(rate.size)
+    around[order] = medians[first]
+    return around
