@@ -1,6 +1,7 @@
 """Queries to the learner, answered from what is served: bad ones get an error reply that says what is wrong.
 
-The damping has a thread of its own, so that no question for history, however long, delays one for damping.
+The damping that is served has a thread of its own, so that no question for history, however long, delays it. Every
+answer is short, so that whoever asks and does not read holds up nobody: see `service.session`.
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,17 +21,30 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service import wire
 from service.health import HealthWatch
-from service.ingest import MAX_PAYLOAD
+from service.history import NotKept
 from service.node import LearnerNode, NothingLearned
+from service.published import damping
+from service.state_file import Row
 from service.store import Store
 
 log = logging.getLogger(__name__)
 
 JSON = zenoh.Encoding.APPLICATION_JSON
-#: Questions that may wait; beyond, the oldest go unanswered and their askers time out.
+#: Questions for damping that may wait; beyond, the oldest go unanswered and their askers time out.
 RING = 256
-MAX_RATES = 100_000
+#: Likewise for anything else.
+SLOW_RING = 64
+#: 400 kB of answer.
+MAX_RATES = 5_000
+#: Whoever asks for a rate beyond [rad/s] has another unit.
+MAX_RATE = 1e3
 MAX_REPORTS = 200
+#: An answer with several reports ends after so many bytes; the next question goes on from there.
+MAX_REPORT_BYTES = 400_000
+#: A longer payload of a question is not read [bytes].
+MAX_QUESTION = 250_000
+
+Answer = Callable[[zenoh.Query], bytes]
 
 
 class Answers:
@@ -41,29 +56,36 @@ class Answers:
         self._node, self._watch, self._store = node, watch, store
         self._damping_ring: Any = session.declare_queryable(keys.damping, RingChannel(RING), complete=True)
         self._damping_key = keys.damping
+        self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING)
         self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
         self._thread.start()
-        answers: dict[str, Callable[[zenoh.Query], bytes]] = {
+        answers: dict[str, Answer] = {
             keys.model: self._model,
             keys.iteration: self._iteration,
-            keys.health: lambda _: wire.encode(watch.report(node)),
-            keys.effects: lambda _: wire.encode(node.ledger),
+            keys.health: self._health,
+            keys.effects: self._effects,
         }
-        self._rings: list[tuple[str, Any, Callable[[zenoh.Query], bytes]]] = [
-            (key, session.declare_queryable(key, RingChannel(RING), complete=True), answer)
+        self._rings: list[tuple[str, Any, Answer]] = [
+            (key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True), answer)
             for key, answer in answers.items()
         ]
 
     def answer(self) -> None:
-        """Answers the waiting questions for anything but damping, from one thread alone."""
-        for key, ring, answer in self._rings:
-            for _ in range(RING):  # whoever asks without a pause does not keep the others waiting
+        """Answers the waiting questions for anything but the served damping, from one thread alone."""
+        for _ in range(RING):  # one of each in turn: whoever asks without a pause does not keep the others waiting
+            answered = False
+            for key, ring, answer in self._rings:
                 query = ring.try_recv()
-                if query is None:
-                    break
-                self._reply(query, key, answer)
+                if query is not None:
+                    self._reply(query, key, answer)
+                    answered = True
                 # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
                 del query
+            if self._from_history:
+                self._reply(self._from_history.popleft(), self._damping_key, self._damping_then)
+                answered = True
+            if not answered:
+                return
 
     def close(self) -> None:
         for _, ring, _ in self._rings:
@@ -78,16 +100,19 @@ class Answers:
                 query = ring.recv()
             except zenoh.ZError:
                 return  # undeclared
-            self._reply(query, self._damping_key, self._damping)
+            if any(query.parameters.get(name) is not None for name in ("at", "revision")):
+                self._from_history.append(query)
+            else:
+                self._reply(query, self._damping_key, self._damping)
             del query
 
-    def _reply(self, query: zenoh.Query, key: str, answer: Callable[[zenoh.Query], bytes]) -> None:
+    def _reply(self, query: zenoh.Query, key: str, answer: Answer) -> None:
         self._watch.queries += 1
         payload, refusal = b"", None
         try:
             payload = answer(query)
         except BadInput as error:
-            refusal = wire.ErrorReply(error=str(error), error_type=_kind(error))
+            refusal = wire.ErrorReply(error=str(error), error_type=type(error).__name__)  # what programs know it by
         except Exception as error:  # the next question must still be answered
             log.exception("a query to %s failed", key)
             refusal = wire.ErrorReply(error=str(error), error_type="Failed")
@@ -100,51 +125,78 @@ class Answers:
             log.warning("an answer to %s could not be sent: %s", key, error)
 
     def _damping(self, query: zenoh.Query) -> bytes:
+        _parameters(query, "rate", "at", "revision")
         return wire.encode(self._node.predict(_rates(query)))
 
+    def _damping_then(self, query: zenoh.Query) -> bytes:
+        """The damping as an earlier revision has it."""
+        asked, rates = _parameters(query, "rate", "at", "revision"), _rates(query)
+        row = self._published(asked)
+        snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
+        if not len(snapshot.support):
+            raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
+        return wire.encode(damping(snapshot.model(), rates, snapshot.iteration, snapshot.revision))
+
     def _model(self, query: zenoh.Query) -> bytes:
-        at, revision = query.parameters.get("at"), query.parameters.get("revision")
-        if at is None and revision is None:
-            latest = self._node.latest()
-            if latest is None:
-                raise NothingLearned("nothing has been learned yet; the first model follows the first batch")
-            return wire.encode(latest)
-        if at is not None and revision is not None:
-            raise BadInput("ask either at= a time or for a revision=, not for both")
-        if self._store is None:
-            raise BadInput("this learner keeps no history; configure a state directory")
-        if at is not None:
-            found = self._store.at(_number("at", at))
-            missing = f"no model is kept from the vehicle's time {at} s or before"
-        else:
-            found = self._store.revision(_count("revision", revision, 2**62))
-            missing = f"revision {revision} is not kept; the latest is {self._node.served.revision}"
-        if found is None:
-            raise NotKept(missing)
-        return found
+        asked = _parameters(query, "at", "revision")
+        if asked:
+            return self._published(asked).snapshot
+        latest = self._node.latest()
+        if latest is None:
+            raise NothingLearned("nothing has been learned yet; the first model follows the first batch")
+        return wire.encode(latest)
 
     def _iteration(self, query: zenoh.Query) -> bytes:
-        if self._store is None:
-            raise BadInput("this learner keeps no history; configure a state directory")
-        after = query.parameters.get("after")
-        if after is None:
-            report = self._store.latest_report()
-            if report is None:
-                raise NothingLearned("no iteration has been done yet; the first follows the first batch")
-            return report
-        limit = _count("limit", query.parameters.get("limit", str(MAX_REPORTS)), MAX_REPORTS)
-        reports = self._store.reports(_count("after", after, 2**62), limit)
+        asked = _parameters(query, "after", "limit", "at", "revision")
+        if "at" in asked or "revision" in asked:
+            return self._published(asked).report
         latest = self._node.served.revision
+        if "after" not in asked:
+            if not latest:
+                raise NothingLearned("no iteration has been done yet; the first follows the first batch")
+            return self._kept().revision(latest).report
+        limit = _count("limit", asked.get("limit", str(MAX_REPORTS)), MAX_REPORTS)
+        reports = self._kept().reports(_count("after", asked["after"], 2**62), limit, MAX_REPORT_BYTES)
         return b'{"iterations":[' + b",".join(reports) + b'],"latest_revision":%d}' % latest
 
+    def _health(self, query: zenoh.Query) -> bytes:
+        _parameters(query)
+        return wire.encode(self._watch.report(self._node))
 
-class NotKept(BadInput):
-    """The history does not reach there."""
+    def _effects(self, query: zenoh.Query) -> bytes:
+        _parameters(query)
+        return wire.encode(self._node.ledger)
+
+    def _published(self, asked: Mapping[str, str]) -> Row:
+        """What was served at a time, or published as a revision."""
+        further = asked.keys() - {"at", "revision", "rate"}
+        if "at" in asked and "revision" in asked:
+            raise BadInput("ask either at= a time or for a revision=, not for both")
+        if further:
+            raise BadInput(f"ask for one revision or {' and '.join(sorted(further))}, not for both")
+        if "at" in asked:
+            return self._kept().at(_number("at", asked["at"]))
+        return self._kept().revision(_count("revision", asked["revision"], 2**62))
+
+    def _kept(self) -> Store:
+        if self._store is None:
+            raise NotKept("this learner keeps no history; configure a state directory")
+        return self._store
 
 
-def _kind(error: BadInput) -> str:
-    """What programs know an error by."""
-    return type(error).__name__
+def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:
+    """The parameters of a question; what begins with an underscore is Zenoh's own.
+
+    Raises:
+        BadInput: there is one that nobody would heed.
+    """
+    given: Iterable[tuple[str, str]] = query.parameters  # type: ignore[assignment]  # its stubs lack __iter__
+    asked = {name: value for name, value in given if name and not name.startswith("_")}
+    for name in asked:
+        if name not in known:
+            may = f"ask with {', '.join(known)}" if known else "ask without parameters"
+            raise BadInput(f"{name[:80]}= is no parameter of {query.key_expr}; {may}")
+    return asked
 
 
 def _rates(query: zenoh.Query) -> Array:
@@ -153,18 +205,21 @@ def _rates(query: zenoh.Query) -> Array:
     if text is None:
         if query.payload is None:
             raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
-        if len(query.payload) > MAX_PAYLOAD:
-            raise BadInput(f"the payload is longer than {MAX_PAYLOAD} bytes; ask in several queries")
-        return np.array(wire.decode(wire.DampingQuery, query.payload.to_bytes()).rate)
-    if text.count(",") >= MAX_RATES:
+        if len(query.payload) > MAX_QUESTION:
+            raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask in several queries")
+        rates = np.array(wire.decode(wire.DampingQuery, query.payload.to_bytes()).rate)
+    else:
+        if text.count(",") >= MAX_RATES:
+            raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
+        try:
+            rates = np.array([float(part) for part in text.split(",")])
+        except ValueError:
+            raise BadInput(f"rate={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in rad/s") from None
+    if rates.size > MAX_RATES:
         raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
-    try:
-        rates = [float(part) for part in text.split(",")]
-    except ValueError:
-        raise BadInput(f"rate={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in rad/s") from None
-    if not all(map(math.isfinite, rates)):
-        raise BadInput(f"rate={text[:80]} holds NaN or infinity; ask for finite rates in rad/s")
-    return np.array(rates)
+    if not (np.abs(rates) <= MAX_RATE).all():
+        raise BadInput(f"a rate is NaN, infinite or beyond {MAX_RATE:g} rad/s; ask for finite rates in rad/s")
+    return rates
 
 
 def _number(name: str, text: str) -> float:

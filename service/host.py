@@ -10,7 +10,6 @@ liveliness token is declared last: who sees it can ask.
 from __future__ import annotations
 
 import logging
-import sqlite3
 import time
 import uuid
 from contextlib import ExitStack
@@ -47,28 +46,17 @@ class Host:
     def __init__(self, session: zenoh.Session, config: Config, learners: int = 1) -> None:
         self.keys = wire.Keys(config.prefix)
         self._session, self._config = session, config
-        effects = configured(config)
-        settings = config.signal_settings()
-        known_by = None if effects is None else effects.identity
+        self._effects = configured(config)
+        known_by = None if self._effects is None else self._effects.identity
         live = config.tracing.live
         self._store = None if config.state is None else Store(config.state, config, known_by, changing=live)
-        self._live: LiveTracing | None = None
-        if live:
-            # Loaded where it is needed alone: most learners do without.
-            from service.live import LiveTracing
-
-            memory = None if self._store is None else self._store.memory
-            self._live = LiveTracing(config, (memory or {}).get("live"))
-            effects = self._live.effects
-        validation = {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
-        self.node = LearnerNode(
-            config,
-            boot=uuid.uuid4().hex[:12],
-            memory=None if self._store is None else self._store.memory,
-            validation=validation,
-            effects=effects,
-        )
+        self.node, self._live = self._taken_up()
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
+        effects = self._effects if self._live is None else self._live.effects
+        settings = config.signal_settings()
+        self.node.validate_on(
+            {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
+        )
         self._watch_over(effects)
         if self._live is not None:
             self.node.tell(self._live.standing.history)
@@ -87,6 +75,35 @@ class Host:
         session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
+    def _taken_up(self) -> tuple[LearnerNode, LiveTracing | None]:
+        """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""
+        while True:
+            memory = None if self._store is None else self._store.memory
+            try:
+                return self._built(memory)
+            except Exception as error:
+                if self._store is None or memory is None:
+                    raise
+                kind = "" if isinstance(error, BadInput) else f"it cannot be taken up: {type(error).__name__}: "
+                self._store.refuse(f"{kind}{error}")
+
+    def _built(self, memory: dict[str, Any] | None) -> tuple[LearnerNode, LiveTracing | None]:
+        effects, live = self._effects, None
+        if self._config.tracing.live:
+            # Loaded where it is needed alone: most learners do without.
+            from service.live import LiveTracing
+
+            live = LiveTracing(self._config, (memory or {}).get("live"))
+            effects = live.effects
+        node = LearnerNode(
+            self._config,
+            boot=uuid.uuid4().hex[:12],
+            memory=memory,
+            published=0 if self._store is None else self._store.published,
+            effects=effects,
+        )
+        return node, live
+
     def tick(self) -> bool:
         """Publishes health when it is due or has changed, and says in the log what was rejected.
 
@@ -94,6 +111,9 @@ class Host:
             whether `learn` is to be called though no batch may wait.
         """
         now = time.monotonic()
+        store = self._store
+        self.watch.notices = (*(() if store is None else store.notices), *self._warnings)
+        self.watch.saved(None if store is None else store.problem)
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons))
@@ -105,7 +125,7 @@ class Host:
             reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
             log.warning("%s: %d values rejected so far: %s", self.keys.prefix, rejected, reasons)
             self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
-        return self._live is not None and self._live.waits
+        return (self._live is not None and self._live.waits) or (store is not None and store.due)
 
     def learn(self) -> bool:
         """One iteration, where a batch waits, kept and published; False where none does. From one thread alone."""
@@ -117,6 +137,8 @@ class Host:
             return True
         if outcome is not None:
             self._announce(outcome)
+        elif self._store is not None:
+            self._store.save_again()
         if self._live is not None:
             self._trace(self._live, outcome)
         return outcome is not None
@@ -144,10 +166,9 @@ class Host:
         """What is on its way to the next batch is kept."""
         if self._store is None:
             return
-        try:
-            self._store.save_memory(self._memory(self.node.memory(whole=True)))
-        except sqlite3.Error as error:
-            log.error("%s: the last samples were not saved: %s", self.keys.prefix, error)
+        self._store.save_memory(self._memory(self.node.memory(whole=True)))
+        if self._store.problem is not None:
+            log.error("%s: the last samples were not saved: %s", self.keys.prefix, self._store.problem)
 
     def _trace(self, live: LiveTracing, outcome: Outcome | None) -> None:
         """What live tracing has to do after a batch, or when its process has ended."""
@@ -184,10 +205,7 @@ class Host:
         """The ledger, disk first."""
         self.node.tell(live.standing.history)
         if self._store is not None:
-            try:
-                self._store.save_memory(self._memory(self.node.memory()))
-            except sqlite3.Error as error:
-                self.watch.saved(str(error))
+            self._store.save_memory(self._memory(self.node.memory()))
         self._session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
 
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
@@ -208,8 +226,7 @@ class Host:
         return found
 
     def _watch_over(self, effects: TracedEffects | None) -> None:
-        refusal = None if self._store is None else self._store.refusal
-        self.watch.notices = (*([refusal] if refusal else []), *(effects.warnings if effects else ()))
+        self._warnings = effects.warnings if effects else ()
         channels = self._config.signals.channels
         self.watch.effect_channels = effects.compensation.reads(channels) if effects else ()
 
@@ -217,13 +234,8 @@ class Host:
         """Disk first, then bus: what was published is never unknown after a crash."""
         snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
         if self._store is not None:
-            try:
-                self._store.save(
-                    self._memory(outcome.memory), outcome.snapshot.revision, outcome.snapshot.t, snapshot, report
-                )
-                self.watch.saved(None)
-            except sqlite3.Error as error:
-                self.watch.saved(str(error))
+            memory, of = self._memory(outcome.memory), outcome.snapshot
+            self._store.save(memory, of.revision, of.t, snapshot, report)
         self._publishers[self.keys.model].put(snapshot)
         self._publishers[self.keys.iteration].put(report)
 

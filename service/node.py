@@ -24,7 +24,8 @@ from service import wire
 from service.batches import Batches
 from service.config import Config
 from service.effects import TracedEffects
-from service.published import Served, report, snapshot
+from service.published import Served, damping, report, snapshot
+from service.restored import restored
 from service.window import Window
 
 
@@ -60,7 +61,7 @@ class LearnerNode:
         config: what is configured for it.
         boot: identifies this start of the process.
         memory: what an earlier `memory()` gave, to go on from there.
-        validation: samples that the served model's error is measured on after each iteration, by name.
+        published: the highest revision that was ever given, if that is known to be above the memory's.
         effects: traced effects that its samples are freed of, and that the published model carries.
         clock: a monotonic clock [s]; only the training time is measured with it.
     """
@@ -71,7 +72,7 @@ class LearnerNode:
         boot: str,
         *,
         memory: Mapping[str, Any] | None = None,
-        validation: Mapping[str, Samples] | None = None,
+        published: int = 0,
         effects: TracedEffects | None = None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
@@ -82,22 +83,21 @@ class LearnerNode:
             findings = effects.findings
             self.ledger = wire.EffectsLedger(effects=findings, history=effects.history)
         self._settings = config.learner_settings()
-        self._validation = dict(validation or {})
+        self._validation: dict[str, Samples] = {}
         self._clock = clock
-        self._state = learner.start(self._settings)
-        self._covered = np.full(self._settings.bins, -math.inf)
-        revision, newest, on_the_way = 0, None, None
-        if memory is not None:
-            self._state = State.from_dict(memory["learner"])
-            self._covered = np.array([-math.inf if t is None else t for t in memory["covered"]])
-            revision, newest = memory["revision"], memory["t"]
-            on_the_way = memory.get("on_the_way")
+        known = restored(memory, self._settings)
+        self._state, self._covered = known.state, known.covered
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
         window = Window(signals, config.tracing.window) if config.tracing.live else None
-        self.batches = Batches(signals, self._settings.batch, on_the_way, compensation, window)
+        self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
         self._clock_restarts = 0
-        self.served = Served(self._state.model, revision, self._state.iterations, newest, findings)
+        self._published = max(published, known.revision)
+        self.served = Served(known.state.model, known.revision, known.state.iterations, known.t, findings)
+
+    def validate_on(self, validation: Mapping[str, Samples]) -> None:
+        """From now on the served model's error is measured on these samples, by name, after each iteration."""
+        self._validation = dict(validation)
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
@@ -157,7 +157,7 @@ class LearnerNode:
         took = self._clock() - began
         newest, restarts = float(batch.time[-1]), self.batches.clock_restarts
         covered = self._covering(batch, restarts)
-        served = Served(iteration.model, self.served.revision + 1, iteration.number, newest, effects)
+        served = Served(iteration.model, self._published + 1, iteration.number, newest, effects)
         told = report(
             iteration,
             batch,
@@ -173,7 +173,7 @@ class LearnerNode:
     def _adopt(self, new: _Iterated) -> Outcome:
         """From now on this is what was learned and what is served."""
         self._state, self._covered, self._clock_restarts = new.state, new.covered, new.clock_restarts
-        self.served = new.served
+        self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
         return Outcome(new.snapshot, new.report, self.memory())
@@ -187,15 +187,7 @@ class LearnerNode:
         served = self.served
         if not served.model.is_trained:
             raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
-        prediction = served.model.predict(rates)
-        return wire.DampingReply(
-            rate=tuple(rates.tolist()),
-            damping=tuple(prediction.damping.tolist()),
-            sigma=tuple(prediction.sigma.tolist()),
-            extrapolated=tuple(prediction.extrapolated.tolist()),
-            iteration=served.iteration,
-            revision=served.revision,
-        )
+        return damping(served.model, rates, served.iteration, served.revision)
 
     @property
     def learned(self) -> float:

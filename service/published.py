@@ -52,6 +52,19 @@ def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
     )
 
 
+def damping(model: Model, rates: Array, iteration: int, revision: int) -> wire.DampingReply:
+    """What a trained model of this iteration and revision says of (n,) rates [rad/s]."""
+    prediction = model.predict(rates)
+    return wire.DampingReply(
+        rate=tuple(rates.tolist()),
+        damping=tuple(prediction.damping.tolist()),
+        sigma=tuple(prediction.sigma.tolist()),
+        extrapolated=tuple(prediction.extrapolated.tolist()),
+        iteration=iteration,
+        revision=revision,
+    )
+
+
 def report(
     iteration: Iteration,
     batch: Samples,

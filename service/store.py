@@ -1,56 +1,32 @@
 """What survives a crash: the learner's memory after each iteration and the history of what it published.
 
-SQLite with a write-ahead log and full synchronisation: after kill -9 or a power cut the file holds either all of an
-iteration or nothing of it. One file for each learner. A state that belongs to another version, vehicle or setting is
-refused aloud and set aside under another name, never half-read.
+One file for each learner (`service.state_file`). A state that does not fit, is damaged or cannot be taken up is set
+aside under another name, never half-read, and one that was set aside earlier comes back where it fits. While the disk
+takes nothing, the newest revisions wait in the process's memory, and are answered from there.
 """
 
 from __future__ import annotations
 
-import fcntl
 import json
 import logging
 import sqlite3
 import threading
 from collections.abc import Mapping
-from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.learning import learner
+from service.claim import Claim, passes
 from service.config import Config
+from service.history import History
+from service.state_file import Damaged, Row, StateFile
+from service.taking_up import bring_back, identity, is_lost, set_aside, take_up
 
 log = logging.getLogger(__name__)
 
-FORM = 1  # of the tables and of what is in them
-_TABLES = """
-CREATE TABLE IF NOT EXISTS identity (name TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS memory (only INTEGER PRIMARY KEY CHECK (only = 1), value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS history (
-    revision INTEGER PRIMARY KEY, t REAL NOT NULL, snapshot BLOB NOT NULL, report BLOB NOT NULL);
-"""
-
-
-def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
-    """What a state must agree with to be taken up; `effects` names the traced effects that samples are freed of."""
-    settings = config.learner
-    return {
-        "form": [FORM, learner.FORM],
-        "vehicle": config.vehicle.name,
-        "prefix": config.prefix,
-        "inertia": config.vehicle.inertia,
-        "policy": settings.policy,
-        "gamma": settings.gamma,
-        "C": settings.C,
-        "epsilon": settings.epsilon,
-        "bins": settings.bins,
-        "effects": effects,
-    }
-
 
 class Store:
-    """The durable state of one learner.
+    """The durable state of one learner; every method may be called from any thread.
 
     Args:
         directory: where its file is.
@@ -59,154 +35,229 @@ class Store:
         changing: the effects may change while it learns: then the memory says under `effects` which they are.
 
     Attributes:
-        refusal: why an earlier state was set aside, as one sentence; None where it was not.
         memory: the learner's memory as it was last saved; None where it begins anew.
+        problem: why what was learned last is not on the disk; None where it is.
 
     Raises:
-        BadInput: the directory cannot be written, or another learner has this state.
+        BadInput: the directory cannot be written, or another learner has this state. A full disk is no reason.
     """
 
     def __init__(self, directory: Path, config: Config, effects: str | None = None, changing: bool = False) -> None:
         self.path = directory / (config.prefix + ".sqlite")
-        self._changing = changing
-        self.refusal: str | None = None
         self.memory: dict[str, Any] | None = None
-        self._keep = config.history
+        self.problem: str | None = None
+        self._own, self._changing, self._keep = identity(config, effects), changing, config.history
         self._lock = threading.Lock()
-        with ExitStack() as undone:
-            try:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-                self._mine = undone.enter_context(self.path.with_suffix(".lock").open("w"))
-                _take(self._mine, self.path)
-                self._write, self.memory = self._open(identity(config, effects))
-                self._read = self._connect()
-            except (OSError, sqlite3.OperationalError) as error:
+        self._history = History()
+        self._told: tuple[str, ...] = ()
+        self._claim: Claim | None = None
+        self._kept = b"null"  # the memory, as the file has it
+        self._refused: frozenset[Path] = frozenset()
+        try:
+            self._begin()
+        except (OSError, sqlite3.Error) as error:
+            if not passes(error):
+                self.close()
                 raise BadInput(f"the state cannot be kept in {directory} ({error}); name another directory") from error
-            undone.pop_all()
+            self._fails(error)
+        except BaseException:
+            self.close()
+            raise
+        self._count()
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What happened to states and what was found damaged, as sentences."""
+        return (*self._told, *self._history.damage)
+
+    @property
+    def published(self) -> int:
+        """The highest revision that is known to be given, saved or not."""
+        return self._history.published
+
+    @property
+    def _file(self) -> StateFile | None:
+        return self._history.file
+
+    def refuse(self, reason: str) -> None:
+        """The memory cannot be taken up: its state is set aside, and another one takes its place."""
+        with self._lock:
+            try:
+                self._another(reason)
+            except (OSError, sqlite3.Error) as error:
+                self._fails(error)
+            self._count()
 
     def save(self, memory: Mapping[str, Any], revision: int, t: float, snapshot: bytes, report: bytes) -> None:
-        """Saves one iteration as a whole; when this returns it is on the disk."""
-        with self._write:
+        """Saves one iteration as a whole; when this returns it is on the disk, or `problem` says why not."""
+        with self._lock:
+            self._history.add(revision, t, snapshot, report)
             self._remember(memory)
-            self._write.execute("INSERT OR REPLACE INTO history VALUES (?, ?, ?, ?)", (revision, t, snapshot, report))
-            self._write.execute("DELETE FROM history WHERE revision <= ?", (revision - self._keep,))
+            self._write()
 
     def save_memory(self, memory: Mapping[str, Any]) -> None:
         """Saves the memory alone: what is on its way to the next batch at the end, or a step of tracing."""
-        with self._write:
-            self._remember(memory)
-
-    def at(self, t: float) -> bytes | None:
-        """The snapshot that was served at the vehicle's time t [s]: the newest that is not younger."""
-        return self._one("SELECT snapshot FROM history WHERE t <= ? ORDER BY revision DESC LIMIT 1", t)
-
-    def revision(self, revision: int) -> bytes | None:
-        """The snapshot of a revision."""
-        return self._one("SELECT snapshot FROM history WHERE revision = ?", revision)
-
-    def latest_report(self) -> bytes | None:
-        """The newest iteration report."""
-        return self._one("SELECT report FROM history WHERE revision > ? ORDER BY revision DESC LIMIT 1", -1)
-
-    def reports(self, after: int, limit: int) -> list[bytes]:
-        """At most `limit` iteration reports after a revision, in their order."""
         with self._lock:
-            rows = self._read.execute(
-                "SELECT report FROM history WHERE revision > ? ORDER BY revision LIMIT ?", (after, limit)
-            )
-            return [row[0] for row in rows]
+            self._remember(memory)
+            self._write()
+
+    @property
+    def due(self) -> bool:
+        """Whether `save_again` has something to do: the disk took nothing the last time, or the file is gone."""
+        file = self._file
+        return self.problem is not None or file is None or not file.in_place
+
+    def save_again(self) -> None:
+        """Saves what could not be saved, or what was removed since."""
+        with self._lock:
+            if self.due:
+                self._write()
+
+    def at(self, t: float) -> Row:
+        """What was served at the vehicle's time t [s]; raises NotKept."""
+        with self._lock:
+            return self._history.at(t)
+
+    def revision(self, revision: int) -> Row:
+        """What was published as this revision; raises NotKept."""
+        with self._lock:
+            return self._history.revision(revision)
+
+    def reports(self, after: int, limit: int, most_bytes: int) -> list[bytes]:
+        """At most `limit` iteration reports after a revision, with the last about so many bytes."""
+        with self._lock:
+            return self._history.reports(after, limit, most_bytes)
 
     def close(self) -> None:
         with self._lock:
-            self._read.close()
-        self._write.close()
-        self._mine.close()
+            if self._file is not None:
+                self._file.close()
+            if self._claim is not None:
+                self._claim.close()
 
-    def _remember(self, memory: Mapping[str, Any]) -> None:
-        self._write.execute("INSERT OR REPLACE INTO memory VALUES (1, ?)", (json.dumps(memory),))
-        if self._changing:
-            effects = json.dumps(memory.get("effects"))
-            self._write.execute("INSERT OR REPLACE INTO identity VALUES ('effects', ?)", (effects,))
-
-    def _one(self, query: str, value: float) -> bytes | None:
-        with self._lock:
-            row = self._read.execute(query, (value,)).fetchone()
-        return None if row is None else row[0]
-
-    def _open(self, own: Mapping[str, Any]) -> tuple[sqlite3.Connection, dict[str, Any] | None]:
-        """The connection to write with, and the memory found; a file that does not fit is set aside first."""
-        reason = None
+    def _begin(self) -> None:
+        """Takes up the state that is there, or another one that fits, or begins anew."""
+        claim = self._take_claim()
         if self.path.exists():
             try:
-                return self._found(own)
-            except BadInput as error:
-                reason = str(error)
-            except (sqlite3.DatabaseError, ValueError) as error:
-                if isinstance(error, sqlite3.OperationalError):
-                    raise
-                reason = f"it is damaged ({error})"
-        if reason is not None:
-            aside = self._set_aside()
-            self.refusal = f"the state {self.path} was set aside as {aside.name}: {reason}"
-            log.error("%s", self.refusal)
-        connection = self._connect()
-        connection.executescript(_TABLES)
-        _write_identity(connection, own)
-        return connection, None
+                self._adopt()
+            except Damaged as error:
+                self._another(str(error))
+        elif claim.marked or is_lost(self.path):
+            self._another("it is gone, although a learner kept it here")
+        else:
+            self._create()
 
-    def _found(self, own: Mapping[str, Any]) -> tuple[sqlite3.Connection, dict[str, Any] | None]:
-        connection = self._connect()
+    def _take_claim(self) -> Claim:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        taken = Claim(self.path.with_suffix(".lock"), self.path)
+        if self._claim is not None:
+            self._claim.close()
+        self._claim = taken
+        return taken
+
+    def _adopt(self) -> None:
+        """Takes up the state in its place."""
+        taken = take_up(self.path, self._own, self._changing)
+        self._history.file, self.memory, self._kept = taken.file, taken.memory, json.dumps(taken.memory).encode()
+
+    def _count(self) -> None:
+        """Which revisions are given already."""
+        saved = 0 if self._file is None else self._file.newest
+        learned = 0 if self.memory is None else self.memory.get("revision")
+        if not isinstance(learned, int):
+            learned = 0  # the memory will be refused
+        if learned > saved:
+            self._tell(f"the history in {self.path} lacks the newest revision, {learned}")
+        self._history.published = max(saved, learned, 0 if self._claim is None else self._claim.published)
+
+    def _another(self, reason: str) -> None:
+        """In place of a state that is lost, or that is set aside now: one that was set aside and fits, or a new one."""
+        self.memory, self._kept = None, b"null"
+        if self.path.exists():
+            aside = self._put_aside()
+            self._refused |= {aside}
+            said = f"the state {self.path} was set aside as {aside.name}: {reason}"
+        else:
+            said = f"the state {self.path} is lost: {reason}"
+        earlier = bring_back(self.path, self._own, self._changing, self._refused)
+        if earlier is None:
+            self._tell(f"{said}; learning begins anew")
+            self._create()
+        else:
+            self._tell(f"{said}; {earlier.name} fits and was taken up again")
+            self._adopt()
+
+    def _create(self, known: StateFile | None = None) -> None:
+        """A new file; with all that a known one holds where that is given."""
+        self._history.file = StateFile.create(self.path, self._own, known)
+        if self._claim is not None and not self._claim.marked:
+            self._claim.mark(0)
+
+    def _put_aside(self) -> Path:
+        if self._file is not None:
+            self._file.close()
+            self._history.file = None
+        return set_aside(self.path)
+
+    def _remember(self, memory: Mapping[str, Any]) -> None:
+        self._kept = json.dumps(memory).encode()
+        if self._changing:
+            self._own = {**self._own, "effects": memory.get("effects")}
+
+    def _write(self) -> None:
+        """All that waits is on the disk after it, in a file of this name; else `problem` says why not."""
         try:
-            connection.executescript(_TABLES)
-            kept = {name: json.loads(value) for name, value in connection.execute("SELECT name, value FROM identity")}
-            row = connection.execute("SELECT value FROM memory").fetchone()
-            memory = None if row is None else json.loads(row[0])
-            if self._changing and memory is not None:
-                own = {**own, "effects": memory.get("effects")}
-            different = [name for name in own if kept.get(name) != own[name]]
-            if kept and different:
-                name = different[0]
-                raise BadInput(f"it was learned with {name} {kept.get(name)}, and now {name} is {own[name]}")
-            if not kept and row is not None:
-                raise BadInput("it does not say whose it is")
-            connection.executemany(
-                "INSERT OR REPLACE INTO identity VALUES (?, ?)", [(n, json.dumps(own[n])) for n in own]
-            )
-            connection.commit()
-            return connection, memory
-        except BaseException:
-            connection.close()
-            raise
+            self._stand()
+            try:
+                self._write_rows()
+            except Damaged as error:
+                self._tell(f"the state was set aside as {self._put_aside().name} while the learner ran: {error}")
+                self._create()
+                self._write_rows()
+        except (OSError, sqlite3.Error, Damaged, BadInput) as error:
+            self._fails(error)
+            return
+        if self.problem is not None:
+            log.warning("the state %s is written again", self.path)
+        self.problem = None
+        self._history.saved()
 
-    def _connect(self) -> sqlite3.Connection:
-        connection = sqlite3.connect(self.path, check_same_thread=False, timeout=2.0)
-        connection.execute("PRAGMA journal_mode = WAL")
-        connection.execute("PRAGMA synchronous = FULL")
-        connection.execute("PRAGMA cache_size = -256")  # kB: the history is written far more than read
-        return connection
+    def _write_rows(self) -> None:
+        assert self._file is not None
+        changed = {"effects": self._own["effects"]} if self._changing else {}
+        self._file.write(self._kept, self._history.unsaved, self._keep, changed)
 
-    def _set_aside(self) -> Path:
-        """Renames the file and what SQLite keeps beside it, to the first name that is free."""
-        number = 1
-        while (aside := self.path.with_name(f"{self.path.stem}.refused-{number}.sqlite")).exists():
-            number += 1
-        for suffix in ("", "-wal", "-shm"):
-            beside = self.path.with_name(self.path.name + suffix)
-            if beside.exists():
-                beside.rename(aside.with_name(aside.name + suffix))
-        return aside
+    def _stand(self) -> None:
+        """The file is where it belongs, and the lock is ours."""
+        if self._claim is None or not self._claim.in_place:
+            self._take_claim()
+        gone = self._file
+        if gone is not None and gone.in_place:
+            return
+        if self.path.exists():
+            log.error("the state that stands in %s was set aside as %s", self.path, set_aside(self.path).name)
+        try:
+            self._create(gone)
+        except Damaged:  # what is gone was emptied before
+            self._create()
+        if gone is not None:
+            gone.close()
+            self._tell(f"the state {self.path} was removed while the learner ran, and was written again")
 
+    def _fails(self, error: Exception) -> None:
+        """The disk takes nothing now: says so, and marks the revisions that were given, so that none is given twice."""
+        if self.problem is None:
+            log.error("the state %s cannot be written: %s", self.path, error)
+        self.problem = str(error)
+        claim = self._claim
+        if claim is None or not self._history.unsaved or claim.published >= self.published:
+            return
+        try:
+            claim.mark(self.published)
+        except OSError as fault:
+            log.error("revision %d of %s may be given again after a restart: %s", self.published, self.path, fault)
 
-def _take(lock: IO[str], path: Path) -> None:
-    """Two learners would write over each other's iterations. The system gives the lock back, even after kill -9."""
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise BadInput(f"another learner has the state {path}; end it, or name another directory") from None
-
-
-def _write_identity(connection: sqlite3.Connection, own: Mapping[str, Any]) -> None:
-    with connection:
-        connection.executemany(
-            "INSERT OR REPLACE INTO identity VALUES (?, ?)", [(name, json.dumps(own[name])) for name in own]
-        )
+    def _tell(self, sentence: str) -> None:
+        log.error("%s", sentence)
+        self._told = (*self._told, sentence)

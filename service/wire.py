@@ -238,7 +238,7 @@ class ErrorReply(Form):
 class DampingQuery(Form):
     """The payload of a damping query, in place of the parameter `rate`."""
 
-    rate: Annotated[Numbers, Field(min_length=1, max_length=100_000)]
+    rate: Annotated[Numbers, Field(min_length=1)]
 
 
 class StreamHealth(Form):

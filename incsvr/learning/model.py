@@ -89,7 +89,8 @@ class Model:
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Model:
-        arrays = {name: np.array(data[name]) for name in ("support_rate", "support_damping", "weight", "count")}
+        names = ("support_rate", "support_damping", "weight", "count")
+        arrays = {name: np.array(data[name], dtype=np.float64) for name in names}
         sigma = float("nan") if data["sigma"] is None else data["sigma"]
         return Model(
             data["gamma"], data["C"], data["epsilon"], **arrays, sigma=sigma, certified_error=data["certified_error"]

@@ -132,7 +132,7 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
         assert outcome.snapshot.revision == before.revision + 1
         assert outcome.report.batch.parts == {}
     kept = Store(tmp_path, config, changing=True)
-    assert kept.refusal is None
+    assert "set aside" not in " ".join(kept.notices)
     assert kept.memory is not None
     assert kept.memory["live"]["force"] is kept.memory["live"]["shadow"] is None
     kept.close()

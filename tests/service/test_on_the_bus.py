@@ -257,22 +257,6 @@ def test_a_vehicle_whose_clock_begins_anew_is_followed(start: StartBench, run: R
     assert bench.health().counters["rejected:clock_restarted"] == 1
 
 
-def test_a_full_disk_is_an_error_in_health_and_the_learning_goes_on(
-    start: StartBench, run: Recording, tmp_path: Path
-) -> None:
-    bench = start(state=tmp_path)
-    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
-    store = bench.host._store
-    assert store is not None
-    store._write.execute("PRAGMA max_page_count = 1")  # SQLite says then what it says of a full disk
-    bench.play(run)
-    for number in (1, 2, 3):
-        assert models.get(timeout=PATIENCE).iteration == number
-    health = bench.health()
-    assert health.level == "ERROR"
-    assert health.reasons[0] == "what was learned cannot be kept: database or disk is full"
-
-
 def test_a_state_of_another_vehicle_is_refused_aloud(start: StartBench, run: Recording, tmp_path: Path) -> None:
     first = start(state=tmp_path)
     models = first.follow(first.keys.model, wire.ModelSnapshot)

@@ -11,11 +11,14 @@ import pytest
 
 from incsvr.errors import BadInput
 from service.config import Config
+from service.history import NotKept
 from service.node import LearnerNode, Outcome
 from service.store import Store
 from service.wire import encode
 from simulator import leng
 from tests.service.conftest import configured
+
+MANY = 10**9
 
 
 @pytest.fixture(scope="module")
@@ -41,12 +44,14 @@ def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[Outcome]) 
         save(store, outcome)
     store.close()
     again = Store(tmp_path, configured())
-    assert again.refusal is None
+    assert again.notices == ()
     assert again.memory == outcomes[-1].memory
-    assert again.revision(2) == encode(outcomes[1].snapshot)
-    assert again.at(outcomes[1].snapshot.t + 0.1) == encode(outcomes[1].snapshot)
-    assert again.at(-1.0) is None
-    assert again.reports(0, 10) == [encode(outcome.report) for outcome in outcomes]
+    assert again.revision(2).snapshot == encode(outcomes[1].snapshot)
+    assert again.at(outcomes[1].snapshot.t + 0.1) == again.revision(2)
+    with pytest.raises(NotKept, match="no model is kept"):
+        again.at(-1.0)
+    assert again.reports(0, 10, MANY) == [encode(outcome.report) for outcome in outcomes]
+    assert again.reports(0, 10, 1) == [encode(outcomes[0].report)]
     again.close()
 
 
@@ -100,10 +105,10 @@ def test_another_vehicles_state_is_set_aside(
     store.close()
     other = Store(tmp_path, configured(**change))
     assert other.memory is None
-    assert other.refusal is not None
-    assert names in other.refusal
-    assert "yaw.refused-1.sqlite" in other.refusal
-    assert other.reports(0, 10) == []
+    (said,) = other.notices
+    assert names in said
+    assert "yaw.refused-1.sqlite" in said
+    assert other.reports(0, 10, MANY) == []
     other.close()
     set_aside = sqlite3.connect(tmp_path / "leng" / "yaw.refused-1.sqlite")
     assert set_aside.execute("SELECT count(*) FROM history").fetchone() == (1,)
@@ -116,8 +121,8 @@ def test_a_damaged_file_is_set_aside(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "leng" / "yaw.sqlite").write_bytes(content)
     store = Store(tmp_path, configured())
     assert store.memory is None
-    assert store.refusal is not None
-    assert "damaged" in store.refusal
+    (said,) = store.notices
+    assert "damaged" in said
     assert (tmp_path / "leng" / "yaw.refused-1.sqlite").read_bytes() == content
     store.close()
 
@@ -126,9 +131,10 @@ def test_history_is_bounded(tmp_path: Path, outcomes: list[Outcome]) -> None:
     store = Store(tmp_path, configured(history=2))
     for outcome in outcomes:
         save(store, outcome)
-    assert store.revision(1) is None
-    assert store.revision(2) is not None
-    assert len(store.reports(0, 10)) == 2
+    with pytest.raises(NotKept, match="revision 1 is not kept"):
+        store.revision(1)
+    assert [store.revision(number).revision for number in (2, 3)] == [2, 3]
+    assert len(store.reports(0, 10, MANY)) == 2
     store.close()
 
 
@@ -157,15 +163,15 @@ def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_
     save(plain, outcomes[0])
     plain.close()
     changing = Store(tmp_path, configured(), changing=True)
-    assert changing.refusal is None
+    assert changing.notices == ()
     changing.save_memory({**outcomes[0].memory, "effects": "torque_lag (1234)"})
     changing.close()
     again = Store(tmp_path, configured(), changing=True)
-    assert again.refusal is None
+    assert again.notices == ()
     assert again.memory == {**outcomes[0].memory, "effects": "torque_lag (1234)"}
     again.close()
     off = Store(tmp_path, configured())
-    assert "it was learned with effects torque_lag (1234), and now effects is None" in (off.refusal or "")
+    assert "it was learned with effects torque_lag (1234), and now effects is None" in off.notices[0]
     off.close()
 
 
@@ -176,5 +182,5 @@ def test_a_state_learned_with_the_effects_of_a_file_is_none_for_effects_that_cha
     save(filed, outcomes[0])
     filed.close()
     changing = Store(tmp_path, configured(), changing=True)
-    assert "it was learned with effects torque_lag (1234)" in (changing.refusal or "")
+    assert "it was learned with effects torque_lag (1234)" in changing.notices[0]
     changing.close()

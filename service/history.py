@@ -1,0 +1,130 @@
+"""What was published: the rows of a state's file, and the newest ones that wait for the disk."""
+
+from __future__ import annotations
+
+import logging
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from incsvr.errors import BadInput
+from service.state_file import Damaged, Row, StateFile
+
+log = logging.getLogger(__name__)
+
+WAITING_BYTES = 16_000_000
+"""Revisions that wait for the disk; beyond, the oldest go. A thousand of them fit."""
+
+
+class NotKept(BadInput):
+    """The history does not reach there, or what is there is damaged."""
+
+
+class History:
+    """Answers for revisions; from one thread at a time.
+
+    Attributes:
+        file: where it is kept; None where there is none yet.
+        published: the highest revision that is known to be given, saved or not.
+        newest: what was published last since the start.
+        damage: what was found damaged, as sentences.
+    """
+
+    def __init__(self) -> None:
+        self.file: StateFile | None = None
+        self.published = 0
+        self.newest: Row | None = None
+        self.damage: tuple[str, ...] = ()
+        self._waiting: dict[int, Row] = {}
+
+    def add(self, revision: int, t: float, snapshot: bytes, report: bytes) -> None:
+        """A revision that is published next, and waits for the disk."""
+        self.newest = Row(revision, self.published, float(t), snapshot, report)
+        self._waiting[revision], self.published = self.newest, revision
+        while len(self._waiting) > 1 and sum(map(_size, self._waiting.values())) > WAITING_BYTES:
+            del self._waiting[min(self._waiting)]
+
+    @property
+    def unsaved(self) -> list[Row]:
+        """What the file lacks, in its order."""
+        rows = [self._waiting[revision] for revision in sorted(self._waiting)]
+        begun_anew = self.file is None or self.newest is None or self.file.newest != self.newest.revision
+        return [self.newest] if not rows and begun_anew and self.newest is not None else rows
+
+    def saved(self) -> None:
+        """All of it is in the file now."""
+        self._waiting.clear()
+
+    def at(self, t: float) -> Row:
+        """What was served at the vehicle's time t [s]: the newest revision that is not younger.
+
+        Raises:
+            NotKept: the history does not say.
+        """
+        waiting = sorted(self._waiting.values())
+        found = next((row for row in reversed(waiting) if row.t <= t), None)
+        following = next((row for row in waiting if found is None or row.revision > found.revision), None)
+        if found is None and self.file is not None:
+            with self._reading("the index of times"):
+                found, saved = self.file.at(t)
+                following = saved or following
+        if found is None:
+            raise NotKept(f"no model is kept from the vehicle's time {t:g} s or before")
+        if found.revision != (self.published if following is None else following.previous):
+            raise NotKept(f"what was served at {t:g} s is not kept: what followed revision {found.revision} is lost")
+        return found
+
+    def revision(self, revision: int) -> Row:
+        """What was published as this revision.
+
+        Raises:
+            NotKept: it is not in the history, or damaged there.
+        """
+        found = self._waiting.get(revision)
+        if found is None and self.file is not None:
+            with self._reading(f"revision {revision}"):
+                found = self.file.row(revision)
+        if found is None:
+            raise NotKept(f"revision {revision} is not kept; the latest is {self.published}")
+        return found
+
+    def reports(self, after: int, limit: int, most_bytes: int) -> list[bytes]:
+        """Iteration reports after a revision, in their order: at most `limit`, and with the last about so many bytes.
+
+        A damaged one is left out, and told in `damage`.
+        """
+        saved = []
+        if self.file is not None:
+            with self._reading("the list of revisions"):
+                saved = self.file.revisions(after, limit)
+        waiting = sorted(revision for revision in self._waiting if revision > max([after, *saved]))
+        found: list[bytes] = []
+        for revision in [*saved, *waiting][:limit]:
+            try:
+                found.append(self.revision(revision).report)
+            except NotKept:
+                continue
+            if sum(map(len, found)) >= most_bytes:
+                break
+        return found
+
+    @contextmanager
+    def _reading(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except Damaged as error:
+            sentence = f"{what} is damaged in the history"
+            if sentence not in self.damage:
+                log.error("%s: %s", sentence, error)
+                self.damage = (*self.damage, sentence)[-MOST_SENTENCES:]
+            raise NotKept(f"{sentence}: {error}") from error
+        except sqlite3.Error as error:
+            raise NotKept(f"the history cannot be read: {error}") from error
+
+
+MOST_SENTENCES = 10
+"""What is told of damage; a file that is damaged all over would fill health else."""
+
+
+def _size(row: Row) -> int:
+    return len(row.snapshot) + len(row.report)

@@ -1,0 +1,85 @@
+"""A learner's memory as it is taken up after a restart: only what a learner can have written is believed."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning import learner
+from incsvr.learning.learner import Settings, State
+from incsvr.learning.model import Model
+from incsvr.samples import Array, Samples
+
+MOST = 2**53
+"""Above any count of a learner's life; whole numbers are exact in JSON up to it."""
+ROUNDING = 1e-6
+"""How far a weight may be beyond its bound, as a part of it: what the solver's arithmetic leaves."""
+
+
+@dataclass(frozen=True, slots=True)
+class Restored:
+    """What a learner goes on from.
+
+    Attributes:
+        state: what it has learned.
+        covered: (bins,) when each bin of the rate range was covered last [s], −∞ where it never was.
+        revision: what was published last.
+        t: the vehicle's time of the newest sample in it [s].
+        on_the_way: the samples on their way to the next batch, as plain data.
+    """
+
+    state: State
+    covered: Array
+    revision: int = 0
+    t: float | None = None
+    on_the_way: Mapping[str, Any] | None = None
+
+
+def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
+    """Reads what `LearnerNode.memory` gave; None begins anew.
+
+    Raises:
+        Exception: of any kind, where it is not what a learner under these settings can have written.
+    """
+    if memory is None:
+        return Restored(learner.start(settings), np.full(settings.bins, -math.inf))
+    state = State.from_dict(memory["learner"])
+    for name, number in (("revision", memory["revision"]), ("iterations", state.iterations)):
+        if type(number) is not int or not 0 <= number < MOST:
+            raise BadInput(f"its {name} is {number!r}, which is no count")
+    _believable(state.model, settings)
+    json.dumps(state.memory.to_dict(), allow_nan=False)
+    covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
+    if covered.size != settings.bins or np.isnan(covered).any():
+        raise BadInput("its covered rates are not those of the configured bins")
+    t = None if memory["t"] is None else float(memory["t"])
+    if t is not None and not math.isfinite(t):
+        raise BadInput(f"its newest sample is of the time {t}")
+    _goes_on(state, settings)
+    return Restored(state, covered, memory["revision"], t, memory.get("on_the_way"))
+
+
+def _believable(model: Model, settings: Settings) -> None:
+    """The model is one that these settings allow."""
+    arrays = (model.support_rate, model.support_damping, model.weight, model.count)
+    if any(array.shape != model.support_rate.shape or not np.isfinite(array).all() for array in arrays):
+        raise BadInput("its model holds what is no number")
+    if (model.gamma, model.C, model.epsilon) != (settings.gamma, settings.C, settings.epsilon):
+        raise BadInput("its model was learned under other settings")
+    if (model.count <= 0.0).any() or (np.abs(model.weight) > settings.C * model.count * (1.0 + ROUNDING)).any():
+        raise BadInput("its model holds a weight beyond C times the samples that it stands for")
+    if model.sigma < 0.0 or not model.certified_error >= 0.0:
+        raise BadInput("its model holds a negative error")
+
+
+def _goes_on(state: State, settings: Settings) -> None:
+    """Another iteration can follow; its result is not kept."""
+    rate = np.array([*settings.rate_range, 0.0])
+    damping = state.model.evaluate(rate) if state.model.is_trained else np.zeros(3)
+    learner.step(settings, state, Samples(np.array([0.0, 1.0, 2.0]), rate, damping))

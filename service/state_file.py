@@ -1,0 +1,235 @@
+"""The file of a durable state: SQLite with a checksum on every row, so that what is read is what was written.
+
+A rollback journal with full synchronisation: after kill -9 or a power cut the file holds all of an iteration or nothing
+of it, and between two iterations a copy of this one file is the whole state. Each row of the history names the
+revision before it, so that a row that is missing is noticed and not answered from an older one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import quote
+
+_TABLES = {
+    "identity": "CREATE TABLE identity (name TEXT PRIMARY KEY, value TEXT NOT NULL, checksum BLOB NOT NULL)",
+    "memory": "CREATE TABLE memory (only INTEGER PRIMARY KEY CHECK (only = 1), value TEXT NOT NULL,"
+    " checksum BLOB NOT NULL)",
+    "history": "CREATE TABLE history (revision INTEGER PRIMARY KEY, previous INTEGER NOT NULL, t REAL NOT NULL,"
+    " snapshot BLOB NOT NULL, report BLOB NOT NULL, checksum BLOB NOT NULL)",
+    "history_t": "CREATE INDEX history_t ON history (t)",
+}
+_DISK = frozenset(
+    {
+        sqlite3.SQLITE_FULL,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_READONLY,
+        sqlite3.SQLITE_BUSY,
+        sqlite3.SQLITE_LOCKED,
+        sqlite3.SQLITE_PERM,
+        sqlite3.SQLITE_NOMEM,
+    }
+)
+"""Errors of SQLite that say nothing about what is in the file."""
+PATIENCE = 0.5
+"""How long a reader from outside may hold up an iteration [s]; beyond, it is saved with the next."""
+
+
+class Damaged(Exception):
+    """What is in the file is not what was written there; the message says how it shows."""
+
+
+class Row(NamedTuple):
+    """One published revision, with the one before it; t is the vehicle's time [s]."""
+
+    revision: int
+    previous: int
+    t: float
+    snapshot: bytes
+    report: bytes
+
+
+class StateFile:
+    """An open state; from one thread at a time. A damaged one raises `Damaged`, a disk that fails `sqlite3.Error`.
+
+    Attributes:
+        newest: the newest revision of the history; 0 where there is none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with _damage_is_told():
+            if path.is_dir():
+                raise Damaged("a directory stands in its place")
+            self._identity = _place(path)
+            if path.stat().st_size == 0:
+                raise Damaged("it is empty, as a power cut can leave it")
+            self._connection = _connect(path)
+            try:
+                found = dict(self._connection.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
+                if found != {name.encode(): sql.encode() for name, sql in _TABLES.items()}:
+                    raise Damaged("its tables are damaged or of another version")
+                (newest,) = self._connection.execute("SELECT max(revision) FROM history").fetchone()
+                self.newest: int = newest or 0
+            except BaseException:
+                self._connection.close()
+                raise
+
+    @staticmethod
+    def create(path: Path, identity: Mapping[str, Any], known: StateFile | None = None) -> StateFile:
+        """A new file in this place, there as a whole or not at all: empty, or with all that a `known` one holds."""
+        fresh = path.with_name(path.name + ".new")
+        for leftover in (fresh, fresh.with_name(fresh.name + "-journal")):
+            leftover.unlink(missing_ok=True)
+        with closing(_connect(fresh, "rwc")) as connection:
+            if known is not None:
+                with _damage_is_told():
+                    known._connection.backup(connection)
+            else:
+                connection.executescript(";".join(_TABLES.values()))
+                with connection:
+                    _write_identity(connection, identity)
+                    _write_memory(connection, b"null")
+        fresh.replace(path)
+        _synchronise(path.parent)
+        return StateFile(path)
+
+    @property
+    def in_place(self) -> bool:
+        """Whether this file still stands where it was opened."""
+        try:
+            return _place(self._path) == self._identity and self._path.stat().st_size > 0
+        except OSError:
+            return False
+
+    def identity(self) -> dict[str, Any]:
+        """Whose state it is."""
+        with _damage_is_told():
+            rows = self._connection.execute("SELECT name, value, checksum FROM identity").fetchall()
+            return {name.decode(): json.loads(_sound("identity", name, value, sum_)) for name, value, sum_ in rows}
+
+    def memory(self) -> Any:
+        """The learner's memory; None where nothing has been learned."""
+        with _damage_is_told():
+            row = self._connection.execute("SELECT value, checksum FROM memory").fetchone()
+            if row is None:
+                raise Damaged("its memory is missing")
+            return json.loads(_sound("memory", *row))
+
+    def write(self, memory: bytes, rows: Sequence[Row], keep: int, changed: Mapping[str, Any]) -> None:
+        """All of these on the disk when this returns, or nothing: the memory, revisions, parts of the identity."""
+        with _damage_is_told(), self._connection as connection:
+            _write_memory(connection, memory)
+            _write_identity(connection, changed)
+            for row in rows:
+                values = (*row, _checksum("history", *row))
+                connection.execute("INSERT OR REPLACE INTO history VALUES (?, ?, ?, ?, ?, ?)", values)
+            newest = rows[-1].revision if rows else self.newest
+            connection.execute("DELETE FROM history WHERE revision <= ?", (newest - keep,))
+        self.newest = newest
+
+    def row(self, revision: int) -> Row | None:
+        """The row of a revision."""
+        return self._one("WHERE revision = ?", revision)
+
+    def at(self, t: float) -> tuple[Row | None, Row | None]:
+        """The newest row that is not younger than the vehicle's time t [s], and the one after it."""
+        with _damage_is_told():
+            (revision,) = self._connection.execute("SELECT max(revision) FROM history WHERE t <= ?", (t,)).fetchone()
+        if revision is None:
+            return None, None
+        found, following = self.row(revision), self._one("WHERE revision > ? ORDER BY revision LIMIT 1", revision)
+        if found is None or found.t > t or (following is not None and following.t <= t):
+            raise Damaged("its index of times is damaged")
+        return found, following
+
+    def revisions(self, after: int, limit: int) -> list[int]:
+        """At most `limit` revisions of the history after this one, in their order."""
+        with _damage_is_told():
+            query = "SELECT revision FROM history WHERE revision > ? ORDER BY revision LIMIT ?"
+            return [revision for (revision,) in self._connection.execute(query, (after, limit))]
+
+    def close(self) -> None:
+        self._connection.close()
+
+    def _one(self, where: str, value: int) -> Row | None:
+        with _damage_is_told():
+            query = f"SELECT revision, previous, t, snapshot, report, checksum FROM history {where}"
+            found = self._connection.execute(query, (value,)).fetchone()
+            if found is None:
+                return None
+            _sound("history", *found)
+            return Row(*found[:-1])
+
+
+def _connect(path: Path, mode: str = "rw") -> sqlite3.Connection:
+    uri = f"file:{quote(str(path))}?mode={mode}"
+    connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=PATIENCE)
+    connection.text_factory = bytes  # a flipped bit may make it no UTF-8
+    try:
+        connection.execute("PRAGMA journal_mode = TRUNCATE")
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA cell_size_check = ON")
+        connection.execute("PRAGMA cache_size = -256")  # kB: the history is written far more than read
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _write_identity(connection: sqlite3.Connection, identity: Mapping[str, Any]) -> None:
+    for name, content in identity.items():
+        value = json.dumps(content).encode()
+        row = (name, value, _checksum("identity", name.encode(), value))
+        connection.execute("INSERT OR REPLACE INTO identity VALUES (?, ?, ?)", row)
+
+
+def _write_memory(connection: sqlite3.Connection, memory: bytes) -> None:
+    connection.execute("INSERT OR REPLACE INTO memory VALUES (1, ?, ?)", (memory, _checksum("memory", memory)))
+
+
+def _checksum(table: str, *values: object) -> bytes:
+    return hashlib.blake2b(repr((table, *values)).encode(), digest_size=8).digest()
+
+
+def _sound(table: str, *row: Any) -> Any:
+    """The last value before the checksum, which closes the row."""
+    *values, checksum = row
+    if _checksum(table, *values) != checksum:
+        raise Damaged(f"a row of its {table} does not fit its checksum")
+    return values[-1]
+
+
+@contextmanager
+def _damage_is_told() -> Iterator[None]:
+    """Makes `Damaged` of what a damaged file raises; what the disk raises passes."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT)
+        if code & 0xFF in _DISK and code != sqlite3.SQLITE_IOERR_SHORT_READ:
+            raise
+        raise Damaged(f"it is damaged ({error})") from error
+    except (ValueError, TypeError, AttributeError) as error:
+        raise Damaged(f"it is damaged ({error})") from error
+
+
+def _place(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_dev, status.st_ino
+
+
+def _synchronise(directory: Path) -> None:
+    """What was renamed there is on the disk when this returns."""
+    descriptor = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,111 @@
+"""Which state a learner goes on from: the one in its place, or one that was set aside earlier and fits again."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from incsvr.learning import learner
+from service.config import Config
+from service.state_file import Damaged, StateFile
+
+FORM = 2  # of the tables and of what is in them
+BESIDE = ("-journal", "-wal", "-shm")
+"""What SQLite keeps beside a file, by the end of its name."""
+
+
+def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
+    """What a state must agree with to be taken up; `effects` names the traced effects that samples are freed of."""
+    settings = config.learner
+    return {
+        "form": [FORM, learner.FORM],
+        "vehicle": config.vehicle.name,
+        "prefix": config.prefix,
+        "inertia": config.vehicle.inertia,
+        "policy": settings.policy,
+        "gamma": settings.gamma,
+        "C": settings.C,
+        "epsilon": settings.epsilon,
+        "bins": settings.bins,
+        "effects": effects,
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class TakenUp:
+    """An open state and what is in it; `memory` is None where nothing has been learned."""
+
+    file: StateFile
+    memory: dict[str, Any] | None
+
+
+def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> TakenUp:
+    """Opens a state that agrees with `own`, its identity.
+
+    Args:
+        changing: the traced effects may change while it learns: then its memory says which they are.
+
+    Raises:
+        Damaged: it is, or it belongs to another vehicle, version or setting.
+    """
+    file = StateFile(path)
+    try:
+        kept, memory = file.identity(), file.memory()
+        if not (memory is None or isinstance(memory, dict)):
+            raise Damaged("its memory has not the form of one")
+        if changing and memory is not None:
+            own = {**own, "effects": memory.get("effects")}
+        for name in own:
+            if kept.get(name) != own[name]:
+                raise Damaged(f"it was learned with {name} {kept.get(name)}, and now {name} is {own[name]}")
+    except BaseException:
+        file.close()
+        raise
+    return TakenUp(file, memory)
+
+
+def set_aside(path: Path) -> Path:
+    """Renames a state and what SQLite keeps beside it, to the first name that is free."""
+    number = 1
+    while (aside := path.with_name(f"{path.stem}.refused-{number}.sqlite")).exists():
+        number += 1
+    _rename(path, aside)
+    return aside
+
+
+def bring_back(path: Path, own: Mapping[str, Any], changing: bool, but: frozenset[Path]) -> Path | None:
+    """Puts the newest of the states that were set aside and fit in this place; gives the name that it had.
+
+    Args:
+        but: states that are known not to fit.
+    """
+    for earlier in sorted(path.parent.glob(f"{path.stem}.refused-*.sqlite"), key=_number, reverse=True):
+        if earlier in but:
+            continue
+        try:
+            take_up(earlier, own, changing).file.close()
+        except (Damaged, OSError, sqlite3.Error):
+            continue
+        _rename(earlier, path)
+        return earlier
+    return None
+
+
+def is_lost(path: Path) -> bool:
+    """Whether the file is gone while something beside it shows that it was there."""
+    return not path.exists() and any(path.with_name(path.name + end).exists() for end in BESIDE)
+
+
+def _number(path: Path) -> int:
+    digits = path.stem.rpartition("-")[2]
+    return int(digits) if digits.isdigit() and len(digits) < 10 else 0
+
+
+def _rename(path: Path, to: Path) -> None:
+    for end in (*BESIDE, ""):
+        beside = path.with_name(path.name + end)
+        if beside.exists():
+            beside.rename(to.with_name(to.name + end))
