@@ -219,7 +219,8 @@ def test_a_state_that_is_damaged_while_it_runs_is_set_aside_and_learning_goes_on
     for _ in range(3):
         models.get(timeout=PATIENCE)
     state = tmp_path / "leng" / "yaw.sqlite"
-    state.write_bytes(b"\0" * state.stat().st_size)
+    with state.open("r+b") as file:  # never shorter than it was: that would be told as removed
+        file.write(b"\0" * state.stat().st_size)
     teach(bench.session, bench.keys, 2, 100.0, 140.0)
     assert models.get(timeout=PATIENCE).revision == 4
     health = health_with(bench, "was set aside as yaw.refused-1.sqlite while the learner ran")
