@@ -25,6 +25,7 @@ COMMANDS = {
     "trace": ("simulator.trace", "finds what the model lacks, adds it, reports the error before and after"),
     "table1": ("benchmarks.table1", "Table I and the curve of Fig. 7 beside the paper's figures"),
     "bench": ("benchmarks.bench", "speed against the peers, measured in one run"),
+    "keys": ("service.keys", "certificates and Zenoh files by role, for a secured bus"),
     "config": ("service.config_command", "what is in force, what is wrong"),
 }
 
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 loaded = importlib.import_module(module)
             except ModuleNotFoundError as error:
                 missing = f"the package {error.name} is not installed"
-                print(f"incsvr {name}: {missing}: pip install 'incsvr[viewer,report,bench]'", file=sys.stderr)
+                print(f"incsvr {name}: {missing}: pip install 'incsvr[viewer,report,bench,keys]'", file=sys.stderr)
                 return 2
             loaded.add_arguments(command)
             command.set_defaults(run=loaded.run)

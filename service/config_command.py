@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from service.bus_check import check_bus, check_files
 from service.config import Config, add_config_arguments, from_arguments, read
 from service.effects import configured
 from service.output import add_json_argument, emit
@@ -28,20 +29,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json_argument(show)
     check = actions.add_parser("check", help="says what is wrong in a file, and in which line")
     check.add_argument("file", metavar="FILE", type=Path)
+    check.add_argument(
+        "--user",
+        metavar="USER",
+        help="who will run the learner, such as incsvr: opens all files with that user's rights",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     if args.action == "check":
-        config = read(args.file)
-        for each in config.each():
-            effects = configured(each)
-            for path in each.validation.values():
-                read_validation(path, each.signal_settings(), effects)
-        print(f"{args.file}: good; the learner serves {', '.join(each.prefix for each in config.each())}")
+        print(_checked(args.file, args.user))
         return 0
     config = from_arguments(args)
     emit(args, config.model_dump(mode="json"), commented(config).rstrip())
     return 0
+
+
+def _checked(path: Path, user: str | None) -> str:
+    """One sentence on a configuration in which nothing is wrong, after everything that it names was opened."""
+    config = read(path)
+    check_files(config, path, user)
+    prefixes = [each.prefix for each in config.each()]
+    bus = check_bus(config.bus, prefixes)
+    for each in config.each():
+        effects = configured(each)
+        for recording in each.validation.values():
+            read_validation(recording, each.signal_settings(), effects)
+    return f"{path}: good; the learner serves {', '.join(prefixes)} {bus}"
 
 
 def commented(config: Config) -> str:

@@ -6,6 +6,7 @@ learner is one more client of it. A Zenoh JSON5 file (TLS, access control) repla
 
 from __future__ import annotations
 
+import copy
 import json
 import logging
 import signal
@@ -43,13 +44,13 @@ def told_to_stop() -> threading.Event:
     return stop
 
 
-def listening(endpoint: str) -> zenoh.Config:
-    """The configuration of a learner that listens at `endpoint` and relays between its clients."""
-    return zenoh.Config.from_json5(json.dumps(_COMMON | {"mode": "router", "listen": {"endpoints": [endpoint]}}))
+def listener_settings(endpoint: str) -> dict[str, Any]:
+    """Zenoh's settings of a learner that listens at `endpoint` and relays between its clients."""
+    return copy.deepcopy(_COMMON) | {"mode": "router", "listen": {"endpoints": [endpoint]}}
 
 
-def connecting(endpoint: str) -> zenoh.Config:
-    """The configuration of a client of the learner, or of an existing router, at `endpoint`.
+def client_settings(endpoint: str) -> dict[str, Any]:
+    """Zenoh's settings of a client of the learner, or of an existing router, at `endpoint`.
 
     It reconnects within half a second after the listener was killed; Zenoh's own retry takes four.
     """
@@ -59,7 +60,17 @@ def connecting(endpoint: str) -> zenoh.Config:
         "exit_on_failure": True,
         "retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
     }
-    return zenoh.Config.from_json5(json.dumps(_COMMON | {"mode": "client", "connect": connect}))
+    return copy.deepcopy(_COMMON) | {"mode": "client", "connect": connect}
+
+
+def listening(endpoint: str) -> zenoh.Config:
+    """The configuration of a learner that listens at `endpoint`."""
+    return zenoh.Config.from_json5(json.dumps(listener_settings(endpoint)))
+
+
+def connecting(endpoint: str) -> zenoh.Config:
+    """The configuration of a client at `endpoint`."""
+    return zenoh.Config.from_json5(json.dumps(client_settings(endpoint)))
 
 
 def from_file(path: Path) -> zenoh.Config:

@@ -18,10 +18,18 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.wire import Keys, measurement
+from incsvr.signals import REQUIRED
+from service.wire import Health, Keys, decode, measurement
 
 LONGEST_WAIT = 0.05
 """How long the player sleeps at most before it looks whether to stop [s]."""
+
+HEARD_WITHIN = 2.0
+"""How long the learner may take to count a message that was sent [s]; it needs a tenth."""
+
+
+class Unheard(Exception):
+    """The learner does not receive what is sent; the message is one sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +130,12 @@ def play(
 
     Returns:
         How many were sent.
+
+    Raises:
+        Unheard: a learner answers, but by its own counters it receives nothing of the yaw rate or of the torque. Zenoh
+            drops without a word what a client may not publish.
     """
+    unheard, before = set(REQUIRED) & set(what.names), _received(session, keys)
     publishers = [
         session.declare_publisher(
             keys.stream(name),
@@ -142,6 +155,11 @@ def play(
             publishers[number].put(measurement(stamps[index], values[index], sequence[number]))
             sequence[number] += 1
         sent = max(sent, due)
+        if before is not None and unheard:
+            gone = {name for name, count in zip(what.names, sequence, strict=True) if count}
+            if unheard <= gone or sent == len(what):
+                _wait_until_heard(session, keys, unheard & gone, before, stop)
+                unheard = set()
         progress(sent, now - first)
         if sent < len(what):
             stop.wait(min(LONGEST_WAIT, max(0.001, (float(what.send[sent]) - now) / speed)))
@@ -151,3 +169,32 @@ def play(
     for publisher in publishers:
         publisher.undeclare()  # type: ignore[no-untyped-call]
     return sent
+
+
+def _received(session: zenoh.Session, keys: Keys) -> dict[str, int] | None:
+    """How many values of each stream the learner has received; None where none answers."""
+    for reply in session.get(keys.health, timeout=2.0):
+        if reply.ok is not None:
+            streams = decode(Health, reply.ok.payload.to_bytes()).streams
+            return {name: stream.received for name, stream in streams.items()}
+    return None
+
+
+def _wait_until_heard(
+    session: zenoh.Session, keys: Keys, names: set[str], before: Mapping[str, int], stop: threading.Event
+) -> None:
+    """Returns once the learner has received something of each of these streams, or no longer answers."""
+    until = time.monotonic() + HEARD_WITHIN
+    while not stop.is_set():
+        now = _received(session, keys)
+        if now is None:
+            return
+        missing = sorted(keys.stream(name) for name in names if now.get(name, 0) == before.get(name, 0))
+        if not missing:
+            return
+        if time.monotonic() > until:
+            raise Unheard(
+                f"the learner answers but receives nothing on {' and '.join(missing)}: this client may not publish "
+                "there; play in the role of the vehicle, with the vehicle.json5 of `incsvr keys` as bus.zenoh_file"
+            )
+        stop.wait(LONGEST_WAIT)

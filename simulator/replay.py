@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from pathlib import Path
 
 from rich.console import Console
@@ -13,7 +14,7 @@ from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
 from service.session import connecting, from_file, open_session, told_to_stop
 from service.wire import Keys
-from simulator.player import Messages, messages, play, wait_for_learner
+from simulator.player import Messages, Unheard, messages, play, wait_for_learner
 from simulator.recordings import read, sequence
 
 
@@ -52,12 +53,17 @@ def play_to_learner(args: argparse.Namespace, config: Config, what: Messages, na
             wait_for_learner(session, keys, args.wait, stop)
         with Progress(*columns, console=Console(stderr=True)) as bar:
             task = bar.add_task(name, total=len(what), t=0.0)
-            sent = play(
-                session,
-                keys,
-                what,
-                speed=args.speed,
-                stop=stop,
-                progress=lambda count, t: bar.update(task, completed=count, t=t),
-            )
+            try:
+                sent = play(
+                    session,
+                    keys,
+                    what,
+                    speed=args.speed,
+                    stop=stop,
+                    progress=lambda count, t: bar.update(task, completed=count, t=t),
+                )
+            except Unheard as error:
+                bar.stop()
+                print(f"incsvr {args.command}: {error}", file=sys.stderr)
+                return 1
     return 0 if sent == len(what) else 1

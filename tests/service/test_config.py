@@ -111,5 +111,3 @@ def test_a_missing_file_and_a_wrong_zenoh_file_are_named(tmp_path: Path) -> None
 def test_the_example_configurations_are_good() -> None:
     for path in sorted((ROOT / "deploy").glob("*.yaml")):
         read(path)
-    for path in sorted((ROOT / "deploy").glob("*.json5")):
-        from_file(path)

@@ -64,7 +64,9 @@ def test_the_player_keeps_the_pace_and_numbers_its_messages() -> None:
         asked = threading.Event()
 
         def answer(query: zenoh.Query) -> None:
-            query.reply(KEYS.health, b"{}")
+            received = {name: len(taken.get(KEYS.stream(name), ())) for name in ("yaw_rate", "torque")}
+            streams = {name: wire.StreamHealth(received=count) for name, count in received.items()}
+            query.reply(KEYS.health, wire.encode(wire.Health(level="OK", boot="test", streams=streams)))
             asked.set()
 
         bus.declare_queryable(KEYS.health, answer)

@@ -1,0 +1,228 @@
+"""Whether a learner could use what its configuration names, by the rights of the user that will run it.
+
+A Zenoh file is good when its certificates and keys can be read and fit each other, when a client that trusts the same
+authority would accept them, and when its access control speaks of the configured prefix.
+"""
+
+from __future__ import annotations
+
+import getpass
+import json
+import os
+import re
+import ssl
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from incsvr.errors import BadInput
+from service.config import Config
+from service.sections import Bus
+from service.session import from_file
+from service.wire import Keys
+
+_TLS_FILES = (
+    "root_ca_certificate",
+    "listen_certificate",
+    "listen_private_key",
+    "connect_certificate",
+    "connect_private_key",
+)
+
+
+@contextmanager
+def reading_as(user: str | None) -> Iterator[None]:
+    """Within it files are opened with this user's rights; only root can look as somebody else.
+
+    Raises:
+        BadInput: there is no such user, or we may not.
+    """
+    if user is None or user == getpass.getuser():
+        yield
+        return
+    import pwd
+
+    try:
+        entry = pwd.getpwnam(user)
+    except KeyError:
+        raise BadInput(f"--user {user}: there is no such user; `useradd --system {user}` makes one") from None
+    if os.geteuid() != 0:
+        raise BadInput(f"--user {user}: only root can look with another user's rights; run this with sudo")
+    groups, group = os.getgroups(), os.getegid()
+    os.initgroups(user, entry.pw_gid)
+    os.setegid(entry.pw_gid)
+    os.seteuid(entry.pw_uid)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+        os.setegid(group)
+        os.setgroups(groups)
+
+
+def check_files(config: Config, path: Path, user: str | None) -> None:
+    """Whether this user can read all that the configuration in `path` names, and write its state.
+
+    Raises:
+        BadInput: the first file that it cannot read or write, and the cure.
+    """
+    named = [("the configuration", path)]
+    zenoh_file = config.bus.zenoh_file
+    if zenoh_file is not None:
+        named.append(("bus.zenoh_file", zenoh_file))
+        with suppress(BadInput):  # a file that is missing or wrong is said when it is opened below, or by check_bus
+            named += [(f"{zenoh_file}: {name}", file) for name, file in _tls_files(from_file(zenoh_file)).items()]
+    for each in config.each():
+        named += [(f"validation.{name}", recording) for name, recording in each.validation.items()]
+        named += [("effects", each.effects)] if each.effects is not None else []
+    with reading_as(user):
+        for what, file in named:
+            _check_readable(file, what)
+        for each in config.each():
+            _check_state(each.state)
+
+
+def check_bus(bus: Bus, prefixes: Sequence[str]) -> str:
+    """Where the learner will be met, in words.
+
+    Raises:
+        BadInput: the first thing in `bus.zenoh_file` that would keep it from being met.
+    """
+    path = bus.zenoh_file
+    if path is None:
+        return f"as a client of {bus.connect}" if bus.connect is not None else f"at {bus.listen}"
+    config = from_file(path)
+    named = _tls_files(config)
+    for side in ("listen", "connect"):
+        _check_pair(named.get(f"{side}_certificate"), named.get(f"{side}_private_key"))
+    endpoints = _endpoints(_section(config, "listen/endpoints"))
+    if {"listen_certificate", "listen_private_key", "root_ca_certificate"} <= named.keys():
+        for endpoint in endpoints:
+            _check_handshake(endpoint, named)
+    _check_access(config, path, prefixes)
+    return f"at {', '.join(endpoints)}" if endpoints else f"as {path} says"
+
+
+def _tls_files(config: zenoh.Config) -> dict[str, Path]:
+    """The certificates and keys that a Zenoh file names."""
+    tls: dict[str, Any] = _section(config, "transport/link/tls") or {}
+    return {name: Path(tls[name]) for name in _TLS_FILES if tls.get(name)}
+
+
+def _check_state(state: Path | None) -> None:
+    """The directory of the durable state, or where it will be made, must be writable."""
+    if state is None:
+        return
+    there = next(folder for folder in (state, *state.absolute().parents) if folder.exists())
+    effective = os.access in os.supports_effective_ids
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK, effective_ids=effective):
+        raise BadInput(f"state: {state} cannot be written by {_me()}; give it to {_me()}, or name another directory")
+
+
+def _check_readable(path: Path, what: str) -> None:
+    try:
+        path.read_bytes()
+    except FileNotFoundError:
+        raise BadInput(f"{what}: {path} is not there") from None
+    except PermissionError:
+        raise BadInput(f"{what}: {path} cannot be read by {_me()}: {_obstacle(path)}") from None
+    except OSError as error:
+        raise BadInput(f"{what}: {path} cannot be read ({error.strerror})") from None
+
+
+def _obstacle(path: Path) -> str:
+    """What keeps us from a file, and the cure."""
+    for place in (path, *path.absolute().parents):
+        try:
+            found = place.stat()
+        except PermissionError:
+            continue
+        mode = f"mode {found.st_mode & 0o777:04o}"
+        if place == path:
+            return f"it is {_name(found.st_uid)}'s, {mode}; `chown {_me()} {path}` gives it to {_me()}"
+        return f"the folder {place} is closed to others, {mode}; `chmod a+x {place}` opens it"
+    return "the folders above it are closed to others"
+
+
+def _check_pair(certificate: Path | None, key: Path | None) -> None:
+    if certificate is None or key is None:
+        return
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key)
+    except ssl.SSLError as error:
+        raise BadInput(f"{certificate} and {key} are no certificate and its key ({error.reason})") from None
+
+
+def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
+    """A client and a server in memory: whether a client would accept the learner's certificate at this endpoint."""
+    server_side, client_side = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER), ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    server_side.load_cert_chain(named["listen_certificate"], named["listen_private_key"])
+    try:
+        client_side.load_verify_locations(named["root_ca_certificate"])
+    except ssl.SSLError as error:
+        raise BadInput(
+            f"{named['root_ca_certificate']} holds no certificate of an authority ({error.reason})"
+        ) from None
+    host = re.sub(r"^\w+/\[?|\]?:\d+.*$", "", endpoint)
+    to_server, to_client = ssl.MemoryBIO(), ssl.MemoryBIO()
+    server = server_side.wrap_bio(to_server, to_client, server_side=True)
+    client = client_side.wrap_bio(to_client, to_server, server_hostname=host)
+    for side in (client, server, client):
+        try:
+            side.do_handshake()
+        except ssl.SSLWantReadError:
+            continue
+        except ssl.SSLCertVerificationError as error:
+            raise BadInput(
+                f"{named['listen_certificate']}: a client refuses it at {endpoint}: {error.verify_message}; "
+                "`incsvr keys … --role learner --replace` makes another"
+            ) from None
+
+
+def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> None:
+    """Somebody must be allowed to measure below each prefix, or the learner would hear nothing."""
+    access = _section(config, "access_control") or {}
+    if not access.get("enabled") or access.get("default_permission") == "allow":
+        return
+    allowed = [
+        zenoh.KeyExpr(key)
+        for rule in access.get("rules") or ()
+        if rule["permission"] == "allow" and "put" in rule["messages"] and "ingress" in rule["flows"]
+        for key in rule["key_exprs"]
+    ]
+    for prefix in prefixes:
+        keys = Keys(prefix)
+        for key in (keys.rate, keys.torque):
+            if not any(each.includes(zenoh.KeyExpr(key)) for each in allowed):
+                raise BadInput(
+                    f"{path}: its access control lets nobody publish {key}; make it for this prefix with "
+                    f"`incsvr keys {path.parent} --prefix {prefix} --role learner --replace`"
+                )
+
+
+def _section(config: zenoh.Config, name: str) -> Any:
+    return json.loads(config.get_json(name))
+
+
+def _endpoints(section: Any) -> list[str]:
+    """The endpoints, which a Zenoh file may give for each mode."""
+    if isinstance(section, dict):
+        return [endpoint for endpoints in section.values() for endpoint in endpoints]
+    return list(section or ())
+
+
+def _me() -> str:
+    """The user whose rights are in force."""
+    return _name(os.geteuid())
+
+
+def _name(user: int) -> str:
+    import pwd
+
+    try:
+        return pwd.getpwuid(user).pw_name
+    except KeyError:
+        return f"user {user}"
