@@ -24,10 +24,18 @@ TICK = 0.5
 
 
 class Crew:
-    """Works for learners from `with` to its end; then they have said goodbye, saved and closed."""
+    """Works for learners from `with` to its end; then they have said goodbye, saved and closed.
 
-    def __init__(self, hosts: Sequence[Host]) -> None:
-        self._hosts = hosts
+    Args:
+        hosts: the learners.
+        stroke: called by the thread that learns, for a watchdog that is to miss it where that thread hangs.
+        period: how often at least it is called [s]; None where no watchdog watches.
+    """
+
+    def __init__(
+        self, hosts: Sequence[Host], stroke: Callable[[], None] = lambda: None, period: float | None = None
+    ) -> None:
+        self._hosts, self._stroke, self._period = hosts, stroke, period
         self._stop, self._batch = threading.Event(), threading.Event()
         self._threads = [
             threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)
@@ -60,7 +68,7 @@ class Crew:
 
     def _train(self) -> None:
         while not self._stop.is_set():
-            self._batch.wait()
+            self._batch.wait(self._period)
             self._batch.clear()
             waiting = list(self._hosts)
             while waiting and not self._stop.is_set():
@@ -68,6 +76,8 @@ class Crew:
 
     def _learned(self, host: Host) -> bool:
         """One iteration, where a batch waits; what fails for one learner does not end the learning of the others."""
+        if self._period is not None:
+            self._stroke()
         try:
             return host.learn()
         except Exception as error:

@@ -55,6 +55,8 @@ def ask(config: Config, rates: list[float], patience_s: float) -> DampingReply:
     bus, keys = config.bus, Keys(config.prefix)
     where = bus.connect or bus.listen
     zenoh_config = connecting(where) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+    if bus.zenoh_file is not None:
+        where = f"the endpoint of {bus.zenoh_file}"
     until = time.monotonic() + patience_s
     try:
         session = open_session(zenoh_config, patience_s)

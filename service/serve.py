@@ -9,6 +9,7 @@ import sys
 import threading
 
 from incsvr.errors import BadInput
+from service import notify
 from service.config import Config, add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
@@ -63,11 +64,13 @@ def serve(config: Config, stop: threading.Event) -> None:
     with opened as session:
         configs = config.each()
         hosts = [Host(session, each, len(configs)) for each in configs]
-        with Crew(hosts):
+        with Crew(hosts, lambda: notify.tell(notify.ALIVE), notify.stroke_period()):
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
+            notify.tell(notify.READY)
             while not stop.wait(PAUSE):
                 pass
             log.info("stopping")
+            notify.tell(notify.STOPPING)
 
 
 def _keep_memory_small() -> None:

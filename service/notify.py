@@ -1,0 +1,41 @@
+"""What systemd is told of this process, as sd_notify(3) says: ready, still learning, stopping.
+
+Where systemd did not start it nothing is told. What cannot be told must not end the learning: systemd acts on silence.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import socket
+
+log = logging.getLogger(__name__)
+
+READY, ALIVE, STOPPING = "READY=1", "WATCHDOG=1", "STOPPING=1"
+
+STROKES = 3
+"""So often within the watchdog's time, so that one that comes late does not end the process."""
+
+
+def tell(state: str) -> None:
+    """Sends one state to $NOTIFY_SOCKET, which is a path or, with a leading @, a name in the abstract namespace."""
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if not address:
+        return
+    if address.startswith("@"):
+        address = "\0" + address[1:]
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as channel:
+            channel.setblocking(False)
+            channel.sendto(state.encode(), address)
+    except OSError as error:
+        log.warning("systemd could not be told %s: %s", state, error)
+
+
+def stroke_period() -> float | None:
+    """How often the watchdog is to be stroked [s]; None where no watchdog watches this process."""
+    watched = os.environ.get("WATCHDOG_PID", str(os.getpid()))
+    microseconds = os.environ.get("WATCHDOG_USEC", "")
+    if watched != str(os.getpid()) or not microseconds.isdecimal() or int(microseconds) == 0:
+        return None
+    return int(microseconds) / 1e6 / STROKES
