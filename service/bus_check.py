@@ -126,7 +126,7 @@ def _check_readable(path: Path, what: str) -> None:
     try:
         path.read_bytes()
     except FileNotFoundError:
-        raise BadInput(f"{what}: {path} is not there") from None
+        raise BadInput(f"{what}: {path}: there is no such file") from None
     except PermissionError:
         raise BadInput(f"{what}: {path} cannot be read by {_me()}: {_obstacle(path)}") from None
     except OSError as error:
