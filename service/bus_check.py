@@ -197,9 +197,11 @@ def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> 
         keys = Keys(prefix)
         for key in (keys.rate, keys.torque):
             if not any(each.includes(zenoh.KeyExpr(key)) for each in allowed):
+                listen = "".join(f" --listen {each}" for each in _endpoints(_section(config, "listen/endpoints"))[:1])
+                every = "".join(f" --prefix {each}" for each in prefixes)
                 raise BadInput(
                     f"{path}: its access control lets nobody publish {key}; make it for this prefix with "
-                    f"`incsvr keys {path.parent} --prefix {prefix} --role learner --replace`"
+                    f"`incsvr keys {path.parent}{every}{listen} --role learner --replace`"
                 )
 
 

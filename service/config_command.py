@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,10 @@ def _checked(path: Path, user: str | None) -> str:
         effects = configured(each)
         for recording in each.validation.values():
             read_validation(recording, each.signal_settings(), effects)
-    return f"{path}: good; the learner serves {', '.join(prefixes)} {bus}"
+    said = f"{path}: good; the learner serves {', '.join(prefixes)} {bus}"
+    if user is None and os.geteuid() == 0 and config.bus.zenoh_file is not None:
+        said += "; root reads every key, --user incsvr asks whether the unit's user can"
+    return said
 
 
 def commented(config: Config) -> str:

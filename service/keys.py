@@ -88,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
         "hosts": list(hosts),
         "roles": {role: {"zenoh_file": place.used(f"{role}.json5"), "may": list(_may(role))} for role in made},
     }
-    emit(args, result, _summary(place, made, args.owner))
+    emit(args, result, _summary(place, made))
     return 0
 
 
@@ -181,13 +181,15 @@ def _check_owner(owner: str) -> None:
 
 
 def _write(path: Path, content: bytes, mode: int, owner: str | None = None) -> None:
-    """A file that is whole or not there, and never readable by others for a moment."""
+    """A file that is whole or not there, and never readable by others; its owner is that of the file it replaces."""
     new = path.with_name(f".{path.name}.new")
     new.unlink(missing_ok=True)
     with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, SECRET), "wb") as file:
         file.write(content)
     if owner is not None:
         shutil.chown(new, owner)
+    elif path.exists() and os.geteuid() == 0:
+        os.chown(new, path.stat().st_uid, path.stat().st_gid)
     new.chmod(mode)
     new.replace(path)
 
@@ -207,17 +209,16 @@ def _host(endpoint: str) -> str:
     return found[1] or found[2]
 
 
-def _summary(place: Place, roles: Sequence[str], owner: str | None) -> str:
+def _summary(place: Place, roles: Sequence[str]) -> str:
     """What was made, and what to do with it."""
     years = VALID.days // 365
     lines = [f"{place.folder}: keys for {', '.join(place.prefixes)} at {place.endpoint}, good for {years} years"]
     width = max(len(role) for role in roles)
     lines += [f"  {role:{width}}  {_sentence(role)}" for role in roles]
     lines.append("Of each role there are a key (.key), a certificate (.pem) and a Zenoh file (.json5) that names both.")
-    reader = owner or ("root" if os.geteuid() == 0 else "you")
-    lines.append(f"Only {reader} can read the keys.")
-    if reader == "root" and LEARNER in roles:
-        lines[-1] += " A unit of another user needs --role learner --owner USER --replace."
+    lines.append("A key can be read by its owner alone.")
+    if LEARNER in roles and (place.folder / f"{LEARNER}.key").stat().st_uid == 0:
+        lines[-1] = "Only root can read the keys. A unit of another user needs --role learner --owner USER --replace."
     if LEARNER in roles:
         lines.append(f"The learner:  incsvr serve --set bus.zenoh_file={place.used('learner.json5')}")
     clients = [role for role in roles if role != LEARNER]

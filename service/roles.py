@@ -37,16 +37,13 @@ class Grant:
     kinds: tuple[Kind, ...]
 
 
-_MEASUREMENTS = ("rate", "torque", "channel/*")
-
-
 def _with_history(*names: str) -> Grant:
     """What Zenoh keeps for those who come late: `*` and `**` do not match its `@adv`, so that is written out."""
     return Grant(tuple(f"{name}/@adv/**" for name in names), (FOLLOW, ASK, PRESENCE))
 
 
 ACTIONS: dict[str, tuple[Grant, ...]] = {
-    "measure": (Grant(_MEASUREMENTS, (PUBLISH,)),),
+    "measure": (Grant(("rate", "torque", "channel/*"), (PUBLISH,)),),
     "see whether the learner is well": (Grant(("alive",), (PRESENCE,)), Grant(("health",), (ASK, FOLLOW))),
     "use the model": (
         Grant(("damping", "forecast"), (ASK,)),
@@ -54,9 +51,10 @@ ACTIONS: dict[str, tuple[Grant, ...]] = {
         Grant(("model",), (ASK, FOLLOW)),
         _with_history("model"),
     ),
+    # Whatever is published below the prefix, so that one subscription to all of it is served, too.
     "watch the learning": (
-        Grant(_MEASUREMENTS, (FOLLOW,)),
-        Grant(("iteration", "effects"), (ASK, FOLLOW)),
+        Grant(("**",), (FOLLOW,)),
+        Grant(("iteration", "effects"), (ASK,)),
         _with_history("iteration"),
     ),
     # Keys of their own: access control sees the key of a query but not its parameters.

@@ -143,6 +143,8 @@ def test_a_file_that_the_units_user_cannot_read_is_named(folder: Path, check: Ch
     if root:
         assert keys(folder, "--role", "learner", "--owner", "nobody", "--replace") == 0
         assert check("--user", "nobody").startswith("0 ")
+        assert keys(folder, "--role", "learner", "--replace") == 0  # for another prefix, say: it stays nobody's
+        assert check("--user", "nobody").startswith("0 ")
         (folder / "tls").chmod(0o700)
         assert f"the folder {folder / 'tls'} is closed" in check("--user", "nobody")
     else:

@@ -53,9 +53,13 @@ publish the health            no       no       no
 publish the effects           no       no       no
 publish on every key          no       no       no
 hear the rate                 no       yes      yes
+hear a channel                no       yes      yes
 hear the model                yes      yes      yes
 hear the iteration            no       yes      yes
 hear the health               yes      yes      yes
+hear the effects              no       yes      yes
+hear the estimate             yes      yes      yes
+hear every key                no       yes      yes
 see that it is alive          yes      yes      yes
 ask the damping               yes      yes      yes
 ask the forecast              yes      yes      yes
@@ -132,10 +136,10 @@ def publishes(bus: Secured, role: str, key: str) -> bool:
     return not heard.empty()
 
 
-def hears(bus: Secured, role: str, key: str) -> bool:
-    """Whether the role's subscription to a key is served."""
+def hears(bus: Secured, role: str, key: str, subscribed: str | None = None) -> bool:
+    """Whether the role's subscription, to that very key unless another is given, is served with what comes on a key."""
     client, heard = bus.clients[role], queue.Queue[Any]()
-    subscriber: Any = client.declare_subscriber(key, heard.put)
+    subscriber: Any = client.declare_subscriber(subscribed or key, heard.put)
     until_settled(client)
     bus.learner.put(key, b"{}")
     until_settled(client)
@@ -209,6 +213,10 @@ ACTIONS: dict[str, Callable[[Secured, str], bool]] = {
     "publish the effects": lambda bus, role: publishes(bus, role, UNSERVED.effects),
     "publish on every key": lambda bus, role: publishes(bus, role, f"{UNSERVED.prefix}/**"),
     "hear the rate": lambda bus, role: hears(bus, role, UNSERVED.rate),
+    "hear a channel": lambda bus, role: hears(bus, role, UNSERVED.stream("depth")),
+    "hear the effects": lambda bus, role: hears(bus, role, UNSERVED.effects),
+    "hear the estimate": lambda bus, role: hears(bus, role, f"{UNSERVED.prefix}/estimate"),
+    "hear every key": lambda bus, role: hears(bus, role, UNSERVED.model, subscribed=f"{UNSERVED.prefix}/**"),
     "hear the model": lambda bus, role: hears(bus, role, UNSERVED.model),
     "hear the iteration": lambda bus, role: hears(bus, role, UNSERVED.iteration),
     "hear the health": lambda bus, role: hears(bus, role, UNSERVED.health),
