@@ -54,7 +54,10 @@ def test_systemd_understands_every_line_of_the_unit(tmp_path: Path) -> None:
     assert done.returncode == 0
 
 
-@pytest.fixture(params=["path", "abstract"])
+linux = pytest.mark.skipif(sys.platform != "linux", reason="the abstract namespace of sockets is Linux's")
+
+
+@pytest.fixture(params=["path", pytest.param("abstract", marks=linux)])
 def systemd(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[str, socket.socket]]:
     """A socket as systemd listens at, and its name in $NOTIFY_SOCKET."""
     name = str(tmp_path / "notify") if request.param == "path" else f"@incsvr-{uuid.uuid4().hex}"

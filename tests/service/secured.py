@@ -1,0 +1,65 @@
+"""A bus secured by `incsvr keys`, on loopback, with a learner on it and a client in every role."""
+
+from __future__ import annotations
+
+import queue
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from service import wire
+from service.cli import main
+from service.crew import Crew
+from service.host import Host
+from service.session import free_endpoint, from_file, open_session
+from tests.service.conftest import PATIENCE, configured, teach
+
+KEYS = wire.Keys("rov7/yaw")
+UNSERVED = wire.Keys("rov7/pitch")
+"""A prefix of the same access control below which no learner answers, so that every answer there is a forgery."""
+FORGED = b"forged"
+
+
+@dataclass(frozen=True)
+class Secured:
+    """A learner that has learned, in a session of the learner's role, and a client in every other role."""
+
+    folder: Path
+    endpoint: str
+    learner: zenoh.Session
+    clients: dict[str, zenoh.Session]
+
+
+@contextmanager
+def secured(folder: Path, state: Path) -> Iterator[Secured]:
+    """The bus of one module of tests; certificates go to a folder, the learner's state to another."""
+    endpoint = free_endpoint().replace("tcp/", "tls/")
+    prefixes = ["--prefix", KEYS.prefix, "--prefix", UNSERVED.prefix]
+    assert main(["keys", str(folder), *prefixes, "--listen", endpoint]) == 0
+    with ExitStack() as stack:
+        learner = stack.enter_context(open_session(from_file(folder / "learner.json5")))
+        config = configured(prefix=KEYS.prefix, state=state)
+        stack.enter_context(Crew([Host(learner, config)]))
+        clients = {
+            role: stack.enter_context(open_session(from_file(folder / f"{role}.json5"), PATIENCE))
+            for role in ("vehicle", "viewer", "operator")
+        }
+        models: queue.Queue[Any] = queue.Queue()
+        clients["viewer"].declare_subscriber(KEYS.model, models.put)
+        until_settled(clients["viewer"])
+        teach(clients["vehicle"], KEYS, 6, 0.0, 40.0)
+        models.get(timeout=PATIENCE)
+        yield Secured(folder, endpoint, learner, clients)
+
+
+def until_settled(client: zenoh.Session) -> None:
+    """Returns once all that the client has sent and declared has been let through or denied."""
+    until = time.monotonic() + PATIENCE
+    # A session that has just been opened may not know yet who answers; its question ends at once then.
+    while not list(client.get(KEYS.health, timeout=PATIENCE)):
+        assert time.monotonic() < until, "the learner does not answer for its health"
