@@ -16,7 +16,7 @@ import numpy as np
 
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
-from incsvr.signals.streams import JUMP
+from incsvr.signals.streams import FUTURE, JUMP
 from service import wire
 from service.learning_state import LearningState
 from service.node import LearnerNode
@@ -67,15 +67,16 @@ class HealthWatch:
             stream = self._stream(name)
             stream.received += t.size
             stream.at = self._clock()
-            finite = np.isfinite(t) & np.isfinite(value)
-            if not finite.all():
-                t, value = t[finite], value[finite]
+            believed = (t >= 0.0) & (t < FUTURE) & np.isfinite(value)
+            if not believed.all():
+                t, value = t[believed], value[believed]
                 if not t.size:
                     return
-            changed = np.flatnonzero(value[1:] != value[:-1])
+            # Over a jump of the clock nothing is known.
+            changed = np.flatnonzero((value[1:] != value[:-1]) | (np.abs(np.diff(t)) > JUMP))
             if changed.size:
                 stream.still_since = float(t[changed[-1] + 1])
-            elif value[0] != stream.value:
+            elif value[0] != stream.value or stream.t is None or abs(float(t[0]) - stream.t) > JUMP:
                 stream.still_since = float(t[0])
             stream.t, stream.value = float(t[-1]), float(value[-1])
 

@@ -22,11 +22,13 @@ from incsvr.errors import BadInput
 from incsvr.samples import Samples
 from service import wire
 from service.answers import JSON, Answers
+from service.company import Company
 from service.config import Config
 from service.effects import TracedEffects, configured
 from service.health import HealthWatch
-from service.ingest import Ingest, places
+from service.ingest import Ingest
 from service.node import LearnerNode, Outcome
+from service.session import in_time
 from service.store import Store
 from service.validation import read_validation
 
@@ -57,6 +59,7 @@ class Host:
         self.node.validate_on(
             {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
         )
+        self._company = Company(session, self.keys, self.node.boot, time.monotonic)
         self._watch_over(effects)
         if self._live is not None:
             self.node.tell(self._live.standing.history)
@@ -70,7 +73,7 @@ class Host:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._publishers[self.keys.model].put(wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
-        self.ingest = Ingest(session, self.keys, self.node, self.watch, places(learners))
+        self.ingest = Ingest(session, self.keys, self.node, self.watch, learners)
         self.tick()
         session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
@@ -112,7 +115,8 @@ class Host:
         """
         now = time.monotonic()
         store = self._store
-        self.watch.notices = (*(() if store is None else store.notices), *self._warnings)
+        states = () if store is None else store.notices
+        self.watch.notices = (*states, *self._company.notice(), *self._warnings)
         self.watch.saved(None if store is None else store.problem)
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
@@ -149,18 +153,20 @@ class Host:
 
     def close(self) -> None:
         """Takes what has come and saves; the threads that call the other methods have ended before."""
-        publishers: list[Any] = [*self._publishers.values(), self._health_publisher]
         with ExitStack() as last:  # the last is done first, and each whatever the others raise
-            if self._store is not None:
-                last.callback(self._store.close)
-            for publisher in publishers:
-                last.callback(publisher.undeclare)
+            last.callback(in_time, self._undeclare)
             if self._live is not None:
                 last.callback(self._live.close)
-            last.callback(self.answers.close)
-            last.callback(self.ingest.close)
+            if self._store is not None:
+                last.callback(self._store.close)
             last.callback(self._save)
             self.ingest.drain()
+
+    def _undeclare(self) -> None:
+        """All but the publishers: to undeclare those may take ten seconds, and ends with the session."""
+        self.ingest.close()
+        self.answers.close()
+        self._company.close()
 
     def _save(self) -> None:
         """What is on its way to the next batch is kept."""

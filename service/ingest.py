@@ -1,12 +1,15 @@
 """Measurements from the bus: any bytes come in, only finite numbers go on, and every refusal is counted by its reason.
 
-Each input key has a ring of its own that is emptied many times a second: under overload the oldest messages go, the
-process does not grow, and queries are still answered. What a ring lost is counted by the messages' numbers (`seq`).
+Each input key has a ring of its own that is emptied many times a second into a queue that is bounded by its bytes:
+under overload the oldest messages go, the process does not grow, and queries are still answered. What the queue lost is
+counted, and what the ring lost by the messages' numbers (`seq`).
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -24,9 +27,19 @@ from service.wire import Keys
 RING = 8192
 #: The learners of a process share them, down to half a second at 1,000 a second: a hundred would keep 400 MB else.
 LEAST = 512
-#: A larger payload is not read [bytes]; 200,000 numbers fit.
-MAX_PAYLOAD = 4_000_000
+#: A larger payload is not read [bytes]; 50,000 numbers fit, and to read it takes a hundredth of a second.
+MAX_PAYLOAD = 1_000_000
 MAX_NAME = 64
+#: Messages of a stream that wait to be read [bytes]; the learners of a process share them, down to one large message.
+QUEUE_BYTES = 8_000_000
+#: What a message costs beside its payload [bytes].
+MESSAGE_BYTES = 500
+#: Read of one stream before it is the next one's turn [bytes]: a flood on one key does not keep the others waiting.
+TURN_BYTES = 1_000_000
+#: A message of this size is read for as long as others wait to be taken from their rings [bytes].
+LARGE = 100_000
+#: Numbers of messages are whole up to here in JSON.
+MAX_SEQUENCE = 2**53
 _ENCODINGS = {
     str(encoding)
     for encoding in (
@@ -65,6 +78,8 @@ def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
         t, value = [t], [value]
     if type(t) is not list or type(value) is not list or not (sequence is None or type(sequence) is int):
         raise Refused("wrong_type")
+    if sequence is not None and not 0 <= sequence <= MAX_SEQUENCE:
+        raise Refused("implausible_seq")
     if len(t) != len(value):
         raise Refused("unequal_length")
     if not set(map(type, t)) | set(map(type, value)) <= _NUMBERS:
@@ -72,15 +87,50 @@ def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
     return t, value, sequence
 
 
+class _Queue:
+    """The messages of one subscription on their way in; the name is None where it stands in the key."""
+
+    def __init__(self, name: str | None, ring: Any, most_bytes: int) -> None:
+        self.name, self.ring = name, ring
+        self._most, self._bytes = most_bytes, 0
+        self._waiting: deque[tuple[Any, int]] = deque()
+
+    def fill(self, most: int, refused: Callable[[str], None]) -> None:
+        """Takes at most so many messages from the ring; for each that is not kept a reason is told."""
+        for _ in range(most):
+            sample = self.ring.try_recv()
+            if sample is None:
+                break
+            size = len(sample.payload) + MESSAGE_BYTES
+            if size > MAX_PAYLOAD + MESSAGE_BYTES:
+                refused("too_large")
+                continue
+            self._waiting.append((sample, size))
+            self._bytes += size
+            while self._bytes > self._most:
+                self._bytes -= self._waiting.popleft()[1]
+                refused("queue_full")
+
+    def turn(self) -> Iterator[Any]:
+        """The messages that are read before it is the next queue's turn."""
+        read = 0
+        while self._waiting and read < TURN_BYTES:
+            sample, size = self._waiting.popleft()
+            self._bytes -= size
+            read += size
+            yield sample
+
+
 class Ingest:
-    """The subscriptions of one learner, each with a ring of so many places; `drain` empties them."""
+    """The subscriptions of one learner of so many in the process; `drain` empties them."""
 
     def __init__(
-        self, session: zenoh.Session, keys: Keys, node: LearnerNode, watch: HealthWatch, ring: int = RING
+        self, session: zenoh.Session, keys: Keys, node: LearnerNode, watch: HealthWatch, learners: int = 1
     ) -> None:
-        self._node, self._watch, self._ring = node, watch, ring
-        self._rings: list[tuple[str | None, Any]] = [
-            (name, session.declare_subscriber(key, RingChannel(ring)))
+        self._node, self._watch, self._places = node, watch, places(learners)
+        most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
+        self._queues = [
+            _Queue(name, session.declare_subscriber(key, RingChannel(self._places)), most_bytes)
             # The channels first: a sample is complete when both others have passed it, and takes what is there of them.
             for key, name in ((keys.any_channel, None), (keys.torque, "torque"), (keys.rate, "yaw_rate"))
         ]
@@ -88,29 +138,31 @@ class Ingest:
     def drain(self) -> bool:
         """Takes what has come, from one thread alone; True where a batch waits to be learned."""
         batch_waits = False
-        for name, ring in self._rings:
+        for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
-            for _ in range(self._ring):
-                sample = ring.try_recv()
-                if sample is None:
-                    break
-                self._take(sample, name, taken)
+            self._fill()
+            for sample in queue.turn():
+                self._take(sample, queue.name, taken)
+                if len(sample.payload) > LARGE:
+                    self._fill()  # to read it took long
             for stream, (t, value) in taken.items():
                 batch_waits |= self._pass_on(stream, t, value)
         return batch_waits
 
     def close(self) -> None:
-        for _, ring in self._rings:
-            ring.undeclare()
+        for queue in self._queues:
+            queue.ring.undeclare()
+
+    def _fill(self) -> None:
+        for queue in self._queues:
+            queue.fill(self._places, self._watch.refused)
 
     def _take(self, sample: Any, name: str | None, taken: dict[str, tuple[list[Any], list[Any]]]) -> None:
         """Adds one message to those taken; whatever it holds, nothing is raised."""
         try:
             if sample.kind != zenoh.SampleKind.PUT:
                 raise Refused("no_put")
-            if len(sample.payload) > MAX_PAYLOAD:
-                raise Refused("too_large")
             if str(sample.encoding) not in _ENCODINGS:
                 raise Refused("wrong_encoding")
             if name is None:

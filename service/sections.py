@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import MAX_CHANNELS
+from service.endpoint import listens_everywhere
 
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|ws|unixsock-stream)/\S+$")]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$", max_length=64)]
@@ -33,10 +34,14 @@ class Bus(Section):
     )
     zenoh_file: Path | None = Field(default=None, description="a Zenoh JSON5 file (TLS, access control), used as it is")
 
+    allow_second: bool = Field(
+        default=False, description="whether it starts although another learner has its prefix on the bus"
+    )
+
     @field_validator("listen")
     @classmethod
     def _not_everywhere(cls, endpoint: str) -> str:
-        if any(everywhere in endpoint for everywhere in ("/0.0.0.0:", "/[::]:", "/:")):
+        if listens_everywhere(endpoint):
             raise ValueError("this listens on all interfaces; name one address, or give a zenoh_file with TLS")
         return endpoint
 

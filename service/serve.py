@@ -5,15 +5,17 @@ from __future__ import annotations
 import argparse
 import ctypes
 import logging
+import os
 import sys
 import threading
 
 from incsvr.errors import BadInput
 from service import notify
+from service.company import refuse_company
 from service.config import Config, add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
-from service.session import connecting, from_file, listening, open_session, told_to_stop
+from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop
 
 log = logging.getLogger(__name__)
 
@@ -43,10 +45,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def serve(config: Config, stop: threading.Event) -> None:
-    """Runs every learner of the configuration until `stop` is set.
+    """Runs every learner of the configuration until `stop` is set, and ends the process.
 
     Raises:
-        BadInput: the port is taken, or the state cannot be kept where it is configured.
+        BadInput: the port is taken, another learner has the prefix, or the state cannot be kept where it is configured.
     """
     if config.bus.zenoh_file is not None:
         zenoh_config = from_file(config.bus.zenoh_file)
@@ -56,13 +58,16 @@ def serve(config: Config, stop: threading.Event) -> None:
         zenoh_config = listening(config.bus.listen)
     patience = float("inf") if config.bus.connect is not None else 0.0
     try:
-        opened = open_session(zenoh_config, patience, stop)
+        session = open_session(zenoh_config, patience, stop)
     except BadInput:
         if stop.is_set():
             return  # told to stop while it waited for its router: that is no failure
         raise
-    with opened as session:
-        configs = config.each()
+    configs = config.each()
+    try:
+        for each in configs:
+            if not each.bus.allow_second:
+                refuse_company(session, each.prefix, stop)
         hosts = [Host(session, each, len(configs)) for each in configs]
         with Crew(hosts, lambda: notify.tell(notify.ALIVE), notify.stroke_period()):
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
@@ -71,6 +76,13 @@ def serve(config: Config, stop: threading.Event) -> None:
                 pass
             log.info("stopping")
             notify.tell(notify.STOPPING)
+    finally:
+        in_time(session.close)
+    # All is saved and said. To drop what the hosts declared, Zenoh would wait ten seconds for a client that does not
+    # read: so the process ends while they are held here.
+    logging.shutdown()
+    sys.stderr.flush()
+    os._exit(0)
 
 
 def _keep_memory_small() -> None:

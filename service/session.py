@@ -13,6 +13,7 @@ import signal
 import socket
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,19 @@ _COMMON: dict[str, Any] = {
     # A hung process is noticed after two seconds, not ten. Shared memory would only add a way to fail.
     "transport": {"link": {"tx": {"lease": 2000}}, "shared_memory": {"enabled": False}},
 }
+_RELAYED: dict[str, Any] = {
+    # Whoever asks and does not read is cut off after this time [µs]: Zenoh holds its tables while a message waits for
+    # room, so that for all others the bus stands still so long. Sixteen batches of 64 kB are more than one answer
+    # (`service.answers`), so that a slow link that reads on is never cut off.
+    "tx": {
+        "lease": 2000,
+        "queue": {"size": {"data": 16}, "congestion_control": {"block": {"wait_before_close": 500_000}}},
+    },
+    # What is larger [bytes] is dropped by Zenoh while it arrives; the learner counts what is smaller and too large.
+    "rx": {"max_message_size": 16_000_000},
+}
+CLOSING = 1.0
+"""How long an end may take [s]; Zenoh itself waits ten for a client that does not read."""
 
 
 def told_to_stop() -> threading.Event:
@@ -46,7 +60,8 @@ def told_to_stop() -> threading.Event:
 
 def listener_settings(endpoint: str) -> dict[str, Any]:
     """Zenoh's settings of a learner that listens at `endpoint` and relays between its clients."""
-    return copy.deepcopy(_COMMON) | {"mode": "router", "listen": {"endpoints": [endpoint]}}
+    transport = _COMMON["transport"] | {"link": _RELAYED}
+    return copy.deepcopy(_COMMON | {"transport": transport, "mode": "router", "listen": {"endpoints": [endpoint]}})
 
 
 def client_settings(endpoint: str) -> dict[str, Any]:
@@ -104,6 +119,13 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
             if not said:
                 log.info("waiting for the bus: %s", _first_line(error))
                 said = True
+
+
+def in_time(work: Callable[[], object]) -> None:
+    """Does what ends a session or a part of it; a client that does not read holds it up no longer than `CLOSING`."""
+    closing = threading.Thread(target=work, daemon=True)
+    closing.start()
+    closing.join(CLOSING)
 
 
 def _first_line(error: Exception) -> str:

@@ -87,7 +87,7 @@ class Measurement(Form):
 
     t: float | Numbers
     value: float | Numbers
-    seq: int | None = None
+    seq: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
 class Points(Form):

@@ -43,6 +43,19 @@ def test_every_value_says_what_it_is() -> None:
         ("vehicle:\n  rate_range: [0.3, -0.3]\n", "line 1: vehicle: rate_range needs its lower end first"),
         ("signals:\n  gap: 1.0\n", "line 1: signals: gap is longer than twice the smoothing"),
         ("bus:\n  listen: tcp/0.0.0.0:7447\n", "line 2: bus.listen: this listens on all interfaces"),
+        *(
+            (f"bus:\n  listen: {everywhere}:7447\n", "line 2: bus.listen: this listens on all interfaces")
+            for everywhere in (
+                "tcp/0",
+                "tcp/0x0",
+                "tcp/0.0",
+                "tcp/*",
+                "tls/[::]",
+                "tcp/[::0]",
+                "tcp/[0:0:0:0:0:0:0:0]",
+                "tcp/[::ffff:0.0.0.0]",
+            )
+        ),
         ("bus:\n  listen: 7447\n", "line 2: bus.listen"),
         ("a: b: c\n", "line 1: this is no YAML"),
         ("- 1\n- 2\n", "the configuration is a list"),

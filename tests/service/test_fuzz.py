@@ -43,6 +43,8 @@ CORPUS = [
     (b'{"t": [1.0, "x"], "value": [0.1, 0.2]}', "wrong_type"),
     (b'{"t": [[1.0]], "value": [[0.1]]}', "wrong_type"),
     (b'{"t": 39.5, "value": 0.1, "seq": 1.5}', "wrong_type"),
+    (b'{"t": 39.5, "value": 0.1, "seq": -1}', "implausible_seq"),
+    (b'{"t": 39.5, "value": 0.1, "seq": 1' + b"0" * 4299 + b"}", "implausible_seq"),
     (b'{"t": [1.0, 2.0], "value": [0.1]}', "unequal_length"),
     (b'{"t": 39.5, "value": NaN}', "not_finite"),
     (b'{"t": Infinity, "value": 0.1}', "not_finite"),

@@ -160,3 +160,9 @@ def test_a_pause_is_said_with_its_reason_until_it_ends(watch: HealthWatch, node:
     watch.paused(None)
     health = watch.report(node)
     assert (health.level, health.learning.state, health.learning.why) == ("OK", "learning", "")
+
+
+def test_over_a_wrong_stamp_nothing_stands_still(watch: HealthWatch, node: LearnerNode) -> None:
+    for t in (np.array([1.0, 1.764040000102e12, 1.02]), np.array([1.04, 1e9]), np.array([1.06])):
+        watch.received("yaw_rate", t, np.full(t.size, 0.05))
+    assert watch.report(node).level == "OK"

@@ -1,0 +1,158 @@
+"""What clients may ask of the bus and of the learner: bounded, answered as asked, and never at another's cost."""
+
+from __future__ import annotations
+
+import queue
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from service import wire
+from service.session import free_endpoint, open_session
+from tests.service.conftest import PATIENCE, StartBench, teach
+from tests.service.test_processes import KEYS, client, client_after, command, serving
+
+
+@pytest.mark.parametrize(
+    ("question", "payload", "names"),
+    [
+        ("damping?rate=1e308", None, "beyond 1000 rad/s"),
+        ("damping", b'{"rate": [0.1, 1e308]}', "beyond 1000 rad/s"),
+        ("damping", b'{"rate": [1' + b"0" * 4299 + b"]}", "rate"),
+        ("damping", b'{"rate": [' + b"0.1," * 5000 + b"0.1]}", "several queries"),
+        ("damping", b" " * 300_000, "several queries"),
+        ("damping?rate=0.1;revison=1", None, "revison= is no parameter"),
+        ("model?revision=1;at=2", None, "not for both"),
+        ("model?revision=" + "9" * 4300, None, "no whole number"),
+        ("iteration?revision=1;after=0", None, "not for both"),
+        ("iteration?after=-1", None, "no whole number"),
+        ("health?rate=1", None, "ask without parameters"),
+    ],
+    ids=lambda value: value[:40] if isinstance(value, str) else None,
+)
+def test_a_question_beyond_all_bounds_is_told_so(
+    start: StartBench, tmp_path: Path, question: str, payload: bytes | None, names: str
+) -> None:
+    bench = start(state=tmp_path)
+    answer, error = bench.get(f"{bench.keys.prefix}/{question}", payload)
+    assert answer is None
+    assert error is not None
+    assert error.error_type == "BadInput"
+    assert names in error.error
+
+
+def test_a_revision_is_answered_as_it_was_or_said_to_be_gone(start: StartBench, tmp_path: Path) -> None:
+    bench = start(state=tmp_path, history=2)
+    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
+    reports = bench.follow(bench.keys.iteration, wire.IterationReport)
+    teach(bench.session, bench.keys, 2, 0.0, 100.0)
+    published = [models.get(timeout=PATIENCE) for _ in range(3)]
+    told = [reports.get(timeout=PATIENCE) for _ in range(3)]
+    for asked in ("revision=2", f"at={published[1].t}"):
+        answer, _ = bench.get(f"{bench.keys.iteration}?{asked}")
+        assert answer is not None
+        assert wire.decode(wire.IterationReport, answer) == told[1]
+        answer, _ = bench.get(f"{bench.keys.damping}?rate=0.1,-0.2;{asked}")
+        assert answer is not None
+        then = wire.decode(wire.DampingReply, answer)
+        assert (then.revision, then.iteration, then.rate) == (2, 2, (0.1, -0.2))
+        assert then.damping == tuple(published[1].model().predict([0.1, -0.2]).damping)
+    for question in ("iteration?revision=1", "damping?rate=0.1;revision=1", "model?revision=1"):
+        answer, error = bench.get(f"{bench.keys.prefix}/{question}")
+        assert answer is None
+        assert error is not None
+        assert error.error_type == "NotKept"
+        assert error.error == "revision 1 is not kept; the latest is 3"
+
+
+STOPPED = """
+import sys, time
+from service.session import connecting, open_session
+with open_session(connecting(sys.argv[1]), 20.0) as session:
+    waiting = []
+    for count in [50_000] * 3 + [5_000] * 40:
+        payload = '{"rate": [' + ",".join(["0.123456789"] * count) + "]}"
+        waiting.append(session.get("leng/yaw/damping", payload=payload.encode(), timeout=60.0))
+    print("asked", flush=True)
+    time.sleep(600.0)
+"""
+
+
+@contextmanager
+def a_client_that_asks_and_stops(endpoint: str) -> Iterator[None]:
+    with subprocess.Popen([sys.executable, "-c", STOPPED, endpoint], stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"asked\n"
+            process.send_signal(signal.SIGSTOP)
+            yield
+        finally:
+            process.kill()
+
+
+def test_a_client_that_asks_much_and_stops_holds_up_nobody(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    with client_after(endpoint, tmp_path) as (process, session, alive):
+        models: queue.Queue[wire.ModelSnapshot] = queue.Queue()
+        session.declare_subscriber(
+            KEYS.model, lambda sample: models.put(wire.decode(wire.ModelSnapshot, sample.payload.to_bytes()))
+        )
+        teach(session, KEYS, 9, 0.0, 40.0)
+        assert models.get(timeout=PATIENCE).revision == 1
+        with a_client_that_asks_and_stops(endpoint):
+            began = time.monotonic()
+            for question in (f"{KEYS.damping}?rate=0.1", KEYS.health):
+                (reply,) = list(session.get(question, timeout=PATIENCE))
+                assert reply.ok is not None
+            teach(session, KEYS, 9, 40.0, 70.0)
+            assert models.get(timeout=PATIENCE).revision == 2
+            assert time.monotonic() - began < 4.0
+            began = time.monotonic()
+            process.send_signal(signal.SIGTERM)
+            assert "DELETE" in alive.get(timeout=PATIENCE)
+            assert process.wait(PATIENCE) == 0
+            assert time.monotonic() - began < 4.0  # the unit allows five
+
+
+def test_a_second_learner_of_the_same_prefix_refuses_and_says_so(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    with client_after(endpoint, tmp_path / "first") as (_, session, _):
+        second = command("serve", "--set", f"bus.connect={endpoint}", "--set", f"state={tmp_path / 'second'}")
+        done = subprocess.run(second, capture_output=True, text=True, check=False, timeout=60.0)
+        assert done.returncode == 2
+        assert "another learner has the prefix leng/yaw on this bus" in done.stderr
+        assert "Traceback" not in done.stderr
+        heard: queue.Queue[wire.Health] = queue.Queue()
+        session.declare_subscriber(
+            KEYS.health, lambda sample: heard.put(wire.decode(wire.Health, sample.payload.to_bytes()))
+        )
+        with subprocess.Popen([*second, "--set", "bus.allow_second=true"], stderr=subprocess.DEVNULL) as learner:
+            try:
+                saying: set[str] = set()
+                until = time.monotonic() + PATIENCE
+                while len(saying) < 2:  # both say so
+                    health = heard.get(timeout=max(until - time.monotonic(), 0.0))
+                    if any("publishes under the same prefix" in reason for reason in health.reasons):
+                        saying.add(health.boot)
+            finally:
+                learner.kill()
+
+
+def test_a_learner_that_comes_back_is_not_taken_for_another_one(tmp_path: Path) -> None:
+    """The router that both its lives are clients of forgets the first one in time."""
+    endpoint = free_endpoint()
+    router = zenoh.Config.from_json5('{mode: "router", scouting: {multicast: {enabled: false}}}')
+    router.insert_json5("listen/endpoints", f'["{endpoint}"]')
+    words = ["--set", f"bus.connect={endpoint}"]
+    with open_session(router), client(endpoint) as (_, alive):
+        for _ in range(2):
+            with serving(free_endpoint(), tmp_path, *words):
+                assert "PUT" in alive.get(timeout=PATIENCE)
+            assert "DELETE" in alive.get(timeout=PATIENCE)
