@@ -47,7 +47,7 @@ class TorqueLedger:
     @property
     def needed(self) -> float:
         """Stamps from here on are still needed [s]."""
-        return self._next * self._step - 2.0 * self._settings.gap - max(self._compensation.delay, 0.0)
+        return self._next * self._step - 2.0 * self._settings.longest_pause - max(self._compensation.delay, 0.0)
 
     @property
     def ahead(self) -> float:
@@ -59,14 +59,14 @@ class TorqueLedger:
         end = floor(until / self._step)
         while end * self._step <= until:
             end += 1
-        index = _near(held[YAW_RATE][0], self._step, self._settings.gap)
+        index = _near(held[YAW_RATE][0], self._step, self._settings.longest_pause)
         index = index[(index >= self._next) & (index < end)]
         self._next = max(self._next, end)
         at = np.asarray(index * self._step, dtype=np.float64)
         values = {
-            "rate": _linear(*held[YAW_RATE], at, self._settings.gap),
-            "torque": _linear(*held[TORQUE], at, self._settings.gap),
-            "delayed": _linear(*held[TORQUE], at - self._compensation.delay, self._settings.gap),
+            "rate": _linear(*held[YAW_RATE], at, self._settings.longest_pause),
+            "torque": _linear(*held[TORQUE], at, self._settings.longest_pause),
+            "delayed": _linear(*held[TORQUE], at - self._compensation.delay, self._settings.longest_pause),
             **{name: _linear(*held[name], at, JUMP, name == HEADING) for name in self._channels},
         }
         good = ~np.any(np.isnan(list(values.values())), axis=0)
@@ -79,10 +79,17 @@ class TorqueLedger:
         self._time = np.concatenate((self._time, at[good]))
         self._values = [np.concatenate(pair) for pair in zip(self._values, parts, strict=True)]
 
-    def split(self, at: Array, torque: Smoothed, yaw_rate: Smoothed) -> tuple[Array, dict[str, Array]]:
+    def anew(self) -> TorqueLedger:
+        """A ledger of the same effects that has seen nothing: the clocks began anew."""
+        return TorqueLedger(self._compensation, self._settings)
+
+    def split(
+        self, at: Array, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
+    ) -> tuple[Array, dict[str, Array]]:
         """The damping d(r) at (n,) instants [s], and what every other part takes of the torque, (n,) each [N m].
 
-        NaN where it is not known. Damping and parts add up to the smoothed torque.
+        NaN where it is not known. Damping and parts add up to the smoothed torque; `smoothing` and `gap` [s] are those
+        that it was smoothed with.
         """
         settings = self._settings
         left = damping_moment(torque.value, yaw_rate.slope, settings.inertia)
@@ -92,7 +99,7 @@ class TorqueLedger:
             if effect.acts == "inertia":
                 part: Array = term.coefficients[0] * yaw_rate.slope
             else:
-                part = smooth(self._time, values, at, smoothing=settings.smoothing, gap=settings.gap).value
+                part = smooth(self._time, values, at, smoothing=smoothing, gap=gap).value
             if effect.acts == "damping":
                 factors.append((term.effect, part))
                 continue

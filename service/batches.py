@@ -1,7 +1,11 @@
 """From measurements to batches: what one learner holds before it learns.
 
 The streams go through the synchroniser; its samples wait here until they fill a batch. Everything is bounded: under
-overload the oldest samples go and are counted. Where the vehicle's clock begins anew, so does the synchroniser.
+overload the oldest samples go and are counted.
+
+The streams' stamps alone say which values belong together. Where one clock is an hour ahead, they say so, an hour
+later, of values that are an hour apart. So while the clocks of two streams that come by turns differ by more than JUMP,
+no sample is taken, but counted as `clocks_apart`. This follows from the order of arrival, not from a clock on the wall.
 """
 
 from __future__ import annotations
@@ -10,14 +14,14 @@ import math
 import threading
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array, Samples
-from incsvr.signals import REQUIRED, SignalSettings, Synchroniser, play
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
+from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
@@ -25,26 +29,8 @@ if TYPE_CHECKING:
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
 WAITING_BATCHES = 200
-#: Two streams that stay this far behind their own past [s] for so many values belong to a clock that began anew.
-RESTART_S, RESTART_VALUES = 10.0, 20
-#: Values that may wait for that to be known.
-HELD_VALUES = 20_000
-
-
-@dataclass(slots=True)
-class _Held:
-    """Values that are far behind their stream, and wait."""
-
-    parts: list[tuple[Array, Array]] = field(default_factory=list)
-    count: int = 0
-
-    def take(self) -> tuple[Array, Array]:
-        """All of them, and none are left."""
-        nothing = np.empty(0)
-        t = np.concatenate([nothing, *(part[0] for part in self.parts)])
-        value = np.concatenate([nothing, *(part[1] for part in self.parts)])
-        self.parts, self.count = [], 0
-        return t, value
+#: Yaw rate and torque that came by turns so often, and never showed the same time, are of clocks that are apart.
+APART_TURNS = 40
 
 
 class Batches:
@@ -72,32 +58,37 @@ class Batches:
         self._synchroniser = Synchroniser(settings, compensation)
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
-        self._behind = {stream: _Held() for stream in REQUIRED}
         self._refused: dict[str, int] = {}
+        self._turns, self._turn = 0, ""
         self._recent_rates: deque[float] = deque(maxlen=10)
-        self.clock_restarts = 0
+        self._clock_restarts = 0
         self.samples_seen = 0
         if memory is not None:
             # Under other settings the streams begin anew: what they held was cut to the old ones.
             if memory["synchroniser"]["settings"] == self._synchroniser.to_dict()["settings"]:
                 self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], compensation)
+                self._turns = int(memory["turns"])
             self._refused = {reason: -count for reason, count in self._synchroniser.rejected.items()}
             self._take(_samples(memory["waiting"]))
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
         with self._lock:
-            if stream in self._behind:
-                t, value = self._hold_back(stream, t, value)
             if self._window is not None:
                 self._window.push(stream, t, value)
             if t.size == 1:  # three times as quick, and the most frequent case by far
                 self._synchroniser.push_one(stream, float(t[0]), float(value[0]))
             else:
                 self._synchroniser.push(stream, t, value)
-            if all(held.count >= RESTART_VALUES for held in self._behind.values()):
-                self._restart_clock()
-            self._take(self._synchroniser.ready())
+            self._compare_clocks(stream)
+            restarts = self._synchroniser.taken_up
+            samples = self._synchroniser.ready()
+            if self._window is not None and self._synchroniser.taken_up > restarts:
+                self._window.take_up()
+            if not self.apart:
+                self._take(samples)
+            elif len(samples):
+                self._refused["clocks_apart"] = self._refused.get("clocks_apart", 0) + len(samples)
             return self._waiting_count >= self._size
 
     def next_batch(self) -> Samples | None:
@@ -124,7 +115,8 @@ class Batches:
     def covers(self) -> float | None:
         """The newest stamp of the window [s], where it is full."""
         with self._lock:
-            return self._window.newest if self._window is not None and self._window.full else None
+            whole = self._window is not None and self._window.full and not self.apart
+            return self._window.newest if self._window is not None and whole else None
 
     def freed(self, compensation: Compensation | None, until: float) -> Samples:
         """The window's samples up to and with the time `until` [s], as they are with these effects; nothing changes."""
@@ -138,13 +130,15 @@ class Batches:
             BadInput: the clock that `after` is of began anew. Whatever is raised, nothing has changed.
         """
         with self._lock:
-            if self.clock_restarts != clock_restarts:
+            if self._restarts != clock_restarts:
                 raise BadInput("the vehicle's clock began anew meanwhile")
             streams = {} if self._window is None else self._window.streams()
             synchroniser = Synchroniser(self._settings, compensation)
             samples = play(synchroniser, streams)
             samples = samples.take(samples.time > after)
-            self._count_refused()
+            for reason, count in self._synchroniser.rejected.items():
+                self._refused[reason] = self._refused.get(reason, 0) + count
+            self._clock_restarts = self._restarts
             self._synchroniser, self._compensation = synchroniser, compensation
             self._waiting.clear()
             seen, self._waiting_count = self.samples_seen, 0
@@ -161,6 +155,35 @@ class Batches:
         return {reason: count for reason, count in total.items() if count}
 
     @property
+    def clock_restarts(self) -> int:
+        """How often the vehicle's clock began anew since this start."""
+        with self._lock:
+            return self._restarts
+
+    @property
+    def apart(self) -> bool:
+        """Whether yaw rate and torque come, and their clocks never show the same time."""
+        return self._turns >= APART_TURNS
+
+    @property
+    def readings(self) -> dict[str, Reading]:
+        """What is to be said of every stream's clock."""
+        with self._lock:
+            return dict(self._synchroniser.readings)
+
+    @property
+    def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]:
+        """Values that the streams refused, by stream and reason."""
+        with self._lock:
+            return self._synchroniser.rejected_by_stream
+
+    @property
+    def smoothing(self) -> float:
+        """The width of the filter now [s]."""
+        with self._lock:
+            return self._synchroniser.smoothing
+
+    @property
     def recent_rates(self) -> tuple[float, ...]:
         """Yaw rates of the newest few samples [rad/s]."""
         with self._lock:
@@ -172,46 +195,23 @@ class Batches:
             return {
                 "synchroniser": self._synchroniser.to_dict(),
                 "waiting": _plain(Samples.concatenate(self._waiting)),
+                "turns": self._turns,
             }
 
-    def _hold_back(self, stream: str, t: Array, value: Array) -> tuple[Array, Array]:
-        """What may go on now. Stamps far behind wait until it is known whether the vehicle's clock began anew.
+    @property
+    def _restarts(self) -> int:
+        return self._clock_restarts + self._synchroniser.clock_restarts
 
-        They are late where their own stream goes on ahead of them.
-        """
-        held, newest = self._behind[stream], self._synchroniser.newest(stream)
-        if newest is None or (not held.count and t.min() >= newest - RESTART_S):
-            return t, value
-        ahead = np.flatnonzero(~((t >= 0.0) & (t < newest - RESTART_S)))
-        end = int(ahead[-1]) + 1 if ahead.size else 0
-        if not end and held.count + t.size <= HELD_VALUES:
-            held.parts.append((t, value))
-            held.count += t.size
-            return t[:0], value[:0]
-        before = held.take()
-        if end < t.size:
-            held.parts.append((t[end:], value[end:]))
-            held.count = t.size - end
-        return np.concatenate((before[0], t[:end])), np.concatenate((before[1], value[:end]))
-
-    def _restart_clock(self) -> None:
-        """Begins anew where both streams show that the vehicle's clock did (it was switched off and on)."""
-        self._count_refused()
-        self._refused["clock_restarted"] = self._refused.get("clock_restarted", 0) + 1
-        self._synchroniser = Synchroniser(self._settings, self._compensation)
-        if self._window is not None:
-            self._window.clear()
-        for stream, held in self._behind.items():
-            t, value = held.take()
-            self._synchroniser.push(stream, t, value)
-            if self._window is not None:
-                self._window.push(stream, t, value)
-        self.clock_restarts += 1
-
-    def _count_refused(self) -> None:
-        """Keeps the counts of a synchroniser that goes."""
-        for reason, count in self._synchroniser.rejected.items():
-            self._refused[reason] = self._refused.get(reason, 0) + count
+    def _compare_clocks(self, stream: str) -> None:
+        """Counts how often yaw rate and torque came by turns since their clocks showed the same time."""
+        if stream not in REQUIRED or stream == self._turn:
+            return
+        self._turn = stream
+        rate, torque = (self._synchroniser.newest(name) for name in (YAW_RATE, TORQUE))
+        if rate is None or torque is None or abs(rate - torque) <= JUMP:
+            self._turns = 0
+        else:
+            self._turns += 1
 
     def _take(self, samples: Samples) -> None:
         if not len(samples):

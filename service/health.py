@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,16 +21,14 @@ from service import wire
 from service.learning_state import LearningState
 from service.node import LearnerNode
 from service.sections import HealthLimits
-
-#: What people call the streams that the learner cannot do without.
-NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
+from service.sequence import Sequence
+from service.starvation import NAMES, Starvation, slow_stream
 
 
 @dataclass(slots=True)
 class _Stream:
     received: int = 0  # values
-    lost: int = 0  # messages, by their numbers
-    sequence: int | None = None
+    sequence: Sequence = field(default_factory=Sequence)
     at: float | None = None  # wall time of the newest message
     t: float | None = None  # the vehicle's time of it
     value: float | None = None
@@ -57,6 +55,7 @@ class HealthWatch:
         self._unsaved: str | None = None
         self._paused: str | None = None
         self._learning = LearningState()
+        self._starvation: Starvation | None = None
         self.notices: tuple[str, ...] = ()
         self.effect_channels: tuple[str, ...] = ()
         self.queries = 0
@@ -81,12 +80,9 @@ class HealthWatch:
             stream.t, stream.value = float(t[-1]), float(value[-1])
 
     def numbered(self, name: str, sequence: int) -> None:
-        """A message with this number came; those between it and the one before are lost."""
+        """A message with this number came."""
         with self._lock:
-            stream = self._stream(name)
-            if stream.sequence is not None and sequence > stream.sequence + 1:
-                stream.lost += sequence - stream.sequence - 1
-            stream.sequence = sequence
+            self._stream(name).sequence.came(sequence)
 
     def _stream(self, name: str) -> _Stream:
         """The stream of that name; what comes after too many names is kept under one."""
@@ -117,7 +113,7 @@ class HealthWatch:
         """What was not learned from since this start, by reason."""
         with self._lock:
             total = dict(self._refused)
-            lost = sum(stream.lost for stream in self._streams.values())
+            lost = sum(stream.sequence.lost for stream in self._streams.values())
         for reason, count in node.batches.rejected.items():
             total[reason] = total.get(reason, 0) + count
         return total | {"lost": lost} if lost else total
@@ -126,21 +122,26 @@ class HealthWatch:
         """The state of health now."""
         now = self._clock()
         rejected = self.rejected(node)
-        learning = self._learning_now(node)
+        readings = node.batches.readings
+        learning = self._learning_now(now, node)
         graded = [
             *(("ERROR", sentence) for sentence in self._errors(now)),
             *(("STALE", sentence) for sentence in self._stale(now)),
-            *([("WARN", f"learning is {learning.state}: {learning.why}")] if learning.why else []),
             *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
         ]
+        if learning.why and not any(learning.why in sentence for _, sentence in graded):
+            graded.insert(len([1 for level, _ in graded if level != "WARN"]), ("WARN", learning.sentence))
         served = node.served
         with self._lock:
             streams = {
                 name: wire.StreamHealth(
                     received=stream.received,
-                    lost=stream.lost,
+                    lost=stream.sequence.lost,
                     age_s=None if stream.at is None else round(now - stream.at, 3),
                     t=stream.t,
+                    value=stream.value,
+                    period_s=readings[name].period if name in readings else None,
+                    held=readings[name].held if name in readings else 0,
                 )
                 for name, stream in self._streams.items()
             }
@@ -151,6 +152,7 @@ class HealthWatch:
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
                 "queries": self.queries,
+                "held": sum(reading.held for reading in readings.values()),
                 "rejected": sum(rejected.values()),
                 **{f"rejected:{reason}": count for reason, count in sorted(rejected.items())},
             },
@@ -164,10 +166,13 @@ class HealthWatch:
             learning=wire.Learning(state=learning.state, since=learning.since, why=learning.why),
         )
 
-    def _learning_now(self, node: LearnerNode) -> LearningState:
+    def _learning_now(self, now: float, node: LearnerNode) -> LearningState:
         with self._lock:
-            newest = [stream.t for name, stream in self._streams.items() if name in NAMES and stream.t is not None]
-            self._learning = self._learning.now(self._paused, None, max(newest, default=0.0))
+            if self._starvation is None:
+                self._starvation = Starvation(node.config.signal_settings(), self._started)
+            received = {name: stream.received for name, stream in self._streams.items()}
+            starved = self._starvation.why(now, received, node.batches)
+            self._learning = self._learning.now(self._paused, starved, self._starvation.since)
             return self._learning
 
     def _errors(self, now: float) -> list[str]:
@@ -196,15 +201,17 @@ class HealthWatch:
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
         warnings = list(self.notices)
         with self._lock:
-            for reason, count in rejected.items():
-                grown = count - self._seen.get(reason, 0)
+            for reason in rejected.keys() | self._seen.keys():
+                grown = rejected.get(reason, 0) - self._seen.get(reason, 0)
+                at, before = self._fault.get(reason, (now, 0))
+                remembered = before if now - at <= self._limits.warn_for else 0
                 if grown > 0:
-                    at, before = self._fault.get(reason, (now, 0))
-                    remembered = before if now - at <= self._limits.warn_for else 0
                     self._fault[reason] = (now, remembered + grown)
+                elif grown < 0:  # messages that were overtaken, and not lost
+                    self._fault[reason] = (at, remembered + grown)
             self._seen = rejected
             for reason, (at, count) in sorted(self._fault.items()):
-                if now - at <= self._limits.warn_for:
+                if count > 0 and now - at <= self._limits.warn_for:
                     warnings.append(
                         f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}"
                     )
@@ -213,6 +220,8 @@ class HealthWatch:
                 still = rate.t - rate.still_since
                 if still > self._limits.stuck_after:
                     warnings.append(f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s")
+        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
+        warnings += [slow] if slow else []
         rates, served = node.batches.recent_rates, node.served.model
         if rates and served.is_trained:
             outside = served.predict(np.array(rates)).extrapolated

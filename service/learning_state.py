@@ -20,6 +20,11 @@ class LearningState:
     since: float = 0.0
     why: str = ""
 
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        return f"learning is {self.state}: {self.why}" if self.why else "learning"
+
     def now(self, paused: str | None, starved: str | None, t: float) -> LearningState:
         """The state at the vehicle's time t [s], given why learning is paused and why there are no samples.
 

@@ -73,8 +73,11 @@ class Signals(Section):
         default=0.12, gt=0.0, le=10.0, description="standard deviation of the Gaussian low-pass [s]"
     )
     lateness: float = Field(default=0.2, ge=0.0, le=10.0, description="how far out of order a message may come [s]")
-    gap: float = Field(
-        default=0.2, gt=0.0, lt=5.0, description="longest pause that is bridged [s], at most 2 smoothing"
+    gap: float | None = Field(
+        default=None,
+        gt=0.0,
+        lt=5.0,
+        description="longest pause that is bridged [s], at most 2 smoothing; null follows the streams",
     )
     channels: tuple[Name, ...] = Field(
         default=(), max_length=MAX_CHANNELS, description="channels that samples wait for"
@@ -82,7 +85,7 @@ class Signals(Section):
 
     @model_validator(mode="after")
     def _bridged(self) -> Self:
-        if self.gap > 2.0 * self.smoothing:
+        if self.gap is not None and self.gap > 2.0 * self.smoothing:
             raise ValueError("gap is longer than twice the smoothing: the filter would bridge what it has not seen")
         return self
 

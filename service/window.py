@@ -6,11 +6,10 @@ by `incsvr.signals.streams.CAPACITY` in number; a stream of 50 Hz takes 0.7 MB i
 
 from __future__ import annotations
 
-from math import inf
-
 from incsvr.samples import Array
-from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings
-from incsvr.signals.streams import CAPACITY, Stream
+from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals.streams import CAPACITY
+from incsvr.signals.synchroniser import empty_streams
 
 _SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
 
@@ -19,15 +18,15 @@ class Window:
     """What came within the last `length` seconds of the vehicle's time: yaw rate, torque and configured channels."""
 
     def __init__(self, settings: SignalSettings, length: float) -> None:
-        self._settings, self._length = settings, length
-        self._streams: dict[str, Stream] = {}
-        self.clear()
+        self._length = length
+        self._streams = empty_streams(settings)
 
-    def clear(self) -> None:
-        """Begins anew, because the vehicle's clock did."""
-        limits = {YAW_RATE: self._settings.rate_limit, TORQUE: self._settings.torque_limit}
-        names = (*REQUIRED, *self._settings.channels)
-        self._streams = {name: Stream(limits.get(name, inf), self._settings.lateness) for name in names}
+    def take_up(self) -> None:
+        """Goes on with the clocks that began anew, because the synchroniser does."""
+        self._streams = {name: stream.latest for name, stream in self._streams.items()}
+        begin = max(self._streams[name].since for name in REQUIRED)
+        for stream in self._streams.values():
+            stream.cut(begin)
 
     def push(self, name: str, time: Array, value: Array) -> None:
         """Takes (n,) stamps [s] and values of a stream; one that is not configured is left out."""

@@ -248,6 +248,9 @@ class StreamHealth(Form):
     lost: int = 0  # messages, by their `seq`
     age_s: float | None = None  # since the last message, wall time
     t: float | None = None  # newest stamp, the vehicle's time [s]
+    value: float | None = None  # newest value
+    period_s: float | None = None  # between its stamps, in the median of the latest
+    held: int = 0  # values that wait for the other streams, or for their clock to be believed
 
 
 class Learning(Form):

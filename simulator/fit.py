@@ -124,12 +124,12 @@ class Fit:
                 advance()
         model = iterations[-1].model
         if compensation is None:
-            tests = [motion for one in unseen for motion in motions(one.streams(), signals.gap)]
+            tests = [motion for one in unseen for motion in motions(one.streams(), signals.longest_pause)]
             free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
         else:
             streams = [_wanted(one, signals, compensation) for one in unseen]
             free_run = traced_free_run_rmse(
-                streams, signals.gap, compensation, lambda rate: model.predict(rate).damping
+                streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
         said = [*remarks([*runs, *unseen], samples, signals), *(effects.warnings if effects else ())]
         name = sequence(unseen).name if unseen else ""
@@ -233,7 +233,7 @@ def _samples(
 ) -> tuple[Samples, Mapping[str, int]]:
     samples, rejected = synchronise(signals, _wanted(recording, signals, compensation), compensation)
     if len(samples) == 0:
-        reasons = pauses(recording, signals.gap) or [f"it is shorter than {2 * signals.reach:g} s"]
+        reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
         raise BadInput(
             f"{recording.name}: not one damping sample; {'; '.join(reasons)}; record faster, or allow longer gaps"
         )
@@ -248,7 +248,8 @@ def _inertia(wanted: str | None, configured: float, runs: Sequence[Recording]) -
             return float(wanted), None
         except ValueError:
             raise BadInput(f"--inertia {wanted}: give a number [kg m²], or estimate") from None
-    pieces = [motion for run in runs for motion in motions(run.streams(), signals_for(runs, 1.0, RATE_LIMIT).gap)]
+    pause = signals_for(runs, 1.0, RATE_LIMIT).longest_pause
+    pieces = [motion for run in runs for motion in motions(run.streams(), pause)]
     with progress("estimating the inertia") as advance:
         estimate = identify(pieces, advance)
     return estimate.inertia, estimate

@@ -107,7 +107,7 @@ def pauses(recording: Recording, gap: float) -> list[str]:
 
 def remarks(recordings: Sequence[Recording], samples: Samples, signals: SignalSettings) -> list[str]:
     """What a person should know about the recordings and the settings."""
-    found = [sentence for recording in recordings for sentence in pauses(recording, signals.gap)]
+    found = [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
     torque = max(float(np.abs(recording.streams()[TORQUE][1]).max()) for recording in recordings)
     damping = float(np.abs(samples.damping).max(initial=0.0))
     if damping > 5.0 * torque:

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-from incsvr.signals.synchroniser import (
-    MAX_CHANNELS,
-    REQUIRED,
-    RUN_PAUSE,
-    TORQUE,
-    YAW_RATE,
-    SignalSettings,
-    Synchroniser,
-    play,
-    synchronise,
-)
+from incsvr.signals.playing import play, synchronise
+from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, RUN_PAUSE, TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals.synchroniser import Synchroniser
 
 __all__ = [
     "MAX_CHANNELS",

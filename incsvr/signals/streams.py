@@ -1,7 +1,21 @@
-"""One stream of stamped values on its way in: ordered, bounded, and every refusal counted by its reason.
+"""One stream of stamped values on its way in: it has a clock of its own, is bounded, and counts every refusal.
 
 Whether a value is taken depends on the messages of its own stream alone, in the order in which that stream sent them,
-and on their stamps: never on a clock, on other streams, or on how messages were bundled.
+and on their stamps: never on a clock on the wall, on other streams, or on how messages were bundled.
+
+What is right for each thing that a clock does:
+
+- A stamp up to `lateness` behind the newest is put in its place. One further behind is late, and refused.
+- A stamp more than JUMP away is doubted: it is held, and so is what follows on it. If the clock goes on where it was,
+  all that is doubted is refused as `clock_jump`. If instead BELIEVED different stamps follow one another, the clock is
+  where they say; the same stamp again proves nothing. Nothing that was held is lost then.
+- A clock that is believed to be ahead goes on with the same stream: it had a pause.
+- A clock that is believed to be back has begun anew (the sensor was switched off and on, or a wrong clock was put
+  right). Its values are kept apart, as the stream's `next`, until the synchroniser knows what they belong to.
+- A counter of 32 bits that wraps, in microseconds or milliseconds, goes on: what it lost is added from then on.
+
+A wrong belief ends as it began: BELIEVED stamps of the right clock bring the stream back to it. No stamps, however
+wrong or many, deafen a stream for longer than that.
 """
 
 from __future__ import annotations
@@ -9,6 +23,7 @@ from __future__ import annotations
 import sys
 from array import array
 from bisect import bisect_left
+from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any
 
@@ -17,12 +32,43 @@ import numpy as np
 from incsvr.samples import Array
 
 JUMP = 10.0
-"""A stamp further ahead than this [s] waits for the next to confirm it: one wrong stamp must not deafen a stream."""
+"""A stamp further from the newest than this [s] may be wrong, or of a clock that was set."""
+BELIEVED = 10
+"""So many different stamps, each later than those before, and none of the clock before in between, are no mistake."""
+FIRST_BELIEVED = 2
+"""The same where no clock is known yet, and for a channel: it may come once in seconds, and no sample hangs on it."""
+DOUBTED = 1000
+"""Values that are doubted at most."""
+WRAPS = (2**32 / 1e6, 2**32 / 1e3)
+"""After so long [s] a counter of 32 bits begins at zero: of microseconds, of milliseconds."""
+WRAP_PAUSE = 1.0
+"""Longest pause [s] at which a clock that goes back by exactly such a time has wrapped."""
 FUTURE = 1e11
 """Stamps from here on [s] are no time that any clock shows."""
 CAPACITY = 200_000
 """Values that wait for the other streams at most; beyond, the oldest go."""
+STEPS = 32
+"""So many steps between stamps tell the period of a stream; their stamps are kept."""
 _CHUNK = 512
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What is to be said of a stream now.
+
+    Attributes:
+        newest: the newest stamp of its clock [s]; None before one is known.
+        period: the median of its latest steps [s]; None before there are any.
+        longest: the longest of them [s].
+        held: values that came, and are neither refused nor past the samples that they belong to.
+        began_anew: whether its clock began anew and the other streams' have not.
+    """
+
+    newest: float | None
+    period: float | None
+    longest: float | None
+    held: int
+    began_anew: bool
 
 
 class Stream:
@@ -31,16 +77,27 @@ class Stream:
     Args:
         limit: largest magnitude that is plausible, in the stream's unit; infinite where every finite one is.
         lateness: how far behind the stream's newest stamp a value may come [s].
+        believed: so many stamps that follow one another are believed against the clock so far.
+        rejected: counts refusals by reason.
     """
 
-    def __init__(self, limit: float, lateness: float) -> None:
+    def __init__(
+        self, limit: float, lateness: float, believed: int = BELIEVED, rejected: dict[str, int] | None = None
+    ) -> None:
         self.limit = min(limit, sys.float_info.max)
         self.lateness = lateness
+        self.believed = believed
         self.newest = -inf
-        self.rejected: dict[str, int] = {}
+        self.since = -inf
+        """Since this stamp [s] its clock has not been set."""
+        self.next: Stream | None = None
+        """The values since its clock began anew."""
+        self.rejected: dict[str, int] = {} if rejected is None else rejected
         self._time = array("d")
         self._value = array("d")
-        self._unconfirmed: tuple[float, float] | None = None
+        self._doubted: list[tuple[float, float]] = []
+        self._advanced = 0  # doubted stamps that were later than all doubted before them
+        self._wrapped = 0.0  # what the counter lost by wrapping [s]
 
     @property
     def settled(self) -> float:
@@ -52,6 +109,20 @@ class Stream:
         """The oldest stamp still held [s]; infinite where none is."""
         return self._time[0] if self._time else inf
 
+    @property
+    def latest(self) -> Stream:
+        """The stream as its clock is now: what began anew, where it did."""
+        return self if self.next is None else self.next
+
+    @property
+    def held(self) -> int:
+        """Values that are held, the doubted ones and those of a clock that began anew with them."""
+        return len(self) + len(self._doubted) + (0 if self.next is None else self.next.held)
+
+    def anew(self) -> Stream:
+        """A stream of the same kind that holds nothing and goes on with its counts."""
+        return Stream(self.limit, self.lateness, self.believed, self.rejected)
+
     def __len__(self) -> int:
         return len(self._time)
 
@@ -59,90 +130,159 @@ class Stream:
         """(n,) stamps [s] and (n,) values, as copies."""
         return np.array(self._time), np.array(self._value)
 
+    def reading(self) -> Reading:
+        """What is to be said of it now."""
+        clock = self.latest
+        steps = np.diff(clock._time[-STEPS - 1 :])
+        return Reading(
+            newest=clock.newest if isfinite(clock.newest) else None,
+            period=float(np.median(steps)) if steps.size else None,
+            longest=float(steps.max()) if steps.size else None,
+            held=self.held,
+            began_anew=self.next is not None,
+        )
+
     def push(self, time: float, value: float) -> None:
         """Takes one value, or counts why not."""
         if not 0.0 <= time < FUTURE:
-            self._reject("not_finite" if not isfinite(time) else "negative_time" if time < 0.0 else "implausible_time")
+            self.refuse("not_finite" if not isfinite(time) else "negative_time" if time < 0.0 else "implausible_time")
         elif not abs(value) <= self.limit:
-            self._reject("implausible" if isfinite(value) else "not_finite")
-        elif self._unconfirmed is None and 0.0 < time - self.newest <= JUMP:
-            self._time.append(time)
+            self.refuse("implausible" if isfinite(value) else "not_finite")
+        elif self.next is not None:
+            self.next.push(time, value)
+            if self.next.next is not None:  # once more, alone: nothing will ever belong to what was between
+                self.refuse("clocks_apart", len(self.next))
+                self.next = self.next.next
+        elif not self._doubted and 0.0 < time + self._wrapped - self.newest <= JUMP:
+            self.newest = time + self._wrapped
+            self._time.append(self.newest)
             self._value.append(value)
-            self.newest = time
         else:
             self._push_unusual(time, value)
         if len(self._time) > CAPACITY:
-            self._reject("overflow", len(self._time) - CAPACITY * 7 // 8)
-            self.forget(self._time[-CAPACITY * 7 // 8])
+            self.refuse("overflow", len(self._time) - CAPACITY * 7 // 8)
+            self.cut(self._time[-CAPACITY * 7 // 8])
 
     def push_many(self, time: Array, value: Array) -> None:
         """Takes (n,) stamps and values: the same as one push for each, but quick where nothing is unusual."""
         for start in range(0, time.size, _CHUNK):
             stamps, values = time[start : start + _CHUNK], value[start : start + _CHUNK]
-            if self._usual(stamps, values):
-                self._time.frombytes(stamps.tobytes())
-                self._value.frombytes(values.tobytes())
-                self.newest = self._time[-1]
-            else:
+            if not self.latest._extend(stamps, values):
                 for pair in zip(stamps.tolist(), values.tolist(), strict=True):
                     self.push(*pair)
 
     def forget(self, before: float) -> None:
-        """Drops the values with stamps before this time [s]."""
-        count = bisect_left(self._time, before)
-        del self._time[:count]
-        del self._value[:count]
+        """Drops the values with stamps before this time [s], but for those that tell the period there."""
+        self._drop(max(bisect_left(self._time, before) - STEPS - 1, 0))
+
+    def cut(self, before: float) -> None:
+        """Drops all values with stamps before this time [s]."""
+        self._drop(bisect_left(self._time, before))
+
+    def count(self, low: float, high: float) -> int:
+        """How many values have stamps from `low` to before `high` [s]."""
+        return max(bisect_left(self._time, high) - bisect_left(self._time, low), 0)
+
+    def refuse(self, reason: str, count: int = 1) -> None:
+        """Counts values that are not taken."""
+        if count:
+            self.rejected[reason] = self.rejected.get(reason, 0) + count
 
     def to_dict(self) -> dict[str, Any]:
         """All that the stream holds, as plain data."""
         return {
             "newest": self.newest if isfinite(self.newest) else None,
+            "since": self.since if isfinite(self.since) else None,
             "time": self._time.tolist(),
             "value": self._value.tolist(),
-            "unconfirmed": None if self._unconfirmed is None else list(self._unconfirmed),
+            "doubted": [list(pair) for pair in self._doubted],
+            "advanced": self._advanced,
+            "wrapped": self._wrapped,
             "rejected": dict(self.rejected),
+            "next": None if self.next is None else self.next.to_dict(),
         }
 
     def restore(self, data: dict[str, Any]) -> None:
         """Takes up what to_dict gave."""
         self.newest = -inf if data["newest"] is None else float(data["newest"])
+        self.since = -inf if data["since"] is None else float(data["since"])
         self._time, self._value = array("d", data["time"]), array("d", data["value"])
-        waiting = data["unconfirmed"]
-        self._unconfirmed = None if waiting is None else (float(waiting[0]), float(waiting[1]))
-        self.rejected = {str(reason): int(count) for reason, count in data["rejected"].items()}
+        self._doubted = [(float(time), float(value)) for time, value in data["doubted"]]
+        self._advanced, self._wrapped = int(data["advanced"]), float(data["wrapped"])
+        self.rejected.clear()
+        self.rejected.update({str(reason): int(count) for reason, count in data["rejected"].items()})
+        if data["next"] is not None:
+            self.next = self.anew()
+            self.next.restore(data["next"])
 
     def _push_unusual(self, time: float, value: float) -> None:
         """The first value, a clock that jumps, what comes out of order, late or twice."""
-        if self._unconfirmed is not None:
-            jumped, kept = self._unconfirmed
-            self._unconfirmed = None
-            if jumped - self.lateness <= time <= jumped + JUMP:
-                self._time.append(jumped)
-                self._value.append(kept)
-                self.newest = jumped
-            else:
-                self._reject("clock_jump")
-        if time - self.newest > JUMP:
-            self._unconfirmed = (time, value)
-        elif time < self.settled:
-            self._reject("late")
+        own = time + self._wrapped
+        if not self.newest - JUMP <= own <= self.newest + JUMP:
+            self._doubt(time, value)
+            return
+        self._refuse_doubted()
+        position = bisect_left(self._time, own)
+        if own < self.settled:
+            self.refuse("late")
+        elif position < len(self._time) and self._time[position] == own:
+            self.refuse("duplicate")
         else:
-            position = bisect_left(self._time, time)
-            if position < len(self._time) and self._time[position] == time:
-                self._reject("duplicate")
-            else:
-                self._time.insert(position, time)
-                self._value.insert(position, value)
-                self.newest = max(self.newest, time)
+            self._time.insert(position, own)
+            self._value.insert(position, value)
+            self.newest = max(self.newest, own)
 
-    def _usual(self, time: Array, value: Array) -> bool:
-        """Whether push would append every single one of these."""
-        if self._unconfirmed is not None or len(self._time) + time.size > CAPACITY:
+    def _doubt(self, time: float, value: float) -> None:
+        """Holds a value that is far from the clock, and believes what so many say one after the other."""
+        newest = max((stamp for stamp, _ in self._doubted), default=-inf)
+        if any(stamp == time for stamp, _ in self._doubted):
+            self.refuse("duplicate")
+            return
+        if time < newest - self.lateness or len(self._doubted) >= DOUBTED:
+            self._refuse_doubted()
+            newest = -inf
+        self._doubted.append((time, value))
+        self._advanced += time > newest
+        if self._advanced >= (self.believed if isfinite(self.newest) else FIRST_BELIEVED):
+            self._believe()
+
+    def _believe(self) -> None:
+        """The clock is where the doubted stamps are."""
+        doubted = sorted(self._doubted)
+        self._doubted, self._advanced = [], 0
+        begin = doubted[0][0] + self._wrapped
+        wrap = next((wrap for wrap in WRAPS if 0.0 < begin + wrap - self.newest <= WRAP_PAUSE), None)
+        clock = self
+        if wrap is not None:
+            self._wrapped += wrap
+        elif begin > self.newest:
+            self.since = begin
+        else:
+            clock = self.next = self.anew()
+            clock.since = doubted[0][0]
+        clock._time.extend([time + clock._wrapped for time, _ in doubted])
+        clock._value.extend([value for _, value in doubted])
+        clock.newest = clock._time[-1]
+
+    def _refuse_doubted(self) -> None:
+        self.refuse("clock_jump", len(self._doubted))
+        self._doubted, self._advanced = [], 0
+
+    def _extend(self, time: Array, value: Array) -> bool:
+        """Takes all of these where push would append every single one; else none."""
+        if self._doubted or self.next is not None or len(self._time) + time.size > CAPACITY:
             return False
         if not (time.min() >= 0.0 and time.max() < FUTURE and np.abs(value).max() <= self.limit):
             return False
-        step = np.diff(time, prepend=self.newest)
-        return bool(step.min() > 0.0 and step.max() <= JUMP)
+        own = time + self._wrapped
+        step = np.diff(own, prepend=self.newest)
+        if not (step.min() > 0.0 and step.max() <= JUMP):
+            return False
+        self._time.frombytes(own.tobytes())
+        self._value.frombytes(value.tobytes())
+        self.newest = self._time[-1]
+        return True
 
-    def _reject(self, reason: str, count: int = 1) -> None:
-        self.rejected[reason] = self.rejected.get(reason, 0) + count
+    def _drop(self, count: int) -> None:
+        del self._time[:count]
+        del self._value[:count]

@@ -8,82 +8,49 @@ Deterministic: the samples depend on each stream's own messages, in that stream'
 messages are bundled, how the streams are interleaved and when `ready` is called make no difference, to the last bit.
 Only a stream that falls further behind than the bounds below (JUMP for a channel, CAPACITY for yaw rate and torque) is
 not waited for. The same code serves recordings, the simulator and the service.
+
+What is right where clocks are not (`incsvr.signals.streams` says what one stream does by itself):
+
+- The stamps of yaw rate and torque do not overlap (seconds since 1970 beside seconds since start, one clock an hour
+  ahead): there is no sample, because nothing but the stamps says which values belong together. `readings` says so.
+- One clock begins anew while the other goes on: the samples up to there are completed, what comes after is held, and no
+  sample is made until both clocks show the same time again, within JUMP. Old values are never paired with new ones.
+- Both begin anew (the vehicle was switched off and on), or the one goes back to where the other is: all is taken up
+  anew from the stamp since which both clocks run. After a clock was set, and only then, the order in which the
+  messages of different streams arrive has a say: stamps alone do not tell of which time they are.
+- A channel that was not configured is waited for while it comes: once it is JUMP behind, it delays nothing.
+
+Where no `gap` is set, the filter follows the streams: it is as wide as configured, or wide enough for the slower one
+(FOLLOWS of its period), up to WIDEST times; pauses are bridged up to BRIDGED times its width. A stream at 4 Hz is
+learned from like this, with the detail that 4 Hz hold; one that is slower by far has no samples.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from math import ceil, inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from incsvr.errors import BadInput
 from incsvr.plant import damping_moment
 from incsvr.samples import Array, Samples
-from incsvr.signals.smoothing import WIDTHS, smooth
-from incsvr.signals.streams import JUMP, Stream
+from incsvr.signals.following import widenings
+from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, TORQUE, WIDER, WIDEST, YAW_RATE, SignalSettings
+from incsvr.signals.smoothing import smooth
+from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Reading, Stream
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
     from incsvr.torque_ledger import TorqueLedger
 
-YAW_RATE, TORQUE = "yaw_rate", "torque"
-REQUIRED = (YAW_RATE, TORQUE)
-MAX_CHANNELS = 64
-RUN_PAUSE = 5.0
-"""Time between two recordings that are joined to one [s]: longer than any gap that a window may hold."""
+FORM = 2
+"""Of what `to_dict` gives."""
 _BLOCK = 4096
-
-
-@dataclass(frozen=True, slots=True)
-class SignalSettings:
-    """How streams become samples.
-
-    Attributes:
-        inertia: moment of inertia with added mass about yaw, I [kg m²].
-        sample_period: time between two samples [s]; from 5 · smoothing on their noise is nearly white.
-        smoothing: standard deviation of the Gaussian low-pass filter [s].
-        lateness: how far behind the newest of its stream a message may come and still count [s].
-        gap: longest pause between two messages of a stream across which it still counts as continuous [s].
-        rate_limit: largest plausible magnitude of the yaw rate [rad/s].
-        torque_limit: largest plausible magnitude of the torque [N m].
-        channels: further channels that samples wait for from the beginning; others join with their first message.
-    """
-
-    inertia: float = 350.0
-    sample_period: float = 0.6
-    smoothing: float = 0.12
-    lateness: float = 0.2
-    gap: float = 0.2
-    rate_limit: float = 1.0
-    torque_limit: float = 500.0
-    channels: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name in ("inertia", "sample_period", "smoothing", "gap", "rate_limit", "torque_limit"):
-            value = getattr(self, name)
-            if not (isfinite(value) and value > 0.0):
-                raise BadInput(f"{name} is {value}: give a positive, finite number")
-        if not (isfinite(self.lateness) and self.lateness >= 0.0):
-            raise BadInput(f"lateness is {self.lateness}: give zero or a positive, finite number of seconds")
-        if self.gap > 2.0 * self.smoothing:
-            raise BadInput(
-                f"a gap of {self.gap} s is longer than twice the smoothing of {self.smoothing} s, and the filter would "
-                "bridge what it has not seen: raise the smoothing or lower the gap"
-            )
-        if self.gap >= RUN_PAUSE:
-            raise BadInput(f"a gap of {self.gap} s would join recordings that are apart: keep it below {RUN_PAUSE} s")
-        if len(self.channels) > MAX_CHANNELS:
-            raise BadInput(f"{len(self.channels)} channels are declared: at most {MAX_CHANNELS} are kept")
-
-    @property
-    def reach(self) -> float:
-        """Half the smoothing window [s]."""
-        return WIDTHS * self.smoothing
 
 
 class Synchroniser:
@@ -100,13 +67,14 @@ class Synchroniser:
             from incsvr.torque_ledger import TorqueLedger
 
             self._ledger = TorqueLedger(compensation, settings)
-        self._streams = {
-            YAW_RATE: Stream(settings.rate_limit, settings.lateness),
-            TORQUE: Stream(settings.torque_limit, settings.lateness),
-            **{name: Stream(inf, settings.lateness) for name in settings.channels},
-        }
+        self._streams = empty_streams(settings)
         self._refused: Counter[str] = Counter()
         self._next = 0
+        self._widening = 0
+        self.clock_restarts = 0
+        """How often the time of the samples went back with the clocks."""
+        self.taken_up = 0
+        """How often clocks that began anew were gone on with."""
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -121,10 +89,20 @@ class Synchroniser:
         """How many messages were refused, by stream and reason."""
         return {name: dict(stream.rejected) for name, stream in self._streams.items() if stream.rejected}
 
+    @property
+    def readings(self) -> Mapping[str, Reading]:
+        """What is to be said of every stream, by its name."""
+        return {name: stream.reading() for name, stream in self._streams.items()}
+
+    @property
+    def smoothing(self) -> float:
+        """The width of the filter at the newest samples [s]: as configured, or wider for a slow stream."""
+        return float(self.settings.smoothing * WIDER**self._widening)
+
     def newest(self, name: str) -> float | None:
-        """The newest stamp of a stream [s]; None before its first two messages."""
+        """The newest stamp of a stream's clock [s]; None before its first two messages."""
         stream = self._streams.get(name)
-        return None if stream is None or not isfinite(stream.newest) else stream.newest
+        return None if stream is None or not isfinite(stream.latest.newest) else stream.latest.newest
 
     def push_one(self, name: str, time: float, value: float) -> None:
         """Takes one message: its stamp [s] and value ([rad/s] of "yaw_rate", [N m] of "torque", or a channel's)."""
@@ -155,19 +133,63 @@ class Synchroniser:
 
     def ready(self) -> Samples:
         """All samples that became complete since the last call, in the order of their time."""
+        completed = self._completed()
+        if not any(stream.next for stream in self._streams.values()) or not self._take_up():
+            return completed
+        return Samples.concatenate([completed, self._completed()])
+
+    def _completed(self) -> Samples:
+        """The samples of the clocks in force that became complete since the last call."""
         ahead = 0.0 if self._ledger is None else self._ledger.ahead
         moving = min(self._streams[YAW_RATE].settled, self._streams[TORQUE].settled - ahead)
         if self._next * self.settings.sample_period >= moving - self.settings.reach:
             return Samples.empty()
-        channels = [stream.settled for name, stream in self._streams.items() if name not in REQUIRED]
+        channels = [
+            stream.settled
+            for name, stream in self._streams.items()
+            if name not in REQUIRED and (name in self.settings.channels or moving - stream.settled <= JUMP)
+        ]
         settled = max(min([moving, *channels]), moving - JUMP) if channels else moving
         end = ceil((settled - self.settings.reach) / self.settings.sample_period)
-        return self._samples(end) if end > self._next else Samples.empty()
+        return self._samples(end, settled) if end > self._next else Samples.empty()
+
+    def _take_up(self) -> bool:
+        """Goes on with the clocks that began anew, where yaw rate and torque agree; True where samples may follow."""
+        clocks = [self._streams[name].latest for name in REQUIRED]
+        newest = [clock.newest for clock in clocks]
+        if max(newest) - min(newest) > JUMP:
+            return False
+        if not any(self._streams[name].next for name in REQUIRED):
+            for name, stream in self._streams.items():
+                if stream.next is not None and abs(stream.next.newest - min(newest)) <= JUMP:
+                    self._streams[name] = stream.next
+            return False
+        self.taken_up += 1
+        begin = max(clock.since for clock in clocks)
+        looked_at = self._next * self.settings.sample_period + self.settings.reach
+        for name, stream in self._streams.items():
+            clock = stream.latest
+            if name not in REQUIRED and abs(clock.newest - min(newest)) > JUMP:
+                clock = stream.anew()  # it has still to come
+            # What a clock showed that was left alone is told; the seconds between two clocks are a pause like others.
+            if clock is not stream:
+                clock.refuse("clock_jump", stream.count(looked_at + JUMP, inf) + clock.count(-inf, clock.since))
+            clock.cut(clock.since)
+            clock.refuse("clocks_apart", clock.count(looked_at if clock is stream else -inf, begin - JUMP))
+            self._streams[name] = clock
+        following = ceil((begin - self.settings.reach) / self.settings.sample_period)
+        if following < self._next:
+            self.clock_restarts += 1
+            self._refused["clock_restarted"] += 1
+        self._next = following
+        if self._ledger is not None:
+            self._ledger = self._ledger.anew()
+        return True
 
     def to_dict(self) -> dict[str, Any]:
         """The whole state as plain data, exact to the bit in JSON; `restore` continues from it."""
         return {
-            "settings": asdict(self.settings) | {"channels": list(self.settings.channels)},
+            "settings": asdict(self.settings) | {"channels": list(self.settings.channels), "form": FORM},
             "next": self._next,
             "refused": dict(self._refused),
             "streams": {name: stream.to_dict() for name, stream in self._streams.items()},
@@ -177,61 +199,83 @@ class Synchroniser:
     @staticmethod
     def from_dict(data: Mapping[str, Any], compensation: Compensation | None = None) -> Synchroniser:
         """The synchroniser whose to_dict gave `data`, with the same compensation."""
-        settings = SignalSettings(**{**data["settings"], "channels": tuple(data["settings"]["channels"])})
+        given = {name: value for name, value in data["settings"].items() if name != "form"}
+        settings = SignalSettings(**{**given, "channels": tuple(given["channels"])})
         synchroniser = Synchroniser(settings, compensation)
         if synchroniser._ledger is not None:
             synchroniser._ledger.restore(data["ledger"])
         synchroniser._next = int(data["next"])
         synchroniser._refused = Counter(data["refused"])
         for name, stream in data["streams"].items():
-            synchroniser._streams.setdefault(name, Stream(inf, settings.lateness)).restore(stream)
+            synchroniser._streams.setdefault(name, _channel(settings)).restore(stream)
         return synchroniser
 
     def _join(self, name: str) -> Stream | None:
         """A stream for a channel that was not declared, as long as there is room."""
         if len(self._streams) >= MAX_CHANNELS + len(REQUIRED):
             return None
-        return self._streams.setdefault(name, Stream(inf, self.settings.lateness))
+        return self._streams.setdefault(name, _channel(self.settings))
 
-    def _samples(self, end: int) -> Samples:
-        """The samples on the grid from where the last call ended up to `end`, without those across a gap."""
+    def _samples(self, end: int, settled: float) -> Samples:
+        """The samples on the grid from where the last call ended up to `end`, without those across a gap.
+
+        It ends before the first whose filter, where it is wider, reaches beyond what is settled [s].
+        """
         period, reach = self.settings.sample_period, self.settings.reach
+        widest = reach if self.settings.gap is not None else reach * WIDEST
         held = {name: stream.arrays() for name, stream in self._streams.items()}
         ledger = self._ledger
         if ledger is not None:
-            ledger.advance(held, (end - 1) * period + reach)
+            ledger.advance(held, max((end - 1) * period + reach, min((end - 1) * period + widest, settled)))
         parts: list[Samples] = []
         start = self._next
         while start < end:
             # A pause of hours must cost nothing: go on where all streams have values again.
             for name in REQUIRED:
                 time = held[name][0]
-                following = int(np.searchsorted(time, start * period - reach))
+                following = int(np.searchsorted(time, start * period - widest))
                 upcoming = time[following] if following < time.size else inf
                 upcoming = min(upcoming, self._streams[name].settled)
-                start = max(start, min(end, ceil((upcoming - reach) / period)))
+                start = max(start, min(end, ceil((upcoming - widest) / period)))
             stop = min(end, start + _BLOCK)
             if start < stop:
-                parts.append(self._block(np.arange(start, stop, dtype=np.float64) * period, held))
+                at = np.arange(start, stop, dtype=np.float64) * period
+                widening = widenings(self.settings, held, at)
+                waits = np.flatnonzero((widening > 0) & (at + reach * WIDER**widening > settled))
+                if waits.size:
+                    at, end = at[: waits[0]], start + int(waits[0])
+                    stop = end
+                if at.size:
+                    parts.append(self._block(at, widening[: at.size], held))
+                    self._widening = int(widening[at.size - 1])
             start = stop
         self._next = end
         for name, stream in self._streams.items():
-            needed = min(end * period - reach, stream.settled, inf if ledger is None else ledger.needed)
+            needed = min(end * period - widest, stream.settled, inf if ledger is None else ledger.needed)
             if name not in REQUIRED:
                 needed = min(needed - JUMP, stream.settled)
             stream.forget(needed)
         if ledger is not None:
-            ledger.forget(end * period - reach)
+            ledger.forget(end * period - widest)
         return Samples.concatenate(parts)
 
-    def _block(self, at: Array, held: Mapping[str, tuple[Array, Array]]) -> Samples:
+    def _block(self, at: Array, widening: NDArray[np.int64], held: Mapping[str, tuple[Array, Array]]) -> Samples:
         """The complete samples among the instants `at` [s]."""
-        smoothing, gap = self.settings.smoothing, self.settings.gap
+        parts = [self._alike(at[widening == step], int(step), held) for step in np.unique(widening)]
+        if len(parts) == 1:
+            return parts[0]
+        samples = Samples.concatenate(parts)
+        return samples.take(np.argsort(samples.time))
+
+    def _alike(self, at: Array, widening: int, held: Mapping[str, tuple[Array, Array]]) -> Samples:
+        """The complete samples among instants with a filter of one width."""
+        smoothing = float(self.settings.smoothing * WIDER**widening)
+        gap = self.settings.bridged(smoothing)
         torque = smooth(*held[TORQUE], at, smoothing=smoothing, gap=gap)
         yaw_rate = smooth(*held[YAW_RATE], at, smoothing=smoothing, gap=gap)
         damping, parts = damping_moment(torque.value, yaw_rate.slope, self.settings.inertia), dict[str, Array]()
         if self._ledger is not None:
-            damping, parts = self._ledger.split(at, torque, yaw_rate)
+            damping, parts = self._ledger.split(at, torque, yaw_rate, smoothing, gap)
         complete = np.flatnonzero(torque.complete & yaw_rate.complete & np.isfinite(damping))
         at = at[complete]
         channels = {}
@@ -247,39 +291,18 @@ class Synchroniser:
         )
 
 
-def synchronise(
-    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], compensation: Compensation | None = None
-) -> tuple[Samples, Mapping[str, int]]:
-    """All samples of whole streams, name → (stamps [s], values), and what was refused by reason.
-
-    The same samples as when the streams are played live.
-    """
-    synchroniser = Synchroniser(settings, compensation)
-    return play(synchroniser, streams), synchroniser.rejected
+def empty_streams(settings: SignalSettings) -> dict[str, Stream]:
+    """Empty streams of what samples wait for, by name."""
+    return {
+        YAW_RATE: Stream(settings.rate_limit, settings.lateness),
+        TORQUE: Stream(settings.torque_limit, settings.lateness),
+        **{name: _channel(settings) for name in settings.channels},
+    }
 
 
-def play(synchroniser: Synchroniser, streams: Mapping[str, tuple[Array, Array]]) -> Samples:
-    """All samples of whole streams, name → (stamps [s], values), that are complete; the synchroniser goes on after."""
-    parts = []
-    for chunks in _interleaved(streams):
-        for name, time, value in chunks:
-            synchroniser.push(name, time, value)
-        parts.append(synchroniser.ready())
-    return Samples.concatenate(parts)
-
-
-def _interleaved(streams: Mapping[str, tuple[Array, Array]]) -> Iterator[list[tuple[str, Array, Array]]]:
-    """The streams cut into slices at the same times, so that none runs far ahead of the others."""
-    clocks = {name: np.fmax.accumulate(time) for name, (time, _) in streams.items()}
-    longest = max(clocks.values(), key=len, default=np.empty(0))
-    cuts = longest[_BLOCK::_BLOCK]
-    edges = {name: [0, *np.searchsorted(clock, cuts).tolist(), clock.size] for name, clock in clocks.items()}
-    for part in range(cuts.size + 1):
-        chunks: list[tuple[str, Array, Array]] = []
-        for name, (time, value) in streams.items():
-            share = slice(edges[name][part], edges[name][part + 1])
-            chunks.append((name, time[share], value[share]))
-        yield chunks
+def _channel(settings: SignalSettings) -> Stream:
+    """The stream of a channel, which may come slowly."""
+    return Stream(inf, settings.lateness, FIRST_BELIEVED)
 
 
 def _last(time: Array, value: Array, at: Array) -> Array:

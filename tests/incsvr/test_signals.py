@@ -71,7 +71,7 @@ def streams(draw: st.DrawFn) -> dict[str, list[Message]]:
     result: dict[str, list[Message]] = {}
     for name in ("yaw_rate", "torque", "depth"):
         size = draw(st.integers(0, 400))
-        time = np.cumsum(rng.exponential(0.03, size)) + rng.choice([0.0, 5.0])
+        time = np.cumsum(rng.exponential(draw(st.sampled_from([0.03, 0.1])), size)) + rng.choice([0.0, 5.0])
         time += np.cumsum(np.where(rng.random(size) < 0.01, rng.choice([0.5, 30.0, 4000.0], size), 0.0))
         time += np.where(rng.random(size) < 0.2, rng.normal(0.0, 0.1, size), 0.0)
         time = np.where(rng.random(size) < 0.03, np.roll(time, 1), time)
@@ -104,14 +104,35 @@ def play(messages: dict[str, list[Message]], rng: np.random.Generator, settings:
 
 
 @given(
-    messages=streams(), one=st.integers(0, 2**32), other=st.integers(0, 2**32), period=st.sampled_from([0.05, 0.6, 3.0])
+    messages=streams(),
+    one=st.integers(0, 2**32),
+    other=st.integers(0, 2**32),
+    period=st.sampled_from([0.05, 0.6, 3.0]),
+    gap=st.sampled_from([0.2, None]),
 )
 def test_bundling_and_interleaving_make_no_difference(
-    messages: dict[str, list[Message]], one: int, other: int, period: float
+    messages: dict[str, list[Message]], one: int, other: int, period: float, gap: float | None
 ) -> None:
-    settings = SignalSettings(sample_period=period, smoothing=0.12, gap=0.2)
+    settings = SignalSettings(sample_period=period, smoothing=0.12, gap=gap)
     both = {name: messages[name] for name in ("yaw_rate", "torque")}
     assert same(play(both, np.random.default_rng(one), settings), play(both, np.random.default_rng(other), settings))
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 60.0), st.booleans()), max_size=20))
+def test_nor_do_they_where_both_clocks_begin_anew(cuts: list[tuple[float, bool]]) -> None:
+    """As long as the streams come together, as they do from a vehicle: within ten seconds."""
+    synchroniser, parts, last = Synchroniser(SETTINGS), [], 0.0
+    run = sine(30.0)
+    for cut, torque_first in sorted([*cuts, *((5.0 * k, False) for k in range(1, 13))]):
+        for name in sorted(run, reverse=torque_first):
+            time, value = run[name]
+            true = np.concatenate((time, time + 30.0))
+            part = (true >= last) & (true < cut)
+            synchroniser.push(name, np.tile(time, 2)[part], np.tile(value, 2)[part])
+            parts.append(synchroniser.ready())
+        last = cut
+    once, _ = synchronise(SETTINGS, run)
+    assert same(Samples.concatenate(parts), Samples.concatenate([once, once]))
 
 
 @given(messages=streams(), one=st.integers(0, 2**32))
@@ -128,8 +149,7 @@ def test_every_message_is_taken_or_counted(messages: dict[str, list[Message]]) -
     synchroniser = Synchroniser(SETTINGS)
     for name, queue in messages.items():
         synchroniser.push(name, [time for time, _ in queue], [value for _, value in queue])
-    held = synchroniser.to_dict()["streams"].values()
-    taken = sum(len(stream["time"]) + (stream["unconfirmed"] is not None) for stream in held)
+    taken = sum(reading.held for reading in synchroniser.readings.values())
     assert taken + sum(synchroniser.rejected.values()) == sum(len(queue) for queue in messages.values())
 
 
@@ -141,7 +161,7 @@ def test_no_sample_stands_near_a_gap(messages: dict[str, list[Message]]) -> None
         for at in samples.time:
             near = np.sort(stamps[np.abs(stamps - at) <= SETTINGS.reach])
             edges = np.concatenate(([at - SETTINGS.reach], near, [at + SETTINGS.reach]))
-            assert np.diff(edges).max() <= SETTINGS.gap + 1e-9
+            assert np.diff(edges).max() <= SETTINGS.longest_pause + 1e-9
 
 
 def push_all(messages: list[Message]) -> Synchroniser:
@@ -174,6 +194,7 @@ def test_the_size_of_the_blocks_makes_no_difference(monkeypatch: pytest.MonkeyPa
     whole, _ = synchronise(SETTINGS, sine(60.0))
     monkeypatch.setattr("incsvr.signals.smoothing._BLOCK", 100)
     monkeypatch.setattr("incsvr.signals.synchroniser._BLOCK", 7)
+    monkeypatch.setattr("incsvr.signals.playing._BLOCK", 7)
     assert same(whole, synchronise(SETTINGS, sine(60.0))[0])
 
 
@@ -254,7 +275,7 @@ def test_unequal_lengths_are_refused() -> None:
         ({"inertia": 0.0}, "inertia is 0.0"),
         ({"sample_period": nan}, "sample_period is nan"),
         ({"lateness": -1.0}, "lateness is -1.0"),
-        ({"smoothing": 0.05}, "raise the smoothing or lower the gap"),
+        ({"smoothing": 0.05, "gap": 0.2}, "raise the smoothing or lower the gap"),
         ({"smoothing": 3.0, "gap": 5.0}, "recordings that are apart"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -57,6 +58,13 @@ class Bench:
         payload, _ = self.get(self.keys.health)
         assert payload is not None
         return wire.decode(wire.Health, payload)
+
+    def health_when(self, told: Callable[[wire.Health], bool]) -> wire.Health:
+        """The first health that tells this: what was put is on its way, and what is learned takes its time."""
+        until = time.monotonic() + PATIENCE
+        while not told(health := self.health()):
+            assert time.monotonic() < until, f"health does not come to it: {health}"
+        return health
 
     def play(self, what: Messages | Recording, speed: float = 200.0) -> None:
         """Plays at 15,000 messages a second, which no ring loses; when this returns all has arrived."""

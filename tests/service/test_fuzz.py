@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import queue
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -78,10 +77,8 @@ def rejected(bench: Bench, reason: str) -> int:
 
 def wait_for(bench: Bench, reason: str, count: int) -> None:
     """Asks until so many are counted."""
-    until = time.monotonic() + PATIENCE
-    while (found := rejected(bench, reason)) < count:
-        assert time.monotonic() < until, f"{found} of {count} counted as {reason}: {bench.health().counters}"
-    assert found == count
+    found = bench.health_when(lambda health: health.counters.get(f"rejected:{reason}", 0) >= count)
+    assert found.counters[f"rejected:{reason}"] == count
 
 
 @pytest.mark.parametrize(("payload", "reason"), CORPUS, ids=[f"{n}-{reason}" for n, (_, reason) in enumerate(CORPUS)])

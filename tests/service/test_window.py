@@ -8,8 +8,8 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
-from incsvr.signals.streams import CAPACITY
-from service.batches import RESTART_VALUES, Batches
+from incsvr.signals.streams import BELIEVED, CAPACITY
+from service.batches import Batches
 from service.window import Window
 from simulator import leng
 
@@ -84,7 +84,7 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
         batches.push(name, time + 1000.0, value)
     assert batches.covers() == 1000.0 + time[-1]
     for name in ("yaw_rate", "torque"):
-        batches.push(name, time[: 2 * RESTART_VALUES], value[: 2 * RESTART_VALUES])
+        batches.push(name, time[: 2 * BELIEVED], value[: 2 * BELIEVED])
     assert batches.clock_restarts == 1
     assert batches.covers() is None
     with pytest.raises(BadInput, match="clock began anew"):

@@ -1,0 +1,52 @@
+"""Whole recordings through the synchroniser: the same samples as when they are played live."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.settings import SignalSettings
+from incsvr.signals.synchroniser import Synchroniser
+
+if TYPE_CHECKING:
+    from incsvr.compensation import Compensation
+
+_BLOCK = 4096
+
+
+def synchronise(
+    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], compensation: Compensation | None = None
+) -> tuple[Samples, Mapping[str, int]]:
+    """All samples of whole streams, name → (stamps [s], values), and what was refused by reason.
+
+    The same samples as when the streams are played live.
+    """
+    synchroniser = Synchroniser(settings, compensation)
+    return play(synchroniser, streams), synchroniser.rejected
+
+
+def play(synchroniser: Synchroniser, streams: Mapping[str, tuple[Array, Array]]) -> Samples:
+    """All samples of whole streams, name → (stamps [s], values), that are complete; the synchroniser goes on after."""
+    parts = []
+    for chunks in _interleaved(streams):
+        for name, time, value in chunks:
+            synchroniser.push(name, time, value)
+        parts.append(synchroniser.ready())
+    return Samples.concatenate(parts)
+
+
+def _interleaved(streams: Mapping[str, tuple[Array, Array]]) -> Iterator[list[tuple[str, Array, Array]]]:
+    """The streams cut into slices at the same times, so that none runs far ahead of the others."""
+    clocks = {name: np.fmax.accumulate(time) for name, (time, _) in streams.items()}
+    longest = max(clocks.values(), key=len, default=np.empty(0))
+    cuts = longest[_BLOCK::_BLOCK]
+    edges = {name: [0, *np.searchsorted(clock, cuts).tolist(), clock.size] for name, clock in clocks.items()}
+    for part in range(cuts.size + 1):
+        chunks: list[tuple[str, Array, Array]] = []
+        for name, (time, value) in streams.items():
+            share = slice(edges[name][part], edges[name][part + 1])
+            chunks.append((name, time[share], value[share]))
+        yield chunks

@@ -1,0 +1,84 @@
+"""How streams become samples: what is configured, and how the filter follows where it is left open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+from incsvr.errors import BadInput
+from incsvr.signals.smoothing import WIDTHS
+
+YAW_RATE, TORQUE = "yaw_rate", "torque"
+REQUIRED = (YAW_RATE, TORQUE)
+MAX_CHANNELS = 64
+RUN_PAUSE = 5.0
+"""Time between two recordings that are joined to one [s]: longer than any gap that a window may hold."""
+BRIDGED = 5.0 / 3.0
+"""The longest pause that is bridged, in widths of the filter, where none is set: a window is six widths long."""
+LONGEST_PAUSE = 4.0
+"""No longer pause is bridged where none is set [s]: joined recordings are further apart."""
+FOLLOWS = 0.9
+"""Width of the filter over the period of the slower stream, at least: pauses of 1.5 periods are bridged then."""
+WIDER, WIDTH_STEPS = 1.25, 4
+"""The filter is widened in so many steps of this factor, so that jitter of the stamps does not change it."""
+WIDEST = WIDER**WIDTH_STEPS
+"""A filter wider than this times the configured one would show another vehicle than the one that was asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignalSettings:
+    """How streams become samples.
+
+    Attributes:
+        inertia: moment of inertia with added mass about yaw, I [kg m²].
+        sample_period: time between two samples [s]; from 5 · smoothing on their noise is nearly white.
+        smoothing: standard deviation of the Gaussian low-pass filter [s].
+        lateness: how far behind the newest of its stream a message may come and still count [s].
+        gap: longest pause between two messages of a stream across which it still counts as continuous [s]; None
+            follows the streams, and then the filter is widened for slow ones.
+        rate_limit: largest plausible magnitude of the yaw rate [rad/s].
+        torque_limit: largest plausible magnitude of the torque [N m].
+        channels: further channels that samples wait for from the beginning; others join with their first message.
+    """
+
+    inertia: float = 350.0
+    sample_period: float = 0.6
+    smoothing: float = 0.12
+    lateness: float = 0.2
+    gap: float | None = None
+    rate_limit: float = 1.0
+    torque_limit: float = 500.0
+    channels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("inertia", "sample_period", "smoothing", "gap", "rate_limit", "torque_limit"):
+            value = getattr(self, name)
+            if value is None and name == "gap":
+                continue
+            if not (isfinite(value) and value > 0.0):
+                raise BadInput(f"{name} is {value}: give a positive, finite number")
+        if not (isfinite(self.lateness) and self.lateness >= 0.0):
+            raise BadInput(f"lateness is {self.lateness}: give zero or a positive, finite number of seconds")
+        if self.gap is not None and self.gap > 2.0 * self.smoothing:
+            raise BadInput(
+                f"a gap of {self.gap} s is longer than twice the smoothing of {self.smoothing} s, and the filter would "
+                "bridge what it has not seen: raise the smoothing or lower the gap"
+            )
+        if self.gap is not None and self.gap >= RUN_PAUSE:
+            raise BadInput(f"a gap of {self.gap} s would join recordings that are apart: keep it below {RUN_PAUSE} s")
+        if len(self.channels) > MAX_CHANNELS:
+            raise BadInput(f"{len(self.channels)} channels are declared: at most {MAX_CHANNELS} are kept")
+
+    @property
+    def reach(self) -> float:
+        """Half the smoothing window [s]."""
+        return WIDTHS * self.smoothing
+
+    @property
+    def longest_pause(self) -> float:
+        """The longest pause that is bridged, however wide the filter is [s]."""
+        return self.bridged(self.smoothing * WIDEST)
+
+    def bridged(self, smoothing: float) -> float:
+        """The longest pause that a filter of this width bridges [s]."""
+        return min(BRIDGED * smoothing, LONGEST_PAUSE) if self.gap is None else self.gap

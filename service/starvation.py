@@ -1,0 +1,194 @@
+"""Why no sample is made although measurements come, in one sentence that names the cause and the cure.
+
+The cause is read from what the streams' clocks show (`incsvr.signals.streams.Reading`) and from what came since the
+last sample. That a sample is due follows from the clock on the wall, which is injected; it decides nothing but what
+health says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals.streams import JUMP, Reading
+
+#: What people call the streams that the learner cannot do without.
+NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
+
+STARVED_AFTER = 4.0
+"""Without a sample for so long [s], wall time, while both streams come, the learner is starved: five are promised, and
+health is looked at twice a second."""
+_UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
+
+
+class Fed(Protocol):
+    """What is asked of the batches of a learner."""
+
+    samples_seen: int
+
+    @property
+    def readings(self) -> Mapping[str, Reading]: ...
+    @property
+    def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Since:
+    """What had come when the last sample was made, at this time of the wall's clock [s] and of the vehicle's."""
+
+    at: float
+    t: float = 0.0
+    samples: int = 0
+    received: Mapping[str, int] = field(default_factory=dict)
+    newest: Mapping[str, float] = field(default_factory=dict)
+    rejected: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+
+
+class Starvation:
+    """Follows whether one learner gets samples.
+
+    Args:
+        settings: how streams become samples.
+        started: of the wall's clock [s].
+    """
+
+    def __init__(self, settings: SignalSettings, started: float) -> None:
+        self._settings = settings
+        self._since = Since(started)
+        self._why: str | None = None
+        self._looked: tuple[float, Mapping[str, float]] = (started, {})
+        self._pace: dict[str, float] = {}  # of the streams' clocks [s/s]
+
+    @property
+    def since(self) -> float:
+        """The vehicle's time of the last sample, or of what came first [s]."""
+        return self._since.t
+
+    def why(self, now: float, received: Mapping[str, int], fed: Fed) -> str | None:
+        """The sentence, at a time of the wall's clock [s]; None while samples are made, or none is due yet.
+
+        Args:
+            received: values of each stream that came since the start.
+            fed: the learner's batches.
+        """
+        since, readings = self._since, fed.readings
+        self._look(now, readings)
+        missing = [name for name in REQUIRED if not received.get(name, 0)]
+        if missing:
+            self._why = f"no {NAMES[missing[0]]} has come yet" if now - since.at >= STARVED_AFTER else None
+        elif fed.samples_seen != since.samples or not all(since.received.get(name, 0) for name in REQUIRED):
+            newest = _newest(readings)
+            t = min((newest[name] for name in REQUIRED if name in newest), default=0.0)
+            self._since = Since(now, t, fed.samples_seen, dict(received), newest, fed.rejected_by_stream)
+            self._why = None
+        elif now - since.at >= STARVED_AFTER:
+            self._why = self._cause(now - since.at, received, readings, fed.rejected_by_stream) or self._why
+        return self._why
+
+    def _cause(
+        self,
+        waited: float,
+        received: Mapping[str, int],
+        readings: Mapping[str, Reading],
+        rejected: Mapping[str, Mapping[str, int]],
+    ) -> str | None:
+        since, settings = self._since, self._settings
+        for name in REQUIRED:
+            if received.get(name, 0) == since.received.get(name, 0):
+                return f"no {NAMES[name]} has come for {waited:.0f} s"
+        for name in REQUIRED:
+            if readings[name].newest is None or self._pace.get(name) == 0.0:
+                return self._refused(name, readings[name], rejected.get(name, {}))
+        rate, torque = (readings[name] for name in REQUIRED)
+        hint = "".join(_unit(name, self._pace.get(name, 1.0)) for name in REQUIRED)
+        assert rate.newest is not None
+        assert torque.newest is not None
+        if abs(rate.newest - torque.newest) > JUMP:
+            return _apart(rate, torque) + hint
+        for name in REQUIRED:
+            longest, period = readings[name].longest or 0.0, readings[name].period or 0.0
+            if longest > settings.longest_pause:
+                return _slow(name, period, longest, settings) + hint
+        late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP]
+        if late:
+            return (
+                f"samples wait {JUMP:g} s for {', '.join(late)}, which signals.channels names and which does not come"
+            )
+        advanced = min((readings[name].newest or 0.0) - since.newest.get(name, 0.0) for name in REQUIRED)
+        if advanced < settings.sample_period + 2.0 * settings.reach + settings.lateness:
+            return None  # played slowly
+        return "yaw rate and torque come, but no stretch without a pause is as long as a sample needs"
+
+    def _look(self, now: float, readings: Mapping[str, Reading]) -> None:
+        """Measures how fast the streams' clocks go, once a second."""
+        at, before = self._looked
+        if now - at >= 1.0:
+            newest = _newest(readings)
+            self._pace = {name: (newest[name] - before[name]) / (now - at) for name in before if name in newest}
+            self._looked = (now, newest)
+
+    def _refused(self, name: str, reading: Reading, rejected: Mapping[str, int]) -> str:
+        """Why nothing of a stream is taken that comes."""
+        before = self._since.rejected.get(name, {})
+        grown = {reason: count - before.get(reason, 0) for reason, count in rejected.items()}
+        reason = max(grown, key=lambda reason: grown[reason], default="")
+        if not reason or grown[reason] <= 0:
+            return f"the stamps of {NAMES[name]} do not follow one another; stamp it with a clock that goes forward"
+        shown = "" if reading.newest is None else f", and its clock stands at {reading.newest:.10g} s"
+        return f"every {NAMES[name]} that comes is refused ({reason.replace('_', ' ')}){shown}"
+
+
+def _newest(readings: Mapping[str, Reading]) -> dict[str, float]:
+    return {name: reading.newest for name, reading in readings.items() if reading.newest is not None}
+
+
+def slow_stream(settings: SignalSettings, smoothing: float, readings: Mapping[str, Reading]) -> str | None:
+    """A sentence where the filter is wider [s] than configured because a stream is slow; None where it is not."""
+    if smoothing <= settings.smoothing:
+        return None
+    name = max(REQUIRED, key=lambda name: readings[name].period or 0.0)
+    return (
+        f"{NAMES[name]} comes every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
+        f"{smoothing:.2g} s instead of {settings.smoothing:g} s and quicker motion is not seen; send it more often, or "
+        f"set signals.smoothing to {smoothing:.2g} if that is what you want"
+    )
+
+
+def _apart(rate: Reading, torque: Reading) -> str:
+    """Two clocks that do not show the same time."""
+    assert rate.newest is not None
+    assert torque.newest is not None
+    named = [("yaw rate", rate.newest, rate.began_anew), ("torque", torque.newest, torque.began_anew)]
+    (late, behind, restarted), (early, ahead, set_back) = sorted(named, key=lambda one: one[1])
+    cure = "stamp both with one clock"
+    if restarted and not set_back:
+        return (
+            f"the clock of {late} began anew and shows {behind:.10g} s while that of {early} shows {ahead:.10g} s, so "
+            f"that nothing tells which values belong together; {cure}, or restart both"
+        )
+    return (
+        f"{early} waits for {late}, whose stamps are {ahead - behind:.10g} s behind ({behind:.10g} s and "
+        f"{ahead:.10g} s); {cure}"
+    )
+
+
+def _slow(name: str, period: float, longest: float, settings: SignalSettings) -> str:
+    """A stream whose pauses are longer than what is bridged."""
+    pauses = f"comes every {period:.3g} s" if period > 0.8 * longest else f"pauses for {longest:.3g} s"
+    cure = f"signals.smoothing to {longest:.2g}"
+    if settings.gap is not None:
+        cure = f"signals.gap to {1.5 * longest:.2g} and {cure}"
+    return (
+        f"{NAMES[name]} {pauses}, longer than the {settings.longest_pause:.3g} s that are bridged; send it more often, "
+        f"or set {cure}"
+    )
+
+
+def _unit(name: str, pace: float) -> str:
+    """A hint where stamps run as fast as another unit would."""
+    for factor, unit in _UNITS.items():
+        if 0.7 < pace / factor < 1.4:
+            return f"; the stamps of {NAMES[name]} look like {unit}, and must be seconds"
+    return ""

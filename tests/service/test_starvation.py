@@ -1,0 +1,146 @@
+"""A learner without samples says so within five seconds, with the cause and the cure. The clock is the test's own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from incsvr.samples import Array
+from service import wire
+from service.health import HealthWatch
+from service.node import LearnerNode
+from tests.service.conftest import configured
+
+Clock = Callable[[Array], Array]
+
+
+def right(t: Array) -> Array:
+    return t
+
+
+class Drive:
+    """A learner whose streams come second by second; health is looked at twice a second, as the process does it."""
+
+    def __init__(self, rate_period: float = 0.05, torque_period: float = 0.05, **settings: object) -> None:
+        self.node = LearnerNode(configured(**settings), boot="b")
+        self.now = 1000.0
+        self.watch = HealthWatch(self.node.config.health, started=self.now, clock=lambda: self.now)
+        self.begin = self.now
+        self._periods = {"yaw_rate": rate_period, "torque": torque_period}
+
+    def go(self, seconds: float, **clocks: Clock | None) -> list[wire.Health]:
+        """Health over the next seconds; a stream's clock stamps it, None silences it."""
+        found = []
+        for _ in range(int(2 * seconds)):
+            t0 = self.now - self.begin
+            for name, period in self._periods.items():
+                clock = clocks.get(name, right)
+                t = np.arange(np.ceil(t0 / period - 1e-9), np.ceil((t0 + 0.5) / period - 1e-9)) * period
+                if clock is not None and t.size:
+                    value = np.asarray(0.1 * np.sin(t) if name == "yaw_rate" else 30.0 * np.cos(t))
+                    self.watch.received(name, clock(t), value)
+                    self.node.push(name, np.asarray(clock(t)), value)
+            self.now += 0.5
+            found.append(self.watch.report(self.node))
+        return found
+
+
+def starved(healths: list[wire.Health]) -> list[bool]:
+    return [health.learning.state == "starved" for health in healths]
+
+
+KINDS: dict[str, tuple[dict[str, object], dict[str, Clock], str]] = {
+    "a clock an hour ahead": ({}, {"yaw_rate": lambda t: t + 3600.0}, "yaw rate waits for torque, whose stamps are 36"),
+    "seconds since 1970": ({}, {"torque": lambda t: t + 1.764e9}, "torque waits for yaw rate, whose stamps are 1764"),
+    "milliseconds": ({}, {"yaw_rate": lambda t: 1e3 * t, "torque": lambda t: 1e3 * t}, "look like milliseconds"),
+    "one in milliseconds": ({}, {"torque": lambda t: 1e3 * t}, "stamps of torque look like milliseconds"),
+    "begins at zero": ({}, {"yaw_rate": lambda t: t - 20.0}, "the clock of yaw rate began anew and shows"),
+    "stands still": ({}, {"torque": lambda t: np.full(t.size, 19.9)}, "every torque that comes is refused"),
+    "a slow stream": (
+        {"signals__gap": 0.2, "torque_period": 0.25},
+        {},
+        "torque comes every 0.25 s, longer than the 0.2",
+    ),
+    "far too slow": ({"torque_period": 1.0}, {}, "torque comes every 1 s, longer than the 0.488 s that are bridged"),
+    "jitter beyond the gap": (
+        {"signals__gap": 0.2, "torque_period": 0.19},
+        {"torque": lambda t: t + 0.08 * np.sin(1e3 * t)},
+        "longer than the 0.2 s that are bridged",
+    ),
+}
+
+
+@pytest.mark.parametrize(("settings", "clocks", "cause"), KINDS.values(), ids=KINDS.keys())
+def test_the_cause_is_said_within_five_seconds(
+    settings: dict[str, object], clocks: dict[str, Clock], cause: str
+) -> None:
+    drive = Drive(**settings)  # type: ignore[arg-type]
+    if not settings:
+        assert not any(starved(drive.go(20.0)))
+    healths = drive.go(20.0, **clocks)
+    first = starved(healths).index(True)
+    assert first <= 10
+    assert all(starved(healths[first:]))
+    health = healths[-1]
+    assert cause in health.learning.why
+    assert f"learning is starved: {health.learning.why}" in health.reasons
+    assert health.level == "WARN"
+    assert health.learning.since == pytest.approx(20.0 if not settings else 0.0, abs=1.5)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.1, 0.25])
+def test_a_stream_that_is_learned_from_is_not_starved(period: float) -> None:
+    healths = Drive(torque_period=period).go(30.0)
+    assert not any(starved(healths))
+    warned = [reason for reason in healths[-1].reasons if "comes every 0.25 s" in reason]
+    assert bool(warned) == (period == 0.25)
+
+
+def test_it_is_said_when_samples_are_made_again() -> None:
+    drive = Drive()
+    drive.go(20.0)
+    assert starved(drive.go(10.0, torque=lambda t: t + 3600.0))[-1]
+    healths = drive.go(10.0)
+    assert not starved(healths)[-1]
+    assert healths[-1].learning.since == pytest.approx(30.0, abs=3.0)
+    assert healths[-1].learning.why == ""
+
+
+def test_a_silent_stream_is_said_once() -> None:
+    drive = Drive()
+    drive.go(10.0)
+    health = drive.go(10.0, torque=None)[-1]
+    assert (health.level, health.learning.state) == ("STALE", "starved")
+    assert "no torque has come for" in health.learning.why
+
+
+def test_values_minutes_apart_are_never_paired() -> None:
+    drive = Drive(0.5, 0.5, signals__smoothing=0.5)
+    drive.go(400.0, yaw_rate=lambda t: t + 300.0)
+    assert drive.node.batches.samples_seen == 0
+    assert drive.node.batches.rejected["clocks_apart"] > 0
+    drive.go(20.0)
+    assert drive.node.batches.samples_seen > 0
+
+
+def test_nothing_that_is_held_is_uncounted() -> None:
+    drive = Drive()
+    drive.go(20.0)
+    health = drive.go(100.0, yaw_rate=lambda t: t - 20.0)[-1]
+    assert health.streams["yaw_rate"].held == pytest.approx(2000, abs=60)
+    assert health.counters["held"] == sum(one.held for one in health.streams.values())
+
+
+def test_a_clean_restart_hears_again_whatever_was_saved() -> None:
+    drive = Drive()
+    drive.go(20.0)
+    drive.go(5.0, yaw_rate=lambda t: t + 1e9)
+    saved = json.loads(json.dumps(drive.node.memory(whole=True)))
+    drive.node = LearnerNode(drive.node.config, boot="c", memory=saved)
+    drive.watch = HealthWatch(drive.node.config.health, started=drive.now, clock=lambda: drive.now)
+    before = drive.node.batches.samples_seen
+    drive.go(10.0)
+    assert drive.node.batches.samples_seen - before >= 12
