@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 policy trace-table missions soak recording pictures clean
+.PHONY: demo test lint bench table1 policy trace-table missions soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -38,6 +38,9 @@ missions: .venv/ready  ## what vehicles do all day: the curve that is served, an
 
 soak: .venv/ready  ## half an hour: a day at sea
 	$(BIN)/python -m benchmarks.soak
+
+hold: .venv/ready  ## an hour: kills, damaged states, restarts, junk, floods, clients that stop, a day of data
+	$(BIN)/python -m benchmarks.hold
 
 recording: .venv/ready
 	$(BIN)/python -m benchmarks.recording

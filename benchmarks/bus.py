@@ -277,6 +277,13 @@ def _echo(endpoint: str) -> None:
                 query.reply("echo", b"0123456789")
 
 
+def _router(endpoint: str) -> None:
+    """Nothing but a router, as a vehicle may have one."""
+    with open_session(listening(endpoint)):
+        print("ready", flush=True)
+        threading.Event().wait()
+
+
 def _feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
     """Sends Leng's run again and again: `often` batches of samples a second, each in so many messages of a stream."""
     streams, pace = leng.recording("T1", seed=1).streams(), float(often)
@@ -319,4 +326,4 @@ if __name__ == "__main__":
     if role == "measure":
         print(json.dumps(measure(), indent=2))
     else:
-        {"echo": _echo, "feed": _feed, "many": _many}[role](*words)
+        {"echo": _echo, "feed": _feed, "many": _many, "router": _router}[role](*words)
