@@ -93,32 +93,35 @@ class _Queue:
     def __init__(self, name: str | None, ring: Any, most_bytes: int) -> None:
         self.name, self.ring = name, ring
         self._most, self._bytes = most_bytes, 0
-        self._waiting: deque[tuple[Any, int]] = deque()
+        self._waiting: deque[tuple[Any, Any, int]] = deque()
 
     def fill(self, most: int, refused: Callable[[str], None]) -> None:
         """Takes at most so many messages from the ring; for each that is not kept a reason is told."""
+        receive, keep = self.ring.try_recv, self._waiting.append
         for _ in range(most):
-            sample = self.ring.try_recv()
+            sample = receive()
             if sample is None:
                 break
-            size = len(sample.payload) + MESSAGE_BYTES
+            payload = sample.payload
+            size = len(payload) + MESSAGE_BYTES
             if size > MAX_PAYLOAD + MESSAGE_BYTES:
                 refused("too_large")
                 continue
-            self._waiting.append((sample, size))
+            keep((sample, payload, size))
             self._bytes += size
             while self._bytes > self._most:
-                self._bytes -= self._waiting.popleft()[1]
+                self._bytes -= self._waiting.popleft()[2]
                 refused("queue_full")
 
-    def turn(self) -> Iterator[Any]:
-        """The messages that are read before it is the next queue's turn."""
+    def turn(self) -> Iterator[tuple[Any, Any, int]]:
+        """The messages that are read before it is the next queue's turn: each with its payload and its size [bytes]."""
         read = 0
         while self._waiting and read < TURN_BYTES:
-            sample, size = self._waiting.popleft()
+            message = self._waiting.popleft()
+            size = message[2]
             self._bytes -= size
-            read += size
-            yield sample
+            read += size - MESSAGE_BYTES
+            yield message
 
 
 class Ingest:
@@ -142,9 +145,9 @@ class Ingest:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
             self._fill()
-            for sample in queue.turn():
-                self._take(sample, queue.name, taken)
-                if len(sample.payload) > LARGE:
+            for sample, payload, size in queue.turn():
+                self._take(sample, payload, queue.name, taken)
+                if size > LARGE:
                     self._fill()  # to read it took long
             for stream, (t, value) in taken.items():
                 batch_waits |= self._pass_on(stream, t, value)
@@ -158,7 +161,7 @@ class Ingest:
         for queue in self._queues:
             queue.fill(self._places, self._watch.refused)
 
-    def _take(self, sample: Any, name: str | None, taken: dict[str, tuple[list[Any], list[Any]]]) -> None:
+    def _take(self, sample: Any, payload: Any, name: str | None, taken: dict[str, tuple[list[Any], list[Any]]]) -> None:
         """Adds one message to those taken; whatever it holds, nothing is raised."""
         try:
             if sample.kind != zenoh.SampleKind.PUT:
@@ -169,7 +172,7 @@ class Ingest:
                 name = str(sample.key_expr).rpartition("/")[2]
                 if len(name) > MAX_NAME or name in REQUIRED:
                     raise Refused("wrong_channel_name")
-            t, value, sequence = parse(sample.payload.to_bytes())
+            t, value, sequence = parse(payload.to_bytes())
         except Refused as refusal:
             self._watch.refused(str(refusal))
             return
