@@ -59,7 +59,7 @@ class Batches:
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
         self._refused: dict[str, int] = {}
-        self._turns, self._turn = 0, ""
+        self._turns, self._turn, self._leads = 0, "", 0.0
         self._recent_rates: deque[float] = deque(maxlen=10)
         self._clock_restarts = 0
         self.samples_seen = 0
@@ -208,10 +208,11 @@ class Batches:
             return
         self._turn = stream
         rate, torque = (self._synchroniser.newest(name) for name in (YAW_RATE, TORQUE))
-        if rate is None or torque is None or abs(rate - torque) <= JUMP:
-            self._turns = 0
-        else:
-            self._turns += 1
+        lead = 0.0 if rate is None or torque is None else rate - torque
+        # Played faster than they are taken in, each is ahead in its turn.
+        together = abs(lead) <= JUMP or lead * self._leads < 0.0
+        self._turns = 0 if together else self._turns + 1
+        self._leads = lead
 
     def _take(self, samples: Samples) -> None:
         if not len(samples):

@@ -21,6 +21,8 @@ COMMANDS = {
     "replay": ("simulator.replay", "plays recorded runs onto the keys"),
     "view": ("viewer.view", "live viewer, recording"),
     "query": ("service.query", "asks a running learner for the damping"),
+    "status": ("service.status", "what a running learner hears, makes of it and why; exit status 0 where health is OK"),
+    "watch": ("service.watch", "the same, live, and a line for each iteration"),
     "fit": ("simulator.fit", "the online loop over recordings; errors for each iteration"),
     "trace": ("simulator.trace", "finds what the model lacks, adds it, reports the error before and after"),
     "table1": ("benchmarks.table1", "Table I and the curve of Fig. 7 beside the paper's figures"),

@@ -24,6 +24,14 @@ from service.sections import HealthLimits
 from service.sequence import Sequence
 from service.starvation import NAMES, Starvation, slow_stream
 
+#: What the sender of a refused message should send, by the reasons.
+CURES = {
+    frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
+        'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
+    ),
+    frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
+}
+
 
 @dataclass(slots=True)
 class _Stream:
@@ -129,7 +137,8 @@ class HealthWatch:
             *(("STALE", sentence) for sentence in self._stale(now)),
             *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
         ]
-        if learning.why and not any(learning.why in sentence for _, sentence in graded):
+        silent = any(level == "STALE" for level, _ in graded)
+        if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
             graded.insert(len([1 for level, _ in graded if level != "WARN"]), ("WARN", learning.sentence))
         served = node.served
         with self._lock:
@@ -137,7 +146,7 @@ class HealthWatch:
                 name: wire.StreamHealth(
                     received=stream.received,
                     lost=stream.sequence.lost,
-                    age_s=None if stream.at is None else round(now - stream.at, 3),
+                    age_s=None if stream.at is None else round(max(now - stream.at, 0.0), 3),
                     t=stream.t,
                     value=stream.value,
                     period_s=readings[name].period if name in readings else None,
@@ -210,11 +219,14 @@ class HealthWatch:
                 elif grown < 0:  # messages that were overtaken, and not lost
                     self._fault[reason] = (at, remembered + grown)
             self._seen = rejected
-            for reason, (at, count) in sorted(self._fault.items()):
-                if count > 0 and now - at <= self._limits.warn_for:
-                    warnings.append(
-                        f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}"
-                    )
+            recent = {
+                reason: count
+                for reason, (at, count) in sorted(self._fault.items())
+                if count > 0 and now - at <= self._limits.warn_for
+            }
+            for reason, count in recent.items():
+                warnings.append(f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}")
+            warnings += [sentence for reasons, sentence in CURES.items() if recent.keys() & reasons]
             rate = self._streams["yaw_rate"]
             if rate.still_since is not None and rate.t is not None:
                 still = rate.t - rate.still_since

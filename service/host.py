@@ -27,6 +27,7 @@ from service.config import Config
 from service.effects import TracedEffects, configured
 from service.health import HealthWatch
 from service.ingest import Ingest
+from service.lines import iteration_line, learning_line
 from service.node import LearnerNode, Outcome
 from service.session import in_time
 from service.store import Store
@@ -66,6 +67,7 @@ class Host:
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
         self._health_publisher = session.declare_publisher(self.keys.health, encoding=JSON)
         self._said: tuple[Any, ...] = ()
+        self._learning = "learning"
         self._next_health = self._next_log = 0.0
         self._rejected = 0
         latest = self.node.latest()
@@ -120,10 +122,18 @@ class Host:
         self.watch.saved(None if store is None else store.problem)
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
-        says = (health.level, len(health.reasons))
+        says = (health.level, len(health.reasons), health.learning.state)
         if now >= self._next_health or says != self._said:
             self._health_publisher.put(wire.encode(health))
             self._next_health, self._said = now + HEALTH_PERIOD, says
+        if health.learning.state != self._learning:
+            log.log(
+                logging.INFO if health.learning.state == "learning" else logging.WARNING,
+                "%s: %s",
+                self.keys.prefix,
+                learning_line(health.learning),
+            )
+            self._learning = health.learning.state
         rejected = health.counters["rejected"]
         if rejected > self._rejected and now >= self._next_log:
             reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
@@ -244,6 +254,7 @@ class Host:
             self._store.save(memory, of.revision, of.t, snapshot, report)
         self._publishers[self.keys.model].put(snapshot)
         self._publishers[self.keys.iteration].put(report)
+        log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report))
 
 
 def _late_joiners_too(session: zenoh.Session, key: str) -> Any:

@@ -16,6 +16,7 @@ from service.config import Config, add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
 from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop
+from service.wire import Keys
 
 log = logging.getLogger(__name__)
 
@@ -70,6 +71,9 @@ def serve(config: Config, stop: threading.Event) -> None:
                 refuse_company(session, each.prefix, stop)
         hosts = [Host(session, each, len(configs)) for each in configs]
         with Crew(hosts, lambda: notify.tell(notify.ALIVE), notify.stroke_period()):
+            for each in configs:
+                for line in beginning(each):
+                    log.info("%s: %s", each.prefix, line)
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
             notify.tell(notify.READY)
             while not stop.wait(PAUSE):
@@ -83,6 +87,22 @@ def serve(config: Config, stop: threading.Event) -> None:
     logging.shutdown()
     sys.stderr.flush()
     os._exit(0)
+
+
+def beginning(config: Config) -> tuple[str, ...]:
+    """Where a learner is met, what it hears and says, and where its state is; a line each."""
+    bus, keys = config.bus, Keys(config.prefix)
+    if bus.zenoh_file is not None:
+        met = f"met as {bus.zenoh_file} says"
+    else:
+        met = f"listens at {bus.listen}" if bus.connect is None else f"client of the router at {bus.connect}"
+    state = "nowhere (state: null)" if config.state is None else f"in {config.state / config.prefix}.sqlite"
+    return (
+        met,
+        f"hears {keys.rate}, {keys.torque} and {keys.any_channel}",
+        f"publishes {keys.model}, {keys.iteration}, {keys.health} and {keys.effects}; answers {keys.damping}",
+        f"keeps its state {state}",
+    )
 
 
 def _keep_memory_small() -> None:

@@ -20,6 +20,8 @@ NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
 STARVED_AFTER = 4.0
 """Without a sample for so long [s], wall time, while both streams come, the learner is starved: five are promised, and
 health is looked at twice a second."""
+SILENT_AFTER = 2.0
+"""A stream that is not heard for so long [s], wall time, is the cause."""
 _UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
 
 
@@ -60,6 +62,7 @@ class Starvation:
         self._why: str | None = None
         self._looked: tuple[float, Mapping[str, float]] = (started, {})
         self._pace: dict[str, float] = {}  # of the streams' clocks [s/s]
+        self._heard: dict[str, tuple[int, float]] = {}  # values of a stream, and when the newest came
 
     @property
     def since(self) -> float:
@@ -74,7 +77,7 @@ class Starvation:
             fed: the learner's batches.
         """
         since, readings = self._since, fed.readings
-        self._look(now, readings)
+        self._look(now, received, readings)
         missing = [name for name in REQUIRED if not received.get(name, 0)]
         if missing:
             self._why = f"no {NAMES[missing[0]]} has come yet" if now - since.at >= STARVED_AFTER else None
@@ -84,20 +87,17 @@ class Starvation:
             self._since = Since(now, t, fed.samples_seen, dict(received), newest, fed.rejected_by_stream)
             self._why = None
         elif now - since.at >= STARVED_AFTER:
-            self._why = self._cause(now - since.at, received, readings, fed.rejected_by_stream) or self._why
+            self._why = self._cause(now, readings, fed.rejected_by_stream) or self._why
         return self._why
 
     def _cause(
-        self,
-        waited: float,
-        received: Mapping[str, int],
-        readings: Mapping[str, Reading],
-        rejected: Mapping[str, Mapping[str, int]],
+        self, now: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]
     ) -> str | None:
         since, settings = self._since, self._settings
         for name in REQUIRED:
-            if received.get(name, 0) == since.received.get(name, 0):
-                return f"no {NAMES[name]} has come for {waited:.0f} s"
+            silent = now - self._heard[name][1]
+            if silent >= SILENT_AFTER:
+                return f"the last {NAMES[name]} came {silent:.0f} s ago"
         for name in REQUIRED:
             if readings[name].newest is None or self._pace.get(name) == 0.0:
                 return self._refused(name, readings[name], rejected.get(name, {}))
@@ -121,8 +121,11 @@ class Starvation:
             return None  # played slowly
         return "yaw rate and torque come, but no stretch without a pause is as long as a sample needs"
 
-    def _look(self, now: float, readings: Mapping[str, Reading]) -> None:
-        """Measures how fast the streams' clocks go, once a second."""
+    def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:
+        """When each stream was heard last and, once a second, how fast its clock goes."""
+        for name, count in received.items():
+            if count != self._heard.get(name, (0, 0.0))[0]:
+                self._heard[name] = (count, now)
         at, before = self._looked
         if now - at >= 1.0:
             newest = _newest(readings)
@@ -136,7 +139,7 @@ class Starvation:
         reason = max(grown, key=lambda reason: grown[reason], default="")
         if not reason or grown[reason] <= 0:
             return f"the stamps of {NAMES[name]} do not follow one another; stamp it with a clock that goes forward"
-        shown = "" if reading.newest is None else f", and its clock stands at {reading.newest:.10g} s"
+        shown = "" if reading.newest is None else f", and its clock stands at {reading.newest:.1f} s"
         return f"every {NAMES[name]} that comes is refused ({reason.replace('_', ' ')}){shown}"
 
 
@@ -165,12 +168,12 @@ def _apart(rate: Reading, torque: Reading) -> str:
     cure = "stamp both with one clock"
     if restarted and not set_back:
         return (
-            f"the clock of {late} began anew and shows {behind:.10g} s while that of {early} shows {ahead:.10g} s, so "
+            f"the clock of {late} began anew and shows {behind:.1f} s while that of {early} shows {ahead:.1f} s, so "
             f"that nothing tells which values belong together; {cure}, or restart both"
         )
     return (
-        f"{early} waits for {late}, whose stamps are {ahead - behind:.10g} s behind ({behind:.10g} s and "
-        f"{ahead:.10g} s); {cure}"
+        f"{early} waits for {late}, whose stamps are {ahead - behind:.1f} s behind ({behind:.1f} s and "
+        f"{ahead:.1f} s); {cure}"
     )
 
 

@@ -1,0 +1,110 @@
+"""How a command that asks a learner meets it: opens the bus, and asks again until it answers or patience ends."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TypeVar
+
+import zenoh
+
+from incsvr.errors import BadInput
+from service.config import Config
+from service.session import connecting, from_file, open_session
+from service.wire import ErrorReply, Form, Keys, decode
+
+RETRY = 0.3
+"""Pause between two attempts while a learner restarts [s]; it is back within one and a half."""
+
+FormType = TypeVar("FormType", bound=Form)
+
+
+class NoAnswer(Exception):
+    """Nobody answered in time; the message is one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Client:
+    """A session that reaches a learner's bus.
+
+    Attributes:
+        where: the bus, for people.
+        until: of the monotonic clock [s]; afterwards no question is asked again.
+    """
+
+    session: zenoh.Session
+    keys: Keys
+    where: str
+    until: float
+
+    def ask(self, selector: str, form: type[FormType]) -> FormType:
+        """The learner's answer; while it restarts, or has learned nothing, the question is asked again.
+
+        Raises:
+            NoAnswer: nobody answers within the time, or nothing has been learned until then.
+            BadInput: the learner refuses the question.
+        """
+        return self.once(selector, form, lambda refusal: refusal.error_type != "BadInput")
+
+    def ask_if_any(self, selector: str, form: type[FormType]) -> FormType | None:
+        """The learner's answer; None where it has nothing to answer with.
+
+        Raises:
+            NoAnswer: nobody answers within the time.
+        """
+        try:
+            return self.once(selector, form, lambda refusal: refusal.error_type != "NothingLearned")
+        except BadInput:
+            return None
+
+    def once(self, selector: str, form: type[FormType], again: Callable[[ErrorReply], bool]) -> FormType:
+        """The answer; where it is a refusal, the question is asked again if `again` says so, else BadInput raised."""
+        pause = threading.Event()
+        while True:
+            problem = (
+                f"a bus is at {self.where}, but no learner answers for {self.keys.prefix}: "
+                "is the prefix right (--prefix)?"
+            )
+            for reply in self.session.get(selector, timeout=2.0):
+                if reply.ok is not None:
+                    return decode(form, reply.ok.payload.to_bytes())
+                if reply.err is not None:
+                    refusal = _refusal(reply.err.payload.to_bytes())
+                    if not again(refusal):
+                        raise BadInput(refusal.error)
+                    problem = refusal.error
+            if time.monotonic() >= self.until:
+                raise NoAnswer(problem)
+            pause.wait(RETRY)
+
+
+@contextmanager
+def reaching(config: Config, patience_s: float) -> Iterator[Client]:
+    """A client of the configured bus.
+
+    Raises:
+        NoAnswer: nobody listens there within the time.
+    """
+    bus = config.bus
+    where = bus.connect or bus.listen
+    zenoh_config = connecting(where) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+    if bus.zenoh_file is not None:
+        where = f"the endpoint of {bus.zenoh_file}"
+    until = time.monotonic() + patience_s
+    try:
+        session = open_session(zenoh_config, patience_s)
+    except BadInput as error:
+        raise NoAnswer(f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect") from error
+    with session:
+        yield Client(session, Keys(config.prefix), where, until)
+
+
+def _refusal(payload: bytes) -> ErrorReply:
+    """What an error reply says; Zenoh's own, on a timeout, is a bare text."""
+    try:
+        return decode(ErrorReply, payload)
+    except BadInput:
+        return ErrorReply(error=f"the bus refuses: {payload.decode(errors='replace')}", error_type="Bus")

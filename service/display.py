@@ -1,0 +1,129 @@
+"""One screen, 80 columns wide, of what a learner hears, what it makes of it and why not; for `status` and `watch`."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.rule import Rule
+from rich.table import Table
+from rich.text import Text
+
+from service.wire import Health, ModelSnapshot, StreamHealth
+
+WIDTH = 80
+COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
+NAMES = {"yaw_rate": "yaw rate"}
+UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+SHOWN = 5
+"""Rates at which the model is shown, over its trained range."""
+
+
+def screen(prefix: str, health: Health, model: ModelSnapshot | None) -> RenderableType:
+    """The screen of one learner."""
+    return Group(
+        _head(prefix, health),
+        Rule(style="dim"),
+        _heard(health),
+        Text(),
+        _facts(health, model),
+        *(_reasons(health) if health.reasons else ()),
+    )
+
+
+def _head(prefix: str, health: Health) -> RenderableType:
+    head = Table.grid(expand=True)
+    head.add_column()
+    head.add_column(justify="right")
+    level = Text.assemble((prefix, "bold"), "  ", (health.level, f"bold {COLOURS[health.level]}"))
+    level.append("" if health.learning.state == "learning" and health.level == "OK" else f"  {health.learning.state}")
+    head.add_row(level, Text(f"up {_duration(health.uptime_s)}", style="dim"))
+    return head
+
+
+def _heard(health: Health) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="dim")
+    table.add_column("heard", no_wrap=True, min_width=12, max_width=18)
+    for name, width in (
+        ("value", 13),
+        ("Hz", 5),
+        ("age s", 5),
+        ("clock s", 9),
+        ("values", 9),
+        ("lost", 4),
+        ("held", 6),
+    ):
+        table.add_column(name, justify="right", no_wrap=True, min_width=width)
+    for name, stream in health.streams.items():
+        table.add_row(NAMES.get(name, name), *_columns(name, stream))
+    return table
+
+
+def _columns(name: str, stream: StreamHealth) -> tuple[str, ...]:
+    value = "–" if stream.value is None else f"{stream.value:.3g} {UNITS.get(name, '')}".strip()
+    return (
+        value,
+        "–" if not stream.period_s else f"{1.0 / stream.period_s:.3g}",
+        "never" if stream.age_s is None else f"{stream.age_s:.1f}",
+        "–" if stream.t is None else f"{stream.t:.1f}",
+        str(stream.received),
+        str(stream.lost),
+        str(stream.held),
+    )
+
+
+def _facts(health: Health, model: ModelSnapshot | None) -> Table:
+    facts = Table.grid(padding=(0, 2, 0, 0))
+    facts.add_column(style="dim", no_wrap=True)
+    facts.add_column()
+    facts.add_row("made of it", _made(health))
+    facts.add_row("learning", _learning(health))
+    if model is None:
+        facts.add_row("model", "none yet: the first follows the first batch")
+        return facts
+    sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} N m"
+    facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
+    facts.add_row("", f"{len(model.support)} vectors, I = {model.inertia:g} kg m²{sigma}")
+    if model.trained_range is not None:
+        rates = np.linspace(*model.trained_range, SHOWN)
+        curve = model.model().predict(rates)
+        rows = (("rate rad/s", rates, 3), ("damping N m", curve.damping, 3), ("± N m", curve.sigma, 2))
+        for label, values, digits in rows:
+            facts.add_row("", f"{label:<12s}" + "".join(f"{value:>10.{digits}g}" for value in values))
+    names = [str(effect.get("effect", "?")) for effect in model.effects]
+    if names:
+        facts.add_row("effects", ", ".join(names))
+    return facts
+
+
+def _made(health: Health) -> str:
+    counters = health.counters
+    made = f"{counters.get('samples', 0)} samples, {counters.get('iterations', 0)} iterations"
+    refused = sorted(
+        ((count, name.removeprefix("rejected:")) for name, count in counters.items() if name.startswith("rejected:")),
+        reverse=True,
+    )
+    told = ", ".join(f"{count} {reason.replace('_', ' ')}" for count, reason in refused)
+    return f"{made}; refused: {told}" if told else f"{made}; nothing refused"
+
+
+def _learning(health: Health) -> str:
+    learning = health.learning
+    covered = f"{100.0 * health.learned:.0f} % of the rate range covered by fresh samples"
+    return covered if learning.state == "learning" else f"{learning.state} since {learning.since:.1f} s; {covered}"
+
+
+def _reasons(health: Health) -> tuple[RenderableType, ...]:
+    table = Table.grid(padding=(0, 1, 0, 0))
+    table.add_column(style=COLOURS[health.level])
+    table.add_column()
+    for reason in health.reasons:
+        table.add_row("!", f"{reason[:1].upper()}{reason[1:]}.")
+    return (Text(), Padding(table, 0))
+
+
+def _duration(seconds: float) -> str:
+    minutes, hours = int(seconds // 60), int(seconds // 3600)
+    if hours >= 48:
+        return f"{hours // 24} days"
+    return f"{hours} h {minutes % 60} min" if hours else f"{minutes} min" if minutes else f"{seconds:.0f} s"

@@ -1,0 +1,119 @@
+"""`incsvr watch`: the screen of `incsvr status`, live, and a line for each iteration, until Ctrl-C.
+
+Where the output is no terminal, the lines alone: each iteration, and whenever health changes its level or learning
+its state.
+"""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+
+from incsvr.errors import BadInput
+from service.client import Client, NoAnswer, reaching
+from service.config import add_config_arguments, from_arguments
+from service.display import WIDTH, screen
+from service.lines import iteration_line, learning_line
+from service.session import told_to_stop
+from service.status import look
+from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
+
+AWAY = 3.0
+"""Health comes once a second; without any for so long [s], the learner is away."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--wait", type=float, default=3.0, help="how long to try [s] (default 3)")
+    add_config_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    config = from_arguments(args)
+    stop = told_to_stop()
+    try:
+        with reaching(config, args.wait) as client:
+            follow(client, Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False), stop)
+    except NoAnswer as error:
+        print(f"incsvr watch: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def follow(client: Client, console: Console, stop: threading.Event) -> None:
+    """Shows what comes until `stop` is set.
+
+    Raises:
+        NoAnswer: no learner answers at the beginning.
+    """
+    keys = client.keys
+    forms: dict[str, type[Form]] = {keys.health: Health, keys.model: ModelSnapshot, keys.iteration: IterationReport}
+    came: queue.Queue[Form] = queue.Queue()
+    subscribers: list[Any] = [client.session.declare_subscriber(key, _put(form, came)) for key, form in forms.items()]
+    health, model = look(client)
+    say = _Says(console, keys.prefix)
+    say.health(health)
+    with Live(screen(keys.prefix, health, model), console=console, auto_refresh=False) as live:
+        waited = 0.0
+        while not stop.is_set():
+            try:
+                form = came.get(timeout=0.5)
+            except queue.Empty:
+                waited += 0.5
+                if waited >= AWAY:
+                    say.away()
+                continue
+            waited = 0.0
+            if isinstance(form, IterationReport):
+                console.print(iteration_line(form), soft_wrap=True)
+            elif isinstance(form, ModelSnapshot):
+                model = form
+            elif isinstance(form, Health):
+                health = form
+                say.health(health)
+            if console.is_terminal:
+                live.update(screen(keys.prefix, health, model), refresh=True)
+        if not console.is_terminal:
+            live.update("")
+    for subscriber in subscribers:
+        subscriber.undeclare()
+
+
+class _Says:
+    """A line whenever the level or the state changes."""
+
+    def __init__(self, console: Console, prefix: str) -> None:
+        self._console, self._prefix = console, prefix
+        self._said: tuple[str, ...] = ()
+
+    def health(self, health: Health) -> None:
+        now = (health.level, health.learning.state)
+        if now == self._said:
+            return
+        if self._said[1:] != now[1:]:
+            self._console.print(learning_line(health.learning), soft_wrap=True)
+        if self._said[:1] != now[:1]:
+            why = "" if not health.reasons else f": {health.reasons[0]}"
+            self._console.print(f"health is {health.level}{why}", soft_wrap=True)
+        self._said = now
+
+    def away(self) -> None:
+        if self._said != ("away",):
+            self._console.print(f"the learner of {self._prefix} is away; waiting for it", soft_wrap=True)
+            self._said = ("away",)
+
+
+def _put(form: type[Form], came: queue.Queue[Form]) -> Callable[[Any], None]:
+    def take(sample: Any) -> None:
+        try:
+            came.put(decode(form, sample.payload.to_bytes()))
+        except BadInput:
+            return  # another program publishes on this key
+
+    return take

@@ -1,0 +1,71 @@
+"""What docs/bus.md says is so: its client runs as it stands, and its payloads are those of the learner."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from service import wire
+from service.answers import MAX_RATES
+from service.ingest import parse
+from tests.service.conftest import teach
+from tests.service.test_processes import KEYS, client_after, endpoint, following, next_model
+
+__all__ = ["endpoint"]
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "bus.md").read_text(encoding="utf-8")
+CLIENT = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)[0]
+PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_client_of_twenty_lines_runs(endpoint: str, tmp_path: Path) -> None:
+    code = [line for line in CLIENT.splitlines() if line.strip() and not line.startswith(("import", "from"))]
+    assert len(code) <= 20
+    (tmp_path / "client.py").write_text(CLIENT, encoding="utf-8")
+    with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
+        models = following(session)
+        teach(session, KEYS, 9, 0, 35)
+        model = next_model(models)
+        ran = subprocess.run(
+            [sys.executable, tmp_path / "client.py", endpoint], capture_output=True, text=True, check=True
+        )
+    health, damping = ran.stdout.splitlines()
+    assert "'streams': {'yaw_rate': {'received': " in health
+    assert f"'revision': {model.revision}" in damping
+    assert "'damping': [" in damping
+
+
+def test_the_measurements_are_taken() -> None:
+    for line in PAYLOADS[0].splitlines():
+        t, value, _ = parse(line.encode())
+        assert len(t) == len(value)
+
+
+@pytest.mark.parametrize(
+    ("position", "form"),
+    [(1, wire.ModelSnapshot), (2, wire.DampingReply), (3, wire.Health), (4, wire.ErrorReply)],
+)
+def test_the_payloads_are_those_of_the_learner(position: int, form: type[wire.Form]) -> None:
+    payload = PAYLOADS[position]
+    wire.decode(form, payload.encode())
+    assert set(json.loads(payload)) == set(form.model_fields)
+
+
+def test_every_key_and_limit_stands_there() -> None:
+    for key in (
+        KEYS.rate,
+        KEYS.torque,
+        KEYS.model,
+        KEYS.iteration,
+        KEYS.damping,
+        KEYS.health,
+        KEYS.effects,
+        KEYS.alive,
+    ):
+        assert f"`{key}`" in PAGE
+    assert f"at most {MAX_RATES} rates" in PAGE
