@@ -27,29 +27,33 @@ IDLE = ("station", "on_deck")
 
 @dataclass(frozen=True, slots=True)
 class Circumstance:
-    """How a run is logged: at which rate its controller works [Hz], and whether the log's gyro is the controller's."""
+    """How a run is logged: at which rate its controller works [Hz], and whether the log's gyro is another, of its own
+    rate [Hz]."""
 
     name: str
     control_rate: float = 10.0
     separate_gyro: bool = False
+    gyro_rate: float | None = None
 
 
-CIRCUMSTANCES = (
+USUAL = (
     Circumstance("10 Hz, the controller's gyro"),
-    Circumstance("10 Hz, another gyro", separate_gyro=True),
-    Circumstance("5 Hz, the controller's gyro", control_rate=5.0),
-    Circumstance("10 Hz, the controller's gyro"),
-    Circumstance("20 Hz, the controller's gyro", control_rate=20.0),
     Circumstance("10 Hz, another gyro", separate_gyro=True),
 )
-"""The runs of a cell go through them, one after the other."""
+"""The first two runs of every cell."""
+OTHER = (
+    Circumstance("5 Hz, the controller's gyro", control_rate=5.0),
+    Circumstance("20 Hz, the controller's gyro", control_rate=20.0),
+    Circumstance("commands at 4 Hz, another gyro at 20 Hz", control_rate=4.0, separate_gyro=True, gyro_rate=20.0),
+)
+"""Every further run has one of them; neighbouring cells begin with another one."""
 
 
 def circumstance(mission: Mission) -> str:
     """The name of the circumstance under which a mission is logged."""
     return next(
         one.name
-        for one in CIRCUMSTANCES
+        for one in USUAL + OTHER
         if (one.control_rate, one.separate_gyro) == (mission.control_rate, mission.separate_gyro)
     )
 
@@ -63,7 +67,7 @@ def quiet(
         for index in range(runs):
             seed = first_seed + cell + STRIDE * index
             if kind in kinds and vehicle in vehicles:
-                yield _logged(Mission(kind, vehicle, seed), index)
+                yield _logged(Mission(kind, vehicle, seed), index, cell)
 
 
 def hidden(kind: str, vehicle: str, runs: int, first_seed: int) -> Iterator[Mission]:
@@ -71,9 +75,9 @@ def hidden(kind: str, vehicle: str, runs: int, first_seed: int) -> Iterator[Miss
     for number, forms in enumerate(HIDDEN.values()):
         for index in range(runs):
             seed = first_seed + number + STRIDE * index
-            yield _logged(Mission(kind, vehicle, seed, effect=forms[index % len(forms)]), index)
+            yield _logged(Mission(kind, vehicle, seed, effect=forms[index % len(forms)]), index, number)
 
 
-def _logged(mission: Mission, index: int) -> Mission:
-    how = CIRCUMSTANCES[index % len(CIRCUMSTANCES)]
-    return replace(mission, control_rate=how.control_rate, separate_gyro=how.separate_gyro)
+def _logged(mission: Mission, index: int, cell: int) -> Mission:
+    how = USUAL[index] if index < len(USUAL) else OTHER[(cell + index) % len(OTHER)]
+    return replace(mission, control_rate=how.control_rate, separate_gyro=how.separate_gyro, gyro_rate=how.gyro_rate)

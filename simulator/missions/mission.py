@@ -55,6 +55,7 @@ class Mission:
         effect_size: 1 for its full size.
         water: 1 for water as it usually is, 0 for still water.
         separate_gyro: whether the log's gyro is another than the controller's, with noise and a clock of its own.
+        gyro_rate: of a separate gyro [Hz]; None for the controller's rate.
         duration: [s].
         control_rate: of the controller and of what it logs [Hz]; a whole number of integration steps.
     """
@@ -66,6 +67,7 @@ class Mission:
     effect_size: float = 1.0
     water: float = 1.0
     separate_gyro: bool = False
+    gyro_rate: float | None = None
     duration: float = 1800.0
     control_rate: float = 10.0
 
@@ -187,7 +189,8 @@ def _log(mission: Mission, motion: Motion, period: float, random: np.random.Gene
     streams: Streams = {"yaw_rate": (time, motion.gyro), "torque": (time, motion.command)}
     with_heading = random.random() < 0.5
     if mission.separate_gyro:
-        stamps = np.round(time[:-1] + random.uniform(0.0, period), 6)
+        own = period if mission.gyro_rate is None else 1.0 / mission.gyro_rate
+        stamps = np.round(np.arange(random.uniform(0.0, own), time[-1], own, dtype=np.float64), 6)
         rate = np.interp(stamps, motion.time, motion.yaw_rate)
         streams["yaw_rate"] = (stamps, rate + GYRO_NOISE * random.standard_normal(stamps.size))
     if with_heading:

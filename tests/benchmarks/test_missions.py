@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks import mission_learner, mission_tracer
-from benchmarks.mission_cases import HIDDEN, hidden, quiet
+from benchmarks.mission_cases import HIDDEN, OTHER, USUAL, circumstance, hidden, quiet
 from benchmarks.missions import add_arguments, cases, run
 from incsvr.learning.model import Model
 from simulator.missions import FULL_SIZE, KINDS, VEHICLES, Mission, Outcome, play
@@ -33,6 +33,7 @@ def test_every_kind_vehicle_and_effect_is_tried_with_a_seed_of_its_own() -> None
     assert {(mission.kind, mission.vehicle) for mission in missions} == {(k, v) for k in KINDS for v in VEHICLES}
     assert len({mission.seed for mission in missions}) == len(missions) == 3 * len(KINDS) * len(VEHICLES)
     assert {mission.effect for mission in missions} == {None}
+    assert {circumstance(mission) for mission in missions} == {one.name for one in USUAL + OTHER}
     surveys = list(hidden("survey", "rov", 3, 0))
     assert set(FULL_SIZE) | {"heading_current"} == {mission.effect for mission in surveys}
     assert len({mission.seed for mission in surveys}) == len(surveys) == 3 * len(HIDDEN)

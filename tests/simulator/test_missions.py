@@ -110,6 +110,10 @@ def test_a_controller_at_its_own_rate_is_logged_at_its_own_rate() -> None:
     for control_rate in (5.0, 8.0, 20.0):
         recording = play(Mission("survey", "rov", seed=1, control_rate=control_rate, duration=60.0)).recording
         np.testing.assert_allclose(np.diff(recording.time), 1.0 / control_rate)
+    slow = play(Mission("survey", "rov", 1, control_rate=4.0, separate_gyro=True, gyro_rate=20.0, duration=60.0))
+    streams = slow.recording.streams()
+    np.testing.assert_allclose(np.diff(streams["yaw_rate"][0]), 0.05, atol=2e-6)
+    np.testing.assert_allclose(np.diff(streams["torque"][0]), 0.25)
     with pytest.raises(ValueError, match="whole number of steps"):
         play(Mission("survey", "rov", seed=1, control_rate=7.0))
 
