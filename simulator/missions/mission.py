@@ -190,7 +190,8 @@ def _log(mission: Mission, motion: Motion, period: float, random: np.random.Gene
     with_heading = random.random() < 0.5
     if mission.separate_gyro:
         own = period if mission.gyro_rate is None else 1.0 / mission.gyro_rate
-        stamps = np.round(np.arange(random.uniform(0.0, own), time[-1], own, dtype=np.float64), 6)
+        count = int(time[-1] / own)
+        stamps = np.round(own * np.arange(count, dtype=np.float64) + random.uniform(0.0, own), 6)
         rate = np.interp(stamps, motion.time, motion.yaw_rate)
         streams["yaw_rate"] = (stamps, rate + GYRO_NOISE * random.standard_normal(stamps.size))
     if with_heading:
