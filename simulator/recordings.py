@@ -1,7 +1,8 @@
 """Recordings: CSV files of one contiguous run each, read with every fault named, and written exactly.
 
-Header row; `t` [s], strictly increasing; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
-empty cell means that the channel was not sampled in that row, so streams of different rates fit in one file.
+Header row; `t` [s], never going back; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
+empty cell means that the channel was not sampled in that row, so streams of different rates fit in one file. Rows of
+one instant are merged.
 """
 
 from __future__ import annotations
@@ -114,7 +115,7 @@ def read(path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "") -> R
             f"{path}, row {beyond[0] + 2}: yaw_rate is {columns['yaw_rate'][beyond[0]]:g}, beyond the plausible "
             f"±{rate_limit:g} rad/s; if it is in degrees per second, multiply it by pi/180 = 0.0174533{faster}"
         )
-    return Recording(path.name, time, columns)
+    return Recording(path.name, *_merged(path, time, columns))
 
 
 def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
@@ -209,15 +210,14 @@ def _check_time(path: Path, time: Array) -> None:
     if time[0] < 0.0:
         raise BadInput(f"{path}, row 2: t is {time[0]:g}; let time begin at zero or later")
     steps = np.diff(time)
-    backwards = np.flatnonzero(steps <= 0.0)
+    backwards = np.flatnonzero(steps < 0.0)
     if backwards.size:
         row = backwards[0] + 3
-        how = "stands still" if steps[backwards[0]] == 0.0 else "runs backwards"
         raise BadInput(
-            f"{path}, row {row}: time {how}, from {time[row - 3]:.10g} to {time[row - 2]:.10g} s; "
-            "sort the rows by t, remove those that stand twice, and put each run into a file of its own"
+            f"{path}, row {row}: time runs backwards, from {time[row - 3]:.10g} to {time[row - 2]:.10g} s; "
+            "sort the rows by t, and put each run into a file of its own"
         )
-    typical = float(np.median(steps)) if steps.size else 0.0
+    typical = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
     if typical > TYPICAL_STEP_LIMIT:
         raise BadInput(
             f"{path}, row 3: t advances by {typical:g} in a typical row; "
@@ -227,3 +227,22 @@ def _check_time(path: Path, time: Array) -> None:
         raise BadInput(
             f"{path}, row {time.size + 1}: t is {time[-1]:g}, which is no time in seconds; convert the stamps"
         )
+
+
+def _merged(path: Path, time: Array, columns: Mapping[str, Array]) -> tuple[Array, dict[str, Array]]:
+    """One row an instant: of rows with the same stamp each gives what it has, as where two topics were joined."""
+    instants, place = np.unique(time, return_inverse=True)
+    if instants.size == time.size:
+        return time, dict(columns)
+    merged = {}
+    for name, values in columns.items():
+        merged[name] = np.full(instants.size, np.nan)
+        sampled = np.flatnonzero(~np.isnan(values))
+        merged[name][place[sampled]] = values[sampled]
+        other = sampled[merged[name][place[sampled]] != values[sampled]]
+        if other.size:
+            raise BadInput(
+                f"{path}, row {other[0] + 2}: t is {time[other[0]]:.10g} in several rows, with different values of "
+                f"{name}; leave one of them"
+            )
+    return instants, merged

@@ -76,7 +76,7 @@ def test_what_is_written_is_read_to_the_last_bit(times: list[float], data: st.Da
         (GOOD + "0.3,0.1,-inf\n", "row 5: torque is '-inf'; leave the cell empty"),
         (GOOD + "inf,0.1,1\n", "row 5: t is 'inf'"),
         (GOOD + ",0.1,1\n", "row 5: t is empty; every row needs its time"),
-        (GOOD + "0.2,0.1,1\n", "row 5: time stands still, from 0.2 to 0.2 s; sort the rows"),
+        (GOOD + "0.2,0.1,1\n", "t is 0.2 in several rows, with different values of yaw_rate; leave one of them"),
         (GOOD + "0.15,0.1,1\n", "row 5: time runs backwards, from 0.2 to 0.15 s; sort the rows"),
         ("t,yaw_rate,torque\n-1,0,0\n", "row 2: t is -1; let time begin at zero"),
         (GOOD + "0.3,14.3,1\n", "row 5: yaw_rate is 14.3, beyond the plausible ±6 rad/s; if it is in degrees"),
@@ -157,3 +157,11 @@ def test_only_a_limit_that_can_be_raised_is_named(tmp_path: Path) -> None:
     assert "raise" not in str(caught.value)
     with pytest.raises(BadInput, match="turns so fast, raise vehicle"):
         read(path, limit_is="vehicle.rate_limit")
+
+
+def test_rows_of_one_instant_are_merged(tmp_path: Path) -> None:
+    """As where two topics were joined, one row for each."""
+    apart = read(save(tmp_path, "t,yaw_rate,torque\n0,0.1,\n0,,1\n0.1,0.2,\n0.1,,2\n0.1,0.2,\n0.2,0.3,3\n"))
+    assert apart.time.tolist() == [0.0, 0.1, 0.2]
+    assert apart.columns["yaw_rate"].tolist() == [0.1, 0.2, 0.3]
+    assert apart.columns["torque"].tolist() == [1.0, 2.0, 3.0]
