@@ -23,6 +23,9 @@ class NotKept(BadInput):
 class History:
     """Answers for revisions; from one thread at a time.
 
+    Args:
+        keep: how many the file holds at most.
+
     Attributes:
         file: where it is kept; None where there is none yet.
         published: the highest revision that is known to be given, saved or not.
@@ -30,7 +33,8 @@ class History:
         damage: what was found damaged, as sentences.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, keep: int) -> None:
+        self._keep = keep
         self.file: StateFile | None = None
         self.published = 0
         self.newest: Row | None = None
@@ -84,6 +88,8 @@ class History:
         if found is None and self.file is not None:
             with self._reading(f"revision {revision}"):
                 found = self.file.row(revision)
+                if found is None and max(self.file.newest - self._keep, 0) < revision <= self.file.newest:
+                    raise Damaged("its row is missing")
         if found is None:
             raise NotKept(f"revision {revision} is not kept; the latest is {self.published}")
         return found

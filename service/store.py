@@ -48,7 +48,7 @@ class Store:
         self.problem: str | None = None
         self._own, self._changing, self._keep = identity(config, effects), changing, config.history
         self._lock = threading.Lock()
-        self._history = History()
+        self._history = History(config.history)
         self._told: tuple[str, ...] = ()
         self._claim: Claim | None = None
         self._kept = b"null"  # the memory, as the file has it
