@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +18,6 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning import learner
-from incsvr.learning.excitation import Excitation
 from incsvr.learning.learner import State
 from incsvr.samples import Array, Samples
 from service import wire
@@ -29,9 +27,6 @@ from service.effects import TracedEffects
 from service.published import Served, damping, report, snapshot
 from service.restored import restored
 from service.window import Window
-
-EXCITATION = 5
-"""Batches over which it is said how much of the motion the torque made."""
 
 
 class NothingLearned(BadInput):
@@ -57,7 +52,6 @@ class _Iterated:
     clock_restarts: int
     snapshot: wire.ModelSnapshot
     report: wire.IterationReport
-    excitation: Excitation
 
 
 class LearnerNode:
@@ -98,7 +92,6 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.live else None
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
         self._clock_restarts = 0
-        self._excitation: deque[Excitation] = deque(maxlen=EXCITATION)
         self._published = max(published, known.revision)
         self.served = Served(known.state.model, known.revision, known.state.iterations, known.t, findings)
 
@@ -113,15 +106,10 @@ class LearnerNode:
     def learn(self) -> Outcome | None:
         """The next iteration, where a whole batch waits; call it from one thread alone.
 
-        Batches that hold too little motion for a first model are taken without one: there is nothing to publish yet.
         Where it raises, the batch is lost and all else is as it was.
         """
-        while (batch := self.batches.next_batch()) is not None:
-            new = self._iterated(self._state, batch, self.served.effects)
-            if new.served.model.is_trained:
-                return self._adopt(new)
-            self._keep(new)
-        return None
+        batch = self.batches.next_batch()
+        return None if batch is None else self._adopt(self._iterated(self._state, batch, self.served.effects))
 
     def relearn(self, effects: TracedEffects | None, validation: Mapping[str, Samples]) -> Outcome:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
@@ -130,8 +118,7 @@ class LearnerNode:
         Its batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
 
         Raises:
-            BadInput: the recent data fill no batch or hold too little motion, or the learner refuses them. Whatever is
-                raised, all is as it was.
+            BadInput: the recent data fill no batch, or the learner refuses them. Whatever is raised, all is as it was.
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
         samples = self.batches.freed(compensation, -math.inf if self.served.t is None else self.served.t)
@@ -144,8 +131,6 @@ class LearnerNode:
         state = replace(state, iterations=self._state.iterations)
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
         iterated = self._iterated(state, last, findings, validation)
-        if not iterated.served.model.is_trained:
-            raise BadInput("the recent data hold too little motion to learn from")
         self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
@@ -180,25 +165,18 @@ class LearnerNode:
             boot=self.boot,
             predicted=predicted,
             training_s=took,
-            validation=(self._validation if validation is None else validation) if iteration.model.is_trained else {},
+            validation=self._validation if validation is None else validation,
             learned=self._fresh(covered, newest),
         )
-        return _Iterated(
-            state, served, covered, restarts, self._snapshot(served), told, Excitation.of(batch, iteration.undriven)
-        )
+        return _Iterated(state, served, covered, restarts, self._snapshot(served), told)
 
     def _adopt(self, new: _Iterated) -> Outcome:
         """From now on this is what was learned and what is served."""
-        self._keep(new)
+        self._state, self._covered, self._clock_restarts = new.state, new.covered, new.clock_restarts
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
         return Outcome(new.snapshot, new.report, self.memory())
-
-    def _keep(self, new: _Iterated) -> None:
-        """From now on the learner stands here, whatever is served."""
-        self._state, self._covered, self._clock_restarts = new.state, new.covered, new.clock_restarts
-        self._excitation.append(new.excitation)
 
     def predict(self, rates: Array) -> wire.DampingReply:
         """The damping at (n,) finite rates [rad/s].
@@ -216,12 +194,6 @@ class LearnerNode:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
         newest = self.served.t
         return 0.0 if newest is None else self._fresh(self._covered, newest)
-
-    @property
-    def excitation(self) -> Excitation | None:
-        """How much of the last few batches was evidence about damping; None before the first since this start."""
-        parts = tuple(self._excitation)
-        return Excitation.together(parts) if parts else None
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""

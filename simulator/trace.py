@@ -27,6 +27,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV file of one run")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
     parser.add_argument("--inertia", default=LENG_INERTIA, help="declared I [kg m²] (default: %(default)s)")
+    parser.add_argument(
+        "--torque",
+        choices=("commanded", "measured"),
+        help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
+    )
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="one self-contained file to keep")
     add_json_argument(parser)
 
@@ -35,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     inertia = _inertia(args.inertia)
     runs, unseen = _runs(args.recordings), _runs(args.validate)
     distinct([*runs, *unseen])
-    found = trace(runs, inertia=inertia, validate=unseen)
+    found = trace(runs, inertia=inertia, validate=unseen, torque=args.torque)
     if args.report:
         import_module(REPORT_WRITER).write(found, args.report)
     emit(args, found.to_dict(), text(found))
@@ -88,11 +93,24 @@ def text(found: Trace) -> str:
             f"    {key:14s} [{unit:5s}]   {error['before'][key]:10.4g}  {error['after'][key]:10.4g}    "
             f"{change['estimate']:+.3g} ({change['low']:+.3g} to {change['high']:+.3g})"
         )
+    if found.effects or found.loop == "closed":
+        lines.append(f"  {_proof(found)}")
     lines.append(f"    noise floor of the torque {error['floor']['torque_rmse']:.4g} N m")
     lines += [f"  not added: {r.effect}: {r.reason}" for r in found.rejected if "free run" in r.reason]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in found.ignored_channels.items()]
     lines += [f"  note: {note}" for note in found.notes]
     return "\n".join(lines)
+
+
+def _proof(found: Trace) -> str:
+    """What the errors on unseen data are worth."""
+    better = "lower beyond chance" if found.proven else "not lower beyond chance"
+    if found.loop == "closed":
+        return (
+            "closed loop: the free run is no proof, the torque answers to the water; the predicted torque's error on "
+            f"unseen data is {better}"
+        )
+    return f"open loop: the free run on unseen data is the proof; its error is {better}"
 
 
 def _headline(found: Trace) -> str:

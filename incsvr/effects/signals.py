@@ -58,6 +58,9 @@ class Signals:
         share: part of the noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
         gyro: part of the equation's noise that is neither but the gyro's, 0…1.
         known: whether `command` is free of the torque's noise.
+        edges: (2, n) yaw rate at the beginning of each cell and, as it is predicted from there, at its end [rad/s];
+            then the torque is a command that holds through each cell. Empty where the samples are means over cells
+            whose neighbours may be looked at.
         quantum: step in which the torque was recorded, 0 for none [N m].
         inertia: I₀, the declared moment of inertia [kg m²].
         scale: T_c, the time in which the yaw rate forgets itself [s].
@@ -85,6 +88,7 @@ class Signals:
     share: float = 0.0
     gyro: float = 0.0
     known: bool = False
+    edges: Array = field(default_factory=_empty)
     quantum: float = 0.0
     inertia: float = 1.0
     scale: float = 1.0
@@ -148,7 +152,10 @@ class Signals:
         return replace(self, start=start, channels={k: v[index] for k, v in self.channels.items()}, **cut)
 
     def midpoints(self, values: Array) -> tuple[Array, Array]:
-        """(n,) each: half way to the sample before and to the one after; at the ends of a run the sample itself."""
+        """(n,) each: half way to the sample before and to the one after; at the ends of a run the sample itself. Where
+        the rate at a cell's edges is known, that."""
+        if self.edges.size:
+            return self.edges[0], self.edges[1]
         between = 0.5 * (values[1:] + values[:-1])
         before, after = np.concatenate([values[:1], between]), np.concatenate([between, values[-1:]])
         first, last = self.start[:-1], self.start[1:] - 1
@@ -161,6 +168,8 @@ class Signals:
         The samples are means over cells, and a command that jumps within one has neither of its values there.
         """
         found = act(values)
+        if self.edges.size:
+            return found
         before, after = values[:-2], values[2:]
         change = np.abs(after - before)
         some = change[::SOME] if change.size > SOME * FEW else change

@@ -99,6 +99,9 @@ class Trace:
         declared_model: the declared model with its learned damping.
         model: the same with the effects.
         pictures: for the report.
+        loop: "closed" where the torque answers the rate, else "open".
+        proven: in open loop, whether the interval of the free run's change lies below zero; in closed loop, where a
+            free run proves nothing, that of the predictions' change.
     """
 
     inertia: float
@@ -112,6 +115,8 @@ class Trace:
     declared_model: TracedModel
     model: TracedModel
     pictures: Pictures
+    loop: str = "open"
+    proven: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -122,6 +127,8 @@ class Trace:
             "rejected": [{"effect": r.effect, "p_value": r.p_value, "reason": r.reason} for r in self.rejected],
             "unexplained": [{"channel": u.channel, "p_value": u.p_value} for u in self.unexplained],
             "error": self.error,
+            "loop": self.loop,
+            "proven": self.proven,
             "ignored_channels": self.ignored_channels,
             "notes": list(self.notes),
             "model": self.model.to_dict(),

@@ -47,7 +47,7 @@ def time_scale(runs: Sequence[Run]) -> float:
     """T_c [s]: the lag at which the autocorrelation of the yaw rate falls below one half, over all runs together."""
     period = sample_period(runs, "yaw_rate")
     grids = []
-    for piece in (piece for run in runs for piece in _pieces(run)):
+    for piece in (piece for run in runs for piece in pieces(run)):
         at, rate = stream(piece, piece.yaw_rate)
         grids.append(np.interp(np.arange(at[0], at[-1], period), at, rate))
     mean = float(np.mean(np.concatenate(grids)))
@@ -123,7 +123,7 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
     parts: list[dict[str, Array]] = []
     starts = [0]
     for run in runs:
-        for piece in _pieces(run):
+        for piece in pieces(run):
             at, rate = stream(piece, piece.yaw_rate)
             when, torque = stream(piece, piece.torque)
             rate, torque = despiked(rate, 12.0), despiked(torque)
@@ -176,7 +176,7 @@ def _channel(run: Run, name: str, centres: Array, step: float) -> Array:
     )
 
 
-def _pieces(run: Run) -> list[Run]:
+def pieces(run: Run) -> list[Run]:
     """The run cut where one of the two streams pauses for more than a second and ten of its periods."""
     cuts = []
     for values in (run.yaw_rate, run.torque):

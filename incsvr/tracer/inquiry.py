@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,20 +62,26 @@ class Case:
 
 
 def inquire(
-    runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, names: Sequence[str]
+    runs: Sequence[Run],
+    inertia: float,
+    validate: Sequence[Run] | None,
+    names: Sequence[str],
+    excluded: Mapping[str, str],
 ) -> tuple[Case, Hypothesis, dict[str, str]]:
-    """What was asked, the effects that are proven, and why others are not among them."""
+    """What was asked, the effects that are proven, and why others are not among them; `excluded` ones are not asked
+    for.
+    """
     problem, linear = aligned(runs, inertia, names)
-    case, found, hunt = _searched(problem, validate, names)
+    case, found, hunt = _searched(problem, validate, names, excluded)
     # which of the two torques it is was decided beside fewer effects
     if problem.held and len(found.terms) > 1:
         problem = realigned(runs, linear, problem, found)
         if not problem.held:
-            case, found, hunt = _searched(problem, validate, names, found)
+            case, found, hunt = _searched(problem, validate, names, excluded, found)
     # an effect that a controller makes up for hides what it asks the thrust for, and so from the judge, too
     again = without_command(reread(runs, problem, found), hunt.promising)
     if misread(problem, again, MISREAD):
-        case, found, hunt = _searched(again, validate, names, found)
+        case, found, hunt = _searched(again, validate, names, excluded, found)
     refused = hunt.refused
     found = _proven(case, _evident(case, found, refused), refused)
     found = _resolved(case, found, refused, runs)
@@ -85,7 +91,11 @@ def inquire(
 
 
 def _searched(
-    problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str], before: Hypothesis | None = None
+    problem: Problem,
+    validate: Sequence[Run] | None,
+    channels: Sequence[str],
+    excluded: Mapping[str, str],
+    before: Hypothesis | None = None,
 ) -> tuple[Case, Hypothesis, Search]:
     """What is asked, the best set of effects, and the search that knows why others are not in it.
 
@@ -95,7 +105,7 @@ def _searched(
     """
     court, pieces = Court.of(problem, validate), Court.of(problem, None, quick=True)
     case = Case(problem, demand(problem, candidates(channels)), court, pieces, channels)
-    refused = dict[str, str]()
+    refused = dict(excluded)
     vetoes = VETOES if validate else 0
     while True:
         effects = [effect for effect in case.effects if effect.name not in refused]

@@ -32,7 +32,7 @@ def test_an_effect_that_both_tell_is_named_and_in_closed_loop_it_is_not() -> Non
     outcome = play(Trial(355_021, ("inertia",), 0.5, "leng", "multisine", 0.9, noise="torque"))
     columns = outcome.recording.columns
     run = Run("rough", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    case, found, _ = inquire([run], outcome.inertia, None, [])
+    case, found, _ = inquire([run], outcome.inertia, None, [], {})
     assert found.names() == ("inertia",)
     effect = found.effects[0]
     alone = p_value(evidence(case.problem, found, 0), effect.core, effect.looks * len(case.effects))

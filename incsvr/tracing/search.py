@@ -1,0 +1,358 @@
+"""Which effects the model lacks: the best one is added, what no longer pays goes, neighbours are tried in its place.
+
+Every candidate is judged by 2 Δℓ of the forward form less the price of its parameters,
+
+    (free parameters) · ln(duration / 0.1 T_c) + 2 ln(values tried),
+
+Schwarz's criterion with the number of independent moments of a motion of time scale T_c for its n, and Bonferroni's
+correction for the search within the candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from incsvr.effects import Effect, Signals
+from incsvr.tracing.candidates import SLIGHT, bracket, starts, unit
+from incsvr.tracing.equations import Part, columns, predicted, thrust
+from incsvr.tracing.fit import Fit, assemble, fit
+from incsvr.tracing.grid import Grid
+from incsvr.tracing.thresholds import INDISTINGUISHABLE, RELEVANT, REQUIRED_GAIN
+
+Array = NDArray[np.float64]
+
+LEADS = 6
+"""Candidates that are fitted in full in each round: the scan, with the noise as it was, puts the truth among them."""
+
+MOST = 6
+"""Effects that are looked for."""
+
+
+ROUNDS = 5
+"""In which a searched parameter and the noise follow each other at most."""
+
+QUICK = 5
+"""Steps of the noise's search beside a parameter that moved by little."""
+
+FORMS = 2
+"""Of them, of one effect at most."""
+
+CLIMBED = 2
+"""Of them, the best, whose parameter is found with the noise anew at every step."""
+
+STEP, SMALLEST = 1.4, 1.02
+"""Factors by which a thrust effect's parameter climbs at first and at last."""
+
+CLOSE = 0.01
+"""Relative change of a searched parameter below which it stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What is asked of which recordings.
+
+    Attributes:
+        grid: the recordings as cells.
+        effects: that may be named.
+        prices: by the effect's key, what its parameters cost in 2 Δℓ.
+    """
+
+    grid: Grid
+    effects: tuple[Effect, ...]
+    prices: Mapping[str, float]
+
+    @staticmethod
+    def of(grid: Grid, effects: Sequence[Effect], base: Fit) -> Question:
+        """The question whether these effects are missing beside `base`, the fit without any."""
+        s = Projection(grid, base).signals
+        moments = np.log(max(len(s) * grid.cell / (0.1 * s.scale), 2.0))
+        prices = {}
+        for effect in effects:
+            begun = list(starts(effect, s))
+            if begun:
+                linear = 0 if begun[0].thrust else columns(begun[0], s).shape[0]
+                free = linear + (1 if begun[0].searched else 0) + (1 if effect.shapes else 0)
+                prices[effect.key] = free * float(moments) + 2.0 * float(np.log(len(begun)))
+        return Question(grid, tuple(effect for effect in effects if effect.key in prices), prices)
+
+    def price(self, part: Part) -> float:
+        return self.prices[part.effect.key]
+
+
+@dataclass(frozen=True, slots=True)
+class Lead:
+    """A candidate as the scan sees it: its start, and 2 Δℓ with the noise as it was."""
+
+    part: Part
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a search found.
+
+    Attributes:
+        base: without effects.
+        best: with them.
+        gains: for each, 2 Δℓ of the whole over the whole without it, less its price.
+        rivals: for each, the names of the effects that explain the recordings as well in its place.
+        refused: name → why the nearest candidates are not among them.
+        leads: the last scan, the most telling first.
+    """
+
+    base: Fit
+    best: Fit
+    gains: tuple[float, ...]
+    rivals: tuple[tuple[str, ...], ...]
+    refused: dict[str, str]
+    leads: tuple[Lead, ...]
+
+
+def search(asked: Question, base: Fit) -> Found:
+    """The effects that pay, beginning with none."""
+    best, refused = base, dict[str, str]()
+    leads = scan(asked, best)
+    for _ in range(2 * MOST):
+        grown = _grown(asked, best, leads, refused)
+        if grown is None or len(grown.parts) > MOST:
+            break
+        kept = _pruned(asked, _swapped(asked, grown))
+        if set(kept.names()) == set(best.names()):
+            best = max(best, kept, key=lambda fitted: fitted.log_likelihood)
+            break
+        best = kept
+        leads = scan(asked, best)
+    base = base if best.parts or base.log_likelihood >= best.log_likelihood else best
+    gains = tuple(gain_of(asked, best, k) for k in range(len(best.parts)))
+    rivals = tuple(_rivals(asked, best, k) for k in range(len(best.parts)))
+    return Found(base, best, gains, rivals, refused, tuple(leads))
+
+
+def without(grid: Grid, fitted: Fit, k: int) -> Fit:
+    """The fit without its k-th effect."""
+    return fit(grid, [part for j, part in enumerate(fitted.parts) if j != k], fitted)
+
+
+def gain_of(asked: Question, fitted: Fit, k: int) -> float:
+    """2 Δℓ of the k-th effect less its price."""
+    less = without(asked.grid, fitted, k)
+    return 2.0 * (fitted.log_likelihood - less.log_likelihood) - asked.price(fitted.parts[k])
+
+
+def scan(asked: Question, fitted: Fit) -> list[Lead]:
+    """The best start of each effect that is not in the fit, by 2 Δℓ less its price, the noise as it was.
+
+    All innovations count alike: what an effect does for moments only, the fit without it takes for outliers.
+    """
+    everywhere = replace(fitted, weight=np.ones_like(fitted.weight), sigma=float(np.std(fitted.innovation)))
+    projection = Projection(asked.grid, everywhere)
+    leads = []
+    for effect in asked.effects:
+        if effect.name in fitted.names():
+            continue
+        best: Lead | None = None
+        for part in starts(effect, projection.signals):
+            found = projection.try_start(part)
+            if best is None or found.gain > best.gain:
+                best = found
+        if best is not None:
+            leads.append(Lead(best.part, best.gain - asked.price(best.part)))
+    return sorted(leads, key=lambda lead: -lead.gain)
+
+
+def settled(grid: Grid, fitted: Fit, part: Part) -> Fit:
+    """The fit with one more part, its searched parameter and the noise found anew."""
+    for _ in range(ROUNDS):
+        projection = Projection(grid, fitted, part)
+        begun = [projection.try_start(start) for start in starts(part.effect, projection.signals)]
+        refined = projection.refined(max([Lead(part, projection.gain(part)), *begun], key=lambda lead: lead.gain).part)
+        fitted = fit(grid, [*(p for p in fitted.parts if p.name != part.name), refined], fitted)
+        if not part.searched or abs(refined.parameter - part.parameter) <= CLOSE * abs(refined.parameter):
+            break
+        part = fitted.parts[-1]
+    return fitted
+
+
+def climbed(grid: Grid, fitted: Fit) -> Fit:
+    """The fit with the last part's parameter where the likelihood is greatest, the noise found anew at every step.
+
+    A scan keeps the noise. But what a dead band or a slow rotor leaves in a closed loop looks like water of another
+    colour, beside which a wrong size seems right.
+    """
+    if not fitted.parts[-1].thrust:
+        return fitted
+    step = STEP
+    while step > SMALLEST:
+        *others, part = fitted.parts
+        moved = [part.moved(part.parameter * factor) for factor in (step, 1.0 / step)]
+        tries = [fit(grid, [*others, each], fitted, search=QUICK, passes=1) for each in moved]
+        better = max(tries, key=lambda tried: tried.log_likelihood)
+        if better.log_likelihood > fitted.log_likelihood:
+            fitted = better
+        else:
+            step = step**0.4
+    return fit(grid, fitted.parts, fitted)
+
+
+def objection(grid: Grid, fitted: Fit, k: int) -> str:
+    """Why physics or relevance forbid the k-th effect; empty if they do not."""
+    part, s = fitted.parts[k], predicted(grid, fitted.model).signals
+    reason = part.effect.implausible(part.term, s) or part.effect.slight(part.term, s)
+    if reason:
+        return reason
+    if part.thrust and part.effect.lingers and abs(part.parameter) < max(grid.cell, grid.torque_period):
+        return "it is less than a sample of the streams"
+    moved = float(np.sqrt(np.mean(loss_of(s, part) ** 2)))
+    usual = float(np.sqrt(np.mean(s.torque**2)))
+    if moved < RELEVANT * usual:
+        return f"it moves {moved / max(usual, 1e-300):.1%} of the torque, less than a thrust table is known"
+    return ""
+
+
+def loss_of(signals: Signals, part: Part) -> Array:
+    """(n,) what the part takes of the torque [N m]."""
+    if part.thrust:
+        return np.asarray(signals.torque - part.effect.thrust(signals.torque, signals, part.term))
+    return np.asarray(np.array(part.term.coefficients) @ columns(part, signals))
+
+
+def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str, str]) -> Fit | None:
+    """The fit with the one more effect that pays most; None where none pays."""
+    chosen = list[Lead]()
+    for lead in leads:
+        forms = sum(other.part.name == lead.part.name for other in chosen)
+        if lead.gain > 0.0 and forms < FORMS and len(chosen) < LEADS:
+            chosen.append(lead)
+    tried = [settled(asked.grid, best, lead.part) for lead in chosen]
+    tried.sort(key=lambda fitted: asked.price(fitted.parts[-1]) - 2.0 * fitted.log_likelihood)
+    tried[:CLIMBED] = [climbed(asked.grid, fitted) for fitted in tried[:CLIMBED]]
+    grown, most = None, 0.0
+    for fitted in tried:
+        gain = 2.0 * (fitted.log_likelihood - best.log_likelihood) - asked.price(fitted.parts[-1])
+        reason, asked_gain = objection(asked.grid, fitted, len(fitted.parts) - 1), REQUIRED_GAIN + fitted.misfit
+        if reason or gain < asked_gain:
+            name = fitted.parts[-1].name
+            refused[name] = reason or f"it brings {gain:.3g} of the {asked_gain:.3g} that are asked"
+        elif gain > most:
+            grown, most = fitted, gain
+    if grown is not None:
+        refused.pop(grown.parts[-1].name, None)
+    return grown
+
+
+def _pruned(asked: Question, best: Fit) -> Fit:
+    """The fit without what no longer pays beside the others."""
+    while best.parts:
+        less = [without(asked.grid, best, k) for k in range(len(best.parts))]
+        gains = [
+            2.0 * (best.log_likelihood - fewer.log_likelihood) - asked.price(part)
+            for part, fewer in zip(best.parts, less, strict=True)
+        ]
+        worst = int(np.argmin(gains))
+        if gains[worst] >= REQUIRED_GAIN + best.misfit and not objection(asked.grid, best, worst):
+            return best
+        best = less[worst]
+    return best
+
+
+def _swapped(asked: Question, best: Fit) -> Fit:
+    """The fit with one effect in another's place, as long as that explains more for its price."""
+    for k in range(len(best.parts)):
+        fewer, part = without(asked.grid, best, k), best.parts[k]
+        others = [lead for lead in scan(asked, fewer) if lead.part.effect.key != part.effect.key]
+        for lead in others[:2]:
+            tried = climbed(asked.grid, settled(asked.grid, fewer, lead.part))
+            more = 2.0 * (tried.log_likelihood - best.log_likelihood) + asked.price(part) - asked.price(lead.part)
+            if more > 0.0 and not objection(asked.grid, tried, len(tried.parts) - 1):
+                best = tried
+                break
+    return best
+
+
+def _rivals(asked: Question, best: Fit, k: int) -> tuple[str, ...]:
+    """Names of the effects that explain these recordings as well in the k-th one's place."""
+    fewer, part = without(asked.grid, best, k), best.parts[k]
+    names = list[str]()
+    for lead in [lead for lead in scan(asked, fewer) if lead.part.name != part.name][:4]:
+        if lead.part.name in names:
+            continue
+        tried = settled(asked.grid, fewer, lead.part)
+        less = 2.0 * (best.log_likelihood - tried.log_likelihood) + asked.price(lead.part) - asked.price(part)
+        if less < INDISTINGUISHABLE and not objection(asked.grid, tried, len(tried.parts) - 1):
+            names.append(lead.part.name)
+    return tuple(names)
+
+
+class Projection:
+    """What one more effect explains of the whitened target beside a fit, the noise and the weights as they are."""
+
+    def __init__(self, grid: Grid, fitted: Fit, instead: Part | None = None) -> None:
+        """With `instead`, beside the fit without the part of that name."""
+        self.grid, self.fitted = grid, fitted
+        model = fitted.model
+        if instead is not None:
+            model = replace(model, parts=tuple(p for p in model.parts if p.name != instead.name))
+        self.parts = model.parts
+        self.regression = assemble(grid, model)
+        self.root = np.sqrt(fitted.weight)
+        self.rest = thrust(grid.signals, model.parts)
+        white, white_y = self.regression.whitened(fitted.noise)
+        self.frame = np.linalg.qr((white * self.root).T)[0]
+        self.left = self._beside(white_y * self.root)
+
+        self.signals = replace(predicted(grid, fitted.model).signals, residual=fitted.innovation)
+
+    def _beside(self, values: Array) -> Array:
+        return np.asarray(values - (values @ self.frame) @ self.frame.T)
+
+    def seen(self, loss: Array) -> Array:
+        """(…, n) a loss as it stands in the whitened equations beside the fit."""
+        return self._beside(self.regression.whiten(self.fitted.noise, loss) * self.root)
+
+    def _lost(self, part: Part) -> Array:
+        """(n,) what a thrust effect takes of the thrust beside the others [N m]."""
+        return np.asarray(self.rest - thrust(self.signals, [*self.parts, part]))
+
+    def gain(self, part: Part) -> float:
+        """2 Δℓ of a part whose searched parameter stands."""
+        if part.thrust:
+            seen = self.seen(self._lost(part))
+            explained = float(2.0 * self.left @ seen - seen @ seen)
+        else:
+            seen = np.atleast_2d(self.seen(columns(part, self.signals)))
+            gram = seen @ seen.T
+            gram[np.diag_indices_from(gram)] *= 1.0 + 1e-9
+            pull = seen @ self.left
+            explained = float(pull @ np.linalg.lstsq(gram, pull)[0])
+        return explained / self.fitted.sigma**2
+
+    def try_start(self, part: Part) -> Lead:
+        """The gain at a start; a thrust effect without one begins from its tangent."""
+        if not part.thrust or part.effect.whole or part.effect.secant:
+            return Lead(part, self.gain(part))
+        size = SLIGHT * unit(part, self.signals)
+        tangent = self.seen(self._lost(part.moved(size))) / size
+        square = float(tangent @ tangent)
+        value = float(self.left @ tangent) / square if square > 0.0 else 0.0
+        limit = 0.6 * unit(part, self.signals)
+        begun = part.moved(float(np.clip(value, -limit, limit)))
+        return Lead(begun, self.gain(begun))
+
+    def refined(self, part: Part) -> Part:
+        """The part with its searched parameter, if it has one, where the gain is greatest."""
+        if not part.searched:
+            return part
+        low, high = bracket(part, self.signals)
+        if not high > low:
+            return part
+        found = minimize_scalar(
+            lambda value: -self.gain(part.moved(float(value))), bounds=(low, high), method="bounded",
+            options={"xatol": 1e-3 * (high - low), "maxiter": 16},
+        )  # fmt: skip
+        moved = part.moved(float(found.x))
+        return moved if self.gain(moved) >= self.gain(part) else part
