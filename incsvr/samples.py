@@ -26,6 +26,7 @@ class Samples:
         channels: further channels by name, each (n,), NaN where a channel was not sampled.
         parts: where effects are in force, what the declared inertia and each effect take of the torque, (n,) each
             [N m]; with the damping they add up to it.
+        raw: what the streams showed around each sample, (n,) each (incsvr.signals.raw); empty where nobody looked.
     """
 
     time: Array
@@ -33,6 +34,7 @@ class Samples:
     damping: Array
     channels: Mapping[str, Array] = field(default_factory=lambda: _NONE)
     parts: Mapping[str, Array] = field(default_factory=lambda: _NONE)
+    raw: Mapping[str, Array] = field(default_factory=lambda: _NONE)
 
     def __len__(self) -> int:
         return self.time.size
@@ -45,6 +47,7 @@ class Samples:
             self.damping[index],
             {name: values[index] for name, values in self.channels.items()},
             {name: values[index] for name, values in self.parts.items()},
+            {name: values[index] for name, values in self.raw.items()},
         )
 
     @staticmethod
@@ -64,6 +67,7 @@ class Samples:
             np.concatenate([part.damping for part in kept]),
             _joined([part.channels for part in kept], kept),
             _joined([part.parts for part in kept], kept),
+            _joined([part.raw for part in kept], kept),
         )
 
 

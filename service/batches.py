@@ -236,6 +236,7 @@ def _plain(samples: Samples) -> dict[str, Any]:
         "damping": samples.damping.tolist(),
         "channels": {name: sampled(values) for name, values in samples.channels.items()},
         "parts": {name: values.tolist() for name, values in samples.parts.items()},
+        "raw": {name: sampled(values) for name, values in samples.raw.items()},
     }
 
 
@@ -251,6 +252,6 @@ def _samples(plain: Mapping[str, Any]) -> Samples:
         np.array(plain["damping"], dtype=np.float64),
         *(
             {name: np.array(values, dtype=np.float64) for name, values in plain.get(kind, {}).items()}
-            for kind in ("channels", "parts")
+            for kind in ("channels", "parts", "raw")
         ),
     )

@@ -16,12 +16,14 @@ from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, SignalSettings, synchronise
+from incsvr.signals.checks import YOUNG, Verdict, told
+from incsvr.signals.raw import HEADING
 from incsvr.traced_motion import traced_free_run_rmse
 from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
-from simulator.online import Errors, learn, learner_for, pauses, remarks, signals_for
+from simulator.online import Errors, checked, learner_for, pauses, remarks, signals_for
 from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording, Streams, read, sequence
 
@@ -78,6 +80,7 @@ class Fit:
         validated_on: the unseen recordings.
         free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
         effects: names of the traced effects in force.
+        put_aside: batches that were not learned, because a check said that they are wrong.
     """
 
     name: str
@@ -91,6 +94,7 @@ class Fit:
     validated_on: str
     free_run_rmse: float | None
     effects: tuple[str, ...] = ()
+    put_aside: int = 0
 
     @staticmethod
     def of(
@@ -114,14 +118,17 @@ class Fit:
                 f"{joined.name}: {len(samples)} damping samples, but one batch needs {settings.batch}; give more or "
                 f"longer recordings (a sample every {signals.sample_period:g} s)"
             )
-        iterations, errors = [], []
+        iterations, errors, verdicts = [], [], []
         validation, more = _samples(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
         with progress("learning", len(samples) // settings.batch) as advance:
-            for iteration in learn(samples, settings):
-                iterations.append(iteration)
-                if unseen:
-                    errors.append(Errors.of(iteration.model, validation))
+            for verdict, iteration in checked(samples, settings, signals):
+                verdicts.append(verdict)
+                if iteration is not None:
+                    iterations.append(iteration)
+                    if unseen:
+                        errors.append(Errors.of(iteration.model, validation))
                 advance()
+        _refuse(joined.name, verdicts)
         model = iterations[-1].model
         if compensation is None:
             tests = [motion for one in unseen for motion in motions(one.streams(), signals.longest_pause)]
@@ -131,7 +138,7 @@ class Fit:
             free_run = traced_free_run_rmse(
                 streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
-        said = [*remarks([*runs, *unseen], samples, signals), *(effects.warnings if effects else ())]
+        said = [*remarks([*runs, *unseen], samples, signals), *told(verdicts), *(effects.warnings if effects else ())]
         name = sequence(unseen).name if unseen else ""
         return Fit(
             joined.name,
@@ -145,6 +152,7 @@ class Fit:
             name,
             free_run,
             () if compensation is None else compensation.names,
+            len(verdicts) - len(iterations),
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -156,6 +164,7 @@ class Fit:
             "support_vectors": int(self.iterations[-1].model.support_rate.size),
             "inertia": self.signals.inertia,
             "samples": self.samples,
+            "put_aside": self.put_aside,
             "rejected": dict(self.rejected),
             "remarks": list(self.remarks),
             "effects": list(self.effects),
@@ -169,10 +178,10 @@ class Fit:
         """The same for people."""
         source = "" if estimate is None else f" ± {estimate.standard_error:.2g}, estimated by output error"
         signals, learner = self.signals, self.learner
-        left = self.samples - len(self.iterations) * learner.batch
+        left = self.samples - (len(self.iterations) + self.put_aside) * learner.batch
         lines = [
             f"recordings  {self.name}: {self.samples} samples, {len(self.iterations)} batches of {learner.batch}, "
-            f"{left} left over",
+            f"{left} left over" + f", {self.put_aside} batches put aside" * bool(self.put_aside),
             f"vehicle     I = {signals.inertia:.4g} kg m²{source}; |r| ≤ {learner.rate_range[1]:.3g} rad/s",
             f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
             f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
@@ -202,6 +211,13 @@ class Fit:
         return "\n".join(lines)
 
 
+def _refuse(name: str, verdicts: Sequence[Verdict]) -> None:
+    """Refuse recordings of which most is wrong from beginning to end: no curve that is learned of them is right."""
+    aside = [verdict for verdict in verdicts if not verdict.learn]
+    if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG:
+        raise BadInput(f"{name}: {aside[0].findings[0].sentence}")
+
+
 def _settings(
     args: argparse.Namespace, config: Config, inertia: float, recordings: Sequence[Recording]
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
@@ -225,7 +241,8 @@ def _wanted(recording: Recording, signals: SignalSettings, compensation: Compens
     for name in names:
         if name not in streams:
             raise BadInput(f"{recording.name}: there is no channel {name}, for which samples wait; leave it out")
-    return {name: streams[name] for name in names}
+    measured = (HEADING,) if HEADING in streams and streams[HEADING][0].size else ()
+    return {name: streams[name] for name in dict.fromkeys((*names, *measured))}
 
 
 def _samples(

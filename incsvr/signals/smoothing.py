@@ -4,6 +4,8 @@ Around every wanted instant a straight line is fitted to the stream by least squ
 with the time that each sample stands for (trapezoid). On regular stamps its slope is the derivative-of-Gaussian filter
 and its height the Gaussian filter; on irregular stamps both stay free of bias for a signal that changes linearly.
 
+Spikes are left out first (spikes.py): a sample would be wrong by any amount for the sake of one value.
+
 Like with like: integration by parts turns the slope of r under the bell w(u), cut off at ±W, into the mean of ṙ under
 the weights w(u) − w(W). The torque and the yaw rate are averaged with exactly these weights, so that τ and I ṙ have
 gone through the same filter before they are subtracted (Eq. 5).
@@ -14,12 +16,13 @@ are asked for at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.samples import Array
+from incsvr.signals.spikes import distances, spikes
 
 WIDTHS = 3.0
 """Half the window in units of the bell's standard deviation."""
@@ -34,15 +37,29 @@ class Smoothed:
     Attributes:
         value: (m,) the filtered signal, in the stream's unit.
         slope: (m,) its filtered time derivative, in the stream's unit per second.
+        low, high: (m,) the least and the largest value of the window, without its ends and what moves alone.
+        step: (m,) the smallest step between two neighbours in it that differ; infinite where none do.
+        count, spikes: (m,) how many values it held, and how many of them were left out as spikes.
+        period: (m,) the mean time between two of them [s].
     """
 
     value: Array
     slope: Array
+    low: Array
+    high: Array
+    step: Array
+    count: Array
+    spikes: Array
+    period: Array
 
     @property
     def complete(self) -> NDArray[np.bool_]:
         """(m,) whether the window was filled without a gap."""
         return ~np.isnan(self.value)
+
+    def take(self, index: NDArray[np.intp]) -> Smoothed:
+        """The stream at some of the instants, by their positions."""
+        return Smoothed(*(getattr(self, each.name)[index] for each in fields(self)))
 
 
 def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float) -> Smoothed:
@@ -59,14 +76,15 @@ def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float
     first = np.searchsorted(time, at - reach, side="left")
     last = np.searchsorted(time, at + reach, side="right")
     filled = np.flatnonzero(_covered(time, at, first, last, reach, gap))
-    smoothed = Smoothed(np.full(at.size, np.nan), np.full(at.size, np.nan))
+    smoothed = Smoothed(*(np.full(at.size, np.nan) for _ in fields(Smoothed)))
+    away = distances(value)
     # Blocks keep the memory bounded, whatever the rate of the stream.
     ends = np.cumsum(last[filled] - first[filled])
     while filled.size:
         size = max(1, int(np.searchsorted(ends, _BLOCK)))
         block, filled = filled[:size], filled[size:]
         ends = ends[size:] - ends[size - 1]
-        _lines(time, value, at, first, last, block, smoothing, smoothed)
+        _lines(time, value, away, at, first, last, block, smoothing, smoothed)
     return smoothed
 
 
@@ -90,6 +108,7 @@ def _covered(
 def _lines(
     time: Array,
     value: Array,
+    away: Array,
     at: Array,
     first: NDArray[np.intp],
     last: NDArray[np.intp],
@@ -101,6 +120,16 @@ def _lines(
     counts = last[block] - first[block]
     starts = np.cumsum(counts) - counts
     index = np.repeat(first[block] - starts, counts) + np.arange(counts.sum())
+    apart = away[index]
+    apart[starts] = apart[starts + counts - 1] = 0.0  # whose neighbours are outside the window
+    move = np.abs(np.diff(value[index], append=0.0))
+    move[starts + counts - 1] = 0.0  # from one window to the next
+    left_out, alone = spikes(apart, move, starts, counts)
+    smoothed.count[block], smoothed.spikes[block] = counts, np.add.reduceat(left_out.astype(np.float64), starts)
+    smoothed.period[block] = (time[last[block] - 1] - time[first[block]]) / (counts - 1)
+    _extent(value[index], move, left_out | alone, starts, counts, block, smoothed)
+    if left_out.any():
+        index, (starts, counts) = index[~left_out], _without(left_out, starts, counts)
     stamps, samples = time[index], value[index]
     step = np.diff(stamps)
     step[starts[1:] - 1] = 0.0  # from one window to the next
@@ -115,6 +144,31 @@ def _lines(
     height, _ = _line((bell - _EDGE) * cell, offset, change, starts)
     smoothed.value[block] = level + height
     _, smoothed.slope[block] = _line(bell * cell, offset, change, starts)
+
+
+def _without(
+    left_out: NDArray[np.bool_], starts: NDArray[np.intp], counts: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Where each window begins, and how many values it has, without those left out; its ends are never among them."""
+    counts = counts - np.add.reduceat(left_out.astype(np.intp), starts)
+    return np.cumsum(counts) - counts, counts
+
+
+def _extent(
+    samples: Array,
+    move: Array,
+    apart: NDArray[np.bool_],
+    starts: NDArray[np.intp],
+    counts: NDArray[np.intp],
+    block: NDArray[np.intp],
+    smoothed: Smoothed,
+) -> None:
+    """Writes how far the values of each window reach, and its smallest step, without those that stand apart."""
+    apart = apart.copy()
+    apart[starts] = apart[starts + counts - 1] = True  # the ends, which no neighbour judges
+    smoothed.low[block] = np.minimum.reduceat(np.where(apart, np.inf, samples), starts)
+    smoothed.high[block] = np.maximum.reduceat(np.where(apart, -np.inf, samples), starts)
+    smoothed.step[block] = np.minimum.reduceat(np.where(move > 0.0, move, np.inf), starts)
 
 
 def _line(weight: Array, offset: Array, change: Array, starts: NDArray[np.intp]) -> tuple[Array, Array]:

@@ -39,9 +39,10 @@ from numpy.typing import ArrayLike, NDArray
 from incsvr.errors import BadInput
 from incsvr.plant import damping_moment
 from incsvr.samples import Array, Samples
+from incsvr.signals import raw
 from incsvr.signals.following import widenings
 from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, TORQUE, WIDER, WIDEST, YAW_RATE, SignalSettings
-from incsvr.signals.smoothing import smooth
+from incsvr.signals.smoothing import Smoothed, smooth
 from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Reading, Stream
 
 if TYPE_CHECKING:
@@ -288,7 +289,16 @@ class Synchroniser:
             damping[complete],
             channels,
             {name: values[complete] for name, values in parts.items()},
+            self._raw(at, held, torque.take(complete), yaw_rate.take(complete)),
         )
+
+    def _raw(
+        self, at: Array, held: Mapping[str, tuple[Array, Array]], torque: Smoothed, yaw_rate: Smoothed
+    ) -> dict[str, Array]:
+        """What the streams show around the complete samples at `at` [s], for the checks."""
+        shown = {raw.TORQUE: torque.value, raw.TORQUE_SLOPE: torque.slope}
+        shown |= raw.around(TORQUE, torque) | raw.around(YAW_RATE, yaw_rate)
+        return shown | (raw.newest(*held[raw.HEADING], at, JUMP) if raw.HEADING in held else {})
 
 
 def empty_streams(settings: SignalSettings) -> dict[str, Stream]:

@@ -153,7 +153,12 @@ def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
     """Weak thrust in the learned run must not make strong thrust in the unseen one implausible."""
     whole = leng.recording("V1", 1)
     weak = tmp_path / "weak.csv"
-    write(weak, Recording("weak.csv", whole.time, {"yaw_rate": whole.columns["yaw_rate"], "torque": 0.0 * whole.time}))
+    write(
+        weak,
+        Recording(
+            "weak.csv", whole.time, {"yaw_rate": whole.columns["yaw_rate"], "torque": 0.3 * whole.columns["torque"]}
+        ),
+    )
     result = fit(capsys, weak, "--validate", recorded["T1"])
     assert result["rejected"] == {}
     assert result["validation"]["rmse"] > 40.0

@@ -1,0 +1,84 @@
+"""The learner behind the checks: a batch is judged before it is learned, and a suspected one is undone.
+
+    guarded, outcome = learn(settings, vehicle, guarded, batch)
+
+The fault that pauses learning may have begun within the batch before. That one is taken back, so that what is served
+was learned from batches after which another was sound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from incsvr.learning.learner import Iteration, Settings, State, start, step
+from incsvr.learning.model import Model
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks import Curve, Vehicle, Verdict, check
+from incsvr.signals.checks import State as Checks
+
+
+@dataclass(frozen=True, slots=True)
+class Guarded:
+    """What is learned, what the checks remember, and what was learned before the last batch.
+
+    Attributes:
+        learner: what is learned.
+        checks: what the checks remember.
+        before: the learner before the last batch; None where there is nothing to go back to.
+    """
+
+    learner: State
+    checks: Checks
+    before: State | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "learner": self.learner.to_dict(),
+            "checks": self.checks.to_dict(),
+            "before": None if self.before is None else self.before.to_dict(),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Guarded:
+        before = data["before"]
+        return Guarded(
+            State.from_dict(data["learner"]),
+            Checks.from_dict(data["checks"]),
+            None if before is None else State.from_dict(before),
+        )
+
+
+def begin(settings: Settings) -> Guarded:
+    """Before the first batch."""
+    return Guarded(start(settings), Checks())
+
+
+def judge(settings: Settings, vehicle: Vehicle, guarded: Guarded, batch: Samples) -> tuple[Guarded, Verdict]:
+    """What the checks say of a batch; where it is suspected, the batch before is taken back."""
+    learner, before = guarded.learner, guarded.before
+    older = None if before is None else curve(before.model)
+    checks, verdict = check(guarded.checks, vehicle, batch, curve(learner.model), older)
+    if verdict.suspect and before is not None:
+        learner, before = replace(before, iterations=learner.iterations), None
+    return Guarded(learner, checks, before), verdict
+
+
+def learn(
+    settings: Settings, vehicle: Vehicle, guarded: Guarded, batch: Samples
+) -> tuple[Guarded, Verdict, Iteration | None]:
+    """Judges a batch, and learns it where it is sound."""
+    guarded, verdict = judge(settings, vehicle, guarded, batch)
+    if not verdict.learn:
+        return guarded, verdict, None
+    learner, iteration = step(settings, guarded.learner, batch)
+    return Guarded(learner, guarded.checks, guarded.learner), verdict, iteration
+
+
+def curve(model: Model) -> Callable[[Array], Curve] | None:
+    """What the checks need of a model; None before anything is learned."""
+    known = model.trained_range
+    if known is None or not known[0] < known[1]:
+        return None
+    return lambda rate: Curve.of(lambda at: model.predict(at).damping, rate, known, model.sigma)

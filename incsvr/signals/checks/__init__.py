@@ -1,0 +1,9 @@
+"""Is what the sensors say to be believed? Checks on the two streams and the heading, the same live and from a file."""
+
+from __future__ import annotations
+
+from incsvr.signals.checks.curve import Curve
+from incsvr.signals.checks.judgement import YOUNG, State, Vehicle, check
+from incsvr.signals.checks.verdict import Decision, Finding, Verdict, told
+
+__all__ = ["YOUNG", "Curve", "Decision", "Finding", "State", "Vehicle", "Verdict", "check", "told"]

@@ -1,0 +1,94 @@
+"""The yaw rate against a measured heading: the direction in which each counts, its unit, and a gyro's zero."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks.verdict import Decision, Finding
+from incsvr.signals.raw import HEADING, HEADING_TIME
+
+BIAS = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}
+"""The gyro's zero, as a part of the largest yaw rate: a compass whose deviation changes by 3° in a batch feigns 0.7 %
+of 0.25 rad/s."""
+CERTAIN = 5.0
+"""Standard deviations beyond which a zero is believed."""
+TURNED = 0.5
+"""The angle [rad] that the gyro must have turned to and fro for a direction or a unit to be told."""
+AGREE = 0.7
+"""Agreement of gyro and heading beyond which they turn together: both are noisy."""
+FEWEST = 5
+"""Headings of a batch from which anything is told."""
+
+
+def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
+    """What a measured heading says of the yaw rate of a batch; nothing where none is measured."""
+    if HEADING not in batch.raw:
+        return []
+    gyro, compass, lasted = _increments(batch, 2.0 * pi)
+    if gyro.size < FEWEST:
+        return []
+    span = f"from {batch.time[0]:.10g} to {batch.time[-1]:.10g} s"
+    if float(np.abs(gyro).sum()) > TURNED:
+        agree = _agree(gyro, compass)
+        if agree < -AGREE:
+            return [
+                Finding(
+                    "heading reversed",
+                    Decision.WARN,
+                    f"heading and yaw rate count in opposite directions {span}; count both the same way, for a compass "
+                    "counts clockwise",
+                )
+            ]
+        if abs(agree) < AGREE:
+            degrees = abs(_agree(gyro, _increments(batch, 360.0)[1])) > AGREE
+            return [_unit(span)] if degrees else []
+    bias = float((gyro - compass).sum() / lasted.sum())
+    each = (gyro - compass) - bias * lasted
+    # increments share their ends' errors, which cancel in the sum: the two ends of the batch are what is left
+    doubt = float(np.sqrt(np.mean(each**2))) * float(np.sqrt(2.0)) / float(lasted.sum())
+    decision = max((d for d, part in BIAS.items() if abs(bias) > part * largest_rate), default=Decision.CLEAN)
+    if decision and abs(bias) > CERTAIN * doubt:
+        return [
+            Finding(
+                "gyro bias",
+                decision,
+                f"the yaw rate reads {bias:+.3g} rad/s more than the heading turns {span}; calibrate the gyro's zero",
+            )
+        ]
+    return []
+
+
+def _unit(span: str) -> Finding:
+    return Finding("heading unit", Decision.WARN, f"the heading is in degrees {span}; give it in rad")
+
+
+def _agree(gyro: Array, compass: Array) -> float:
+    """Cosine of the angle between both: 1 where they say the same, also where one of them is larger."""
+    size = float(np.sqrt((gyro @ gyro) * (compass @ compass)))
+    return float(gyro @ compass) / size if size > 0.0 else 0.0
+
+
+def _increments(batch: Samples, turn: float) -> tuple[Array, Array, Array]:
+    """Angles by which gyro [rad] and heading turned between neighbouring headings, and how long it took [s].
+
+    Args:
+        turn: a whole turn in the heading's unit.
+    """
+    heading, stamp = batch.raw[HEADING], batch.raw[HEADING_TIME]
+    new = np.flatnonzero(np.isfinite(heading) & (np.diff(np.nan_to_num(stamp), prepend=-np.inf) > 0.0))
+    if new.size < 2:
+        nothing = np.empty(0)
+        return nothing, nothing, nothing
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * (batch.yaw_rate[1:] + batch.yaw_rate[:-1]) * np.diff(batch.time))))
+    stamp, heading = stamp[new], heading[new]
+    gyro = np.diff(np.interp(stamp, batch.time, turned))
+    compass = (np.diff(heading) + 0.5 * turn) % turn - 0.5 * turn
+    lasted = np.diff(stamp)
+    # across a pause nobody knows how the vehicle turned
+    kept = lasted <= 3.0 * float(np.median(np.diff(batch.time)))
+    kept |= lasted <= 1.5 * float(np.median(lasted))
+    kept &= stamp[:-1] >= batch.time[0]
+    return gyro[kept], compass[kept], lasted[kept]

@@ -1,0 +1,271 @@
+"""All checks of one batch, in the order of how sure their causes are, and the decision that follows.
+
+    state, verdict = check(state, vehicle, batch, learned, older)
+
+A value in, a value out: no clock, no randomness, and as much memory as a batch takes. Learning pauses with the first
+batch of which a finding asks for it. It resumes with the batch after the first that each check which paused it could
+judge and found clean: a check that cannot tell (a sign on a straight leg) ends no pause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks.clock import paces, period
+from incsvr.signals.checks.curve import Curve
+from incsvr.signals.checks.heading import against_heading
+from incsvr.signals.checks.misfit import CHANGE, UNCLEAR, Scales, could_tell, misfit
+from incsvr.signals.checks.outliers import outliers
+from incsvr.signals.checks.power import MOVING, drives, turns
+from incsvr.signals.checks.response import Left, causes, lag
+from incsvr.signals.checks.stuck import CALLED, stuck
+from incsvr.signals.checks.unit import unit
+from incsvr.signals.checks.verdict import Decision, Finding, Verdict
+from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, TORQUE_SLOPE, named
+
+YOUNG = 3
+"""Batches of turning after which the curve is known well enough to judge a batch by."""
+KEPT = 0.9
+"""The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""
+UNKNOWN = 1.0 / 0.25**2
+"""How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""
+JOINED = 2.0
+"""Batches' durations within which two batches are looked at together."""
+Learned = Callable[[Array], Curve]
+"""What is learned, at any yaw rates (n,) [rad/s]."""
+QUIET = 300.0
+"""How long [s] a change that was told is not told again: learning it takes some batches."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """What the checks must know.
+
+    Attributes:
+        inertia: as declared [kg m²].
+        rate_range: the lowest and highest yaw rate [rad/s].
+        smoothing: standard deviation of the filter [s].
+    """
+
+    inertia: float
+    rate_range: tuple[float, float]
+    smoothing: float
+
+    @property
+    def largest_rate(self) -> float:
+        return max(abs(rate) for rate in self.rate_range)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """What is remembered between two batches; at most a batch.
+
+    Attributes:
+        paused_since: the time [s] of the first sample that was put aside; None where learning goes on.
+        paused_by: the checks that paused it.
+        kinds: the kinds of what they found.
+        learned: batches of turning that were learned, as far as they count.
+        usual: how far each stream scatters within a window, in its unit.
+        reach: how far each stream goes within a batch, in its unit.
+        periods: between two stamps of each stream [s].
+        lag, precision: the usual lag between torque and yaw rate [s], and how sure it is [s⁻²].
+        before: the last batch, to be looked at together with the next; None where it is not to be.
+        told: when the last change was told [s].
+    """
+
+    paused_since: float | None = None
+    paused_by: frozenset[str] = frozenset()
+    kinds: frozenset[str] = frozenset()
+    learned: int = 0
+    usual: Mapping[str, float] = field(default_factory=dict)
+    reach: Mapping[str, float] = field(default_factory=dict)
+    periods: Mapping[str, float] = field(default_factory=dict)
+    lag: float = 0.0
+    precision: float = UNKNOWN
+    before: Samples | None = None
+    told: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data, exact to the bit in JSON."""
+        return {
+            "paused_since": self.paused_since,
+            "paused_by": sorted(self.paused_by),
+            "kinds": sorted(self.kinds),
+            "learned": self.learned,
+            "usual": dict(self.usual),
+            "reach": dict(self.reach),
+            "periods": dict(self.periods),
+            "lag": self.lag,
+            "precision": self.precision,
+            "before": None if self.before is None else _plain(self.before),
+            "told": self.told,
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> State:
+        before = data["before"]
+        return State(
+            data["paused_since"],
+            frozenset(data["paused_by"]),
+            frozenset(data["kinds"]),
+            data["learned"],
+            dict(data["usual"]),
+            dict(data["reach"]),
+            dict(data["periods"]),
+            data["lag"],
+            data["precision"],
+            None if before is None else _samples(before),
+            data["told"],
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Saw:
+    """What one check saw, and whether it could have seen its faults in this batch."""
+
+    findings: list[Finding]
+    could: bool
+
+    @property
+    def pauses(self) -> bool:
+        return any(finding.decision >= Decision.PAUSE for finding in self.findings)
+
+
+def check(
+    state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None = None
+) -> tuple[State, Verdict]:
+    """Judges a batch before it is learned.
+
+    Args:
+        batch: n ≥ 1 samples with what their raw streams showed (`Samples.raw`).
+        learned: the curve that is learned, at any rates; None before anything is.
+        older: the same from before the last batch: a curve follows what is wrong, and hides it by that.
+    """
+    if state.learned < YOUNG:
+        learned = None
+    known = None if learned is None else learned(batch.yaw_rate)
+    saw = {
+        "stuck": _stuck(state, vehicle, batch, known),
+        "outliers": _Saw(outliers(batch), True),
+        "sign": _sign(vehicle, batch),
+        "unit": _unit(vehicle, batch),
+        "heading": _Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
+        "response": _response(state, vehicle, batch, learned, older or learned),
+        "pace": _Saw(paces(batch, state.periods), True),
+    }
+    # One fault is seen by several checks: the first of them knows best what it is.
+    pausing = next((name for name, each in saw.items() if each.pauses), None)
+    warnings = [f for each in saw.values() for f in each.findings if f.decision < Decision.PAUSE]
+    if pausing is not None:
+        return _paused(state, batch, pausing, saw[pausing].findings + warnings)
+    findings = _once(state, batch, warnings)
+    if state.paused_since is not None and state.kinds != {UNCLEAR}:
+        left = frozenset(name for name in state.paused_by if not saw[name].could)
+        after = replace(state, paused_by=left, before=None)
+        if not left:
+            after = replace(after, paused_since=None, kinds=frozenset())
+        return after, Verdict(tuple(findings), learn=False, suspect=False, span=_span(batch))
+    told_by = min(state.learned + turns(batch, vehicle.largest_rate), YOUNG)
+    after = replace(state, paused_since=None, paused_by=frozenset(), kinds=frozenset(), learned=told_by)
+    verdict = Verdict(tuple(findings), learn=True, suspect=False, span=_span(batch))
+    if any(f.kind == CHANGE for f in warnings):
+        # the curve moves now, and how far apart the streams usually seem to be goes by it
+        return replace(after, learned=0, lag=0.0, precision=UNKNOWN, before=None, told=float(batch.time[-1])), verdict
+    drifts = any(saw["pace"].findings)
+    return _usual(after, batch, known, drifts), verdict
+
+
+def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> tuple[State, Verdict]:
+    was = state.paused_since is not None
+    kinds = frozenset(f.kind for f in findings if f.decision >= Decision.PAUSE)
+    after = replace(
+        state,
+        paused_since=state.paused_since if was else float(batch.time[0]),
+        paused_by=state.paused_by | {by},
+        kinds=kinds | (state.kinds - {UNCLEAR}),
+        before=batch if kinds == {UNCLEAR} else None,
+    )
+    return after, Verdict(tuple(findings), learn=False, suspect=not was and kinds != {UNCLEAR}, span=_span(batch))
+
+
+def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> _Saw:
+    low, high = vehicle.rate_range
+    return _Saw(*stuck(batch, vehicle.inertia, high - low, state.usual, state.reach, known))
+
+
+def _sign(vehicle: Vehicle, batch: Samples) -> _Saw:
+    return _Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
+
+
+def _unit(vehicle: Vehicle, batch: Samples) -> _Saw:
+    moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MOVING * vehicle.largest_rate
+    return _Saw(unit(batch, vehicle.inertia, vehicle.largest_rate), moving)
+
+
+def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None) -> _Saw:
+    """Of the batch by what is learned, then by what was learned before the last batch, then of both together."""
+    if learned is None or older is None:
+        return _Saw([], state.learned < YOUNG)
+    windows = [(batch, learned), (batch, older)]
+    if state.before is not None and batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
+        windows.append((Samples.concatenate((state.before, batch)), older))
+    could = False
+    for samples, function in windows:
+        known = function(samples.yaw_rate)
+        if not turns(samples.take(known.inside), vehicle.largest_rate):
+            continue  # a controller answers the water, and what it does looks like any cause
+        seen = Left.of(samples, known, state.lag)
+        found = causes(seen, known.sigma)
+        if found is None:
+            continue
+        scales = Scales(vehicle.largest_rate, known.largest, vehicle.smoothing, known.sigma)
+        findings = misfit(seen, found, scales, state.kinds)
+        if findings:
+            return _Saw(findings, True)
+        could |= could_tell(found, scales)
+    return _Saw([], could)
+
+
+def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding]:
+    """Without the changes of the vehicle where one has been told a moment ago."""
+    recently = state.told is not None and 0.0 <= batch.time[-1] - state.told < QUIET
+    return [f for f in findings if f.kind != CHANGE or not recently]
+
+
+def _usual(state: State, batch: Samples, known: Curve | None, drifts: bool) -> State:
+    """What is usual, with a batch that is learned; while a clock drifts, the lag that it makes is not."""
+    usual, reach, periods = {}, {}, {}
+    for name in CALLED:
+        low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
+        scatter = float(np.median(high - low))
+        reach[name] = max(KEPT * state.reach.get(name, 0.0), float(high.max() - low.min()))
+        usual[name] = KEPT * state.usual.get(name, scatter) + (1.0 - KEPT) * scatter
+        now = period(batch, name)
+        periods[name] = KEPT * state.periods.get(name, now) + (1.0 - KEPT) * now
+    state = replace(state, usual=usual, reach=reach, periods=periods, before=batch)
+    if known is None or drifts:
+        return state
+    more, precision = lag(Left.of(batch, known, state.lag), known.sigma)
+    total = max(KEPT * state.precision, UNKNOWN) + precision
+    return replace(state, lag=state.lag + more * precision / total, precision=total)
+
+
+def _span(batch: Samples) -> tuple[float, float]:
+    return float(batch.time[0]), float(batch.time[-1])
+
+
+def _plain(samples: Samples) -> dict[str, Any]:
+    raw = {name: samples.raw[name].tolist() for name in (TORQUE, TORQUE_SLOPE)}
+    columns = {"time": samples.time, "yaw_rate": samples.yaw_rate, "damping": samples.damping}
+    return {name: values.tolist() for name, values in columns.items()} | {"raw": raw}
+
+
+def _samples(data: Mapping[str, Any]) -> Samples:
+    time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
+    raw = {name: np.array(values, dtype=np.float64) for name, values in data["raw"].items()}
+    return Samples(time, rate, damping, raw=raw)

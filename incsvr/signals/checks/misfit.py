@@ -1,0 +1,152 @@
+"""What follows from what the curve leaves over: a changed vehicle is told and learned, a sensor's fault is not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from incsvr.signals.checks.response import SENSOR, Causes, Estimate, Left, began
+from incsvr.signals.checks.verdict import Decision, Finding
+
+CERTAIN = 6.0
+"""Standard deviations from which on a cause is believed: with five causes and two windows each batch, once in years."""
+BEYOND = 2.0
+"""How many times larger it is than what an error of the learned curve may feign."""
+STILL = 2.0
+"""Standard deviations from which on it is believed to last."""
+AHEAD = 15.0
+"""Variances by which a sensor's fault must explain more than any change of the vehicle; twice the ln of the odds."""
+ZERO = 0.08
+"""Least shift of the curve along the yaw rate, as a part of the largest: the learned curve itself errs by some."""
+LAG = 2.0
+"""Least lag, in widths of the smoothing: within that the filter forgives it."""
+TOLD = 0.25
+"""A change of the damping, as a part, from which on it is told as one: a hull adds some tenths."""
+DRIVELESS = -0.75
+"""A change below which what is recorded is not what turns the vehicle: it would have lost nearly all its drag."""
+BOUNDLESS = 3.0
+"""A change above which the same is true of the yaw rate, or the thrust is all but gone."""
+FOREIGN = 4.0
+"""Noise levels that the best cause leaves over where torque and yaw rate do not belong together."""
+PLAIN = 2.0
+"""Noise levels that a change of the vehicle leaves over at most, where it is told as one."""
+OF_LARGEST = 0.15
+"""The part of the largest damping that it leaves over at least: a rough sea stays below."""
+
+CHANGE, UNCLEAR = "change", "unclear"
+"""Kinds of findings: the vehicle changed; it did, or a sensor failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """By which sizes are judged: the largest yaw rate [rad/s] and damping [N m], the smoothing [s], the noise [N m]."""
+
+    largest_rate: float
+    largest_damping: float
+    smoothing: float
+    sigma: float
+
+
+def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str]) -> list[Finding]:
+    """Findings on what is left over; `suspected` are the kinds that learning is paused for."""
+    best = found.best
+    estimate = found.each[best]
+    span = f"from {seen.time[0]:.10g} to {seen.time[-1]:.10g} s"
+    sensors = [cause for cause in SENSOR if _large(cause, found.each[cause], scales, cause in suspected)]
+    if best in sensors:
+        failed = _SENTENCES[best](estimate.size, began(seen, best, estimate.size))
+        if best in suspected or found.lead(best) > AHEAD:
+            return [Finding(best, Decision.PAUSE, failed)]
+        return [_unclear(f"{failed}, or the vehicle changed")]
+    if estimate.unexplained > max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping):
+        return [_foreign(found, span)]
+    if estimate.certainty < CERTAIN:
+        return []
+    since = began(seen, best, estimate.size)
+    sentence = _change(best, estimate.size, since, scales)
+    if sentence is None:
+        return []
+    gain = _apparent(best, estimate.size)
+    if gain is not None and not DRIVELESS < gain < BOUNDLESS:
+        return [
+            Finding(
+                "response",
+                Decision.PAUSE,
+                f"since {since:.10g} s the vehicle would have {100.0 * gain:+.0f} % of damping, far more than one can "
+                "change by: check the torque's sensor, its sign and its unit",
+            )
+        ]
+    if any(found.lead(cause) > -AHEAD for cause in sensors):
+        return [_unclear(f"{sentence}, or {' or '.join(_DOUBTS[cause] for cause in sensors)}")]
+    if estimate.unexplained > PLAIN * scales.sigma:
+        return [_foreign(found, span)]
+    return [Finding(CHANGE, Decision.WARN, sentence)]
+
+
+def _large(cause: str, estimate: Estimate, scales: Scales, lasts: bool) -> bool:
+    """Whether a sensor's fault is larger than what is forgiven, and certain."""
+    least = {"zero": ZERO * scales.largest_rate, "lag": LAG * scales.smoothing}[cause]
+    least = max(least, BEYOND * estimate.bias)
+    return abs(estimate.size) > least and estimate.certainty > (STILL if lasts else CERTAIN)
+
+
+def _unclear(sentence: str) -> Finding:
+    return Finding(UNCLEAR, Decision.PAUSE, f"{sentence}; one batch more will tell")
+
+
+def _foreign(found: Causes, span: str) -> Finding:
+    return Finding(
+        "response",
+        Decision.PAUSE,
+        f"torque and yaw rate do not belong together {span}: the learned curve leaves {found.left:.3g} N m "
+        "over, and no change of the vehicle explains it; check both sensors and their clocks",
+    )
+
+
+def could_tell(found: Causes, scales: Scales) -> bool:
+    """Whether the samples would have shown a shift or a lag, had there been one."""
+    return (
+        found.each["zero"].resolved < 0.5 * ZERO * scales.largest_rate
+        and found.each["lag"].resolved < 0.5 * LAG * scales.smoothing
+    )
+
+
+def _apparent(cause: str, size: float) -> float | None:
+    """By which part the damping seems to have changed where it, or the thrust, did; None for other causes."""
+    if cause == "thrust":
+        return 1.0 / (1.0 - size) - 1.0 if size < 1.0 else -1.0 - abs(size)
+    return size if cause == "gain" else None
+
+
+def _change(cause: str, size: float, since: float, scales: Scales) -> str | None:
+    """What changed of the vehicle, where that is more than is learned without a word."""
+    gain = _apparent(cause, size)
+    if gain is not None and abs(gain) > TOLD:
+        other = f" (thrust by {100.0 * (1.0 / (1.0 + gain) - 1.0):+.0f} % looks the same)" if gain > -1.0 else ""
+        return f"damping or thrust changed by {100.0 * gain:+.0f} % at {since:.10g} s{other}"
+    if cause == "moment" and abs(size) > OF_LARGEST * scales.largest_damping:
+        return f"a constant moment of {size:+.3g} N m acts since {since:.10g} s"
+    if cause == "one side" and abs(size) > TOLD:
+        return (
+            f"damping or thrust changed by {100.0 * size:+.0f} % at positive and {-100.0 * size:+.0f} % at negative "
+            f"rates at {since:.10g} s"
+        )
+    return None
+
+
+def _late(size: float, since: float) -> str:
+    which, other = ("yaw rate", "torque") if size < 0.0 else ("torque", "yaw rate")
+    return (
+        f"the {which} comes {abs(size):.2g} s later against the {other} since {since:.10g} s: the clock of one of "
+        "them jumped or runs at another speed"
+    )
+
+
+def _moved(size: float, since: float) -> str:
+    return (
+        f"the yaw rate reads {size:+.2g} rad/s beside what it read since {since:.10g} s: the gyro's zero moved; "
+        "calibrate it at rest"
+    )
+
+
+_DOUBTS = {"lag": "the streams' clocks are apart", "zero": "the gyro's zero moved"}
+_SENTENCES = {"lag": _late, "zero": _moved}

@@ -1,0 +1,237 @@
+"""What the learned curve leaves over of a batch, and which single cause explains it best.
+
+Of e = d − f(r) each cause makes a shape of its own:
+
+    the damping changed         e ∝ f(r)       a vehicle may do that: it is told, and learned
+    the thrust changed          e ∝ τ          the same
+    a constant moment           e ∝ 1          the same
+    one side changed            e ∝ |f(r)|     the same
+    the gyro's zero moved       e ∝ −f'(r)     no vehicle shifts its curve along the yaw rate: a sensor does
+    the streams are apart       e = τ(t) − τ(t + δ)    so do the clocks
+    nothing of this             and e is large: torque and yaw rate do not belong together
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks.curve import Curve
+from incsvr.signals.raw import TORQUE, TORQUE_SLOPE
+
+VEHICLE = ("gain", "thrust", "moment", "one side")
+SENSOR = ("zero", "lag")
+TRIMMED = 3.5
+"""Robust deviations beyond which a sample has no part in an estimate."""
+CURVE = 0.3
+"""Noise levels by which the learned curve itself errs, in a shape that may be any cause's."""
+DELAYS: Array = np.linspace(-4.0, 4.0, 65)
+"""Delays of the torque that are tried [s]: beyond, torque and yaw rate do not belong together at all."""
+FEWEST = 15
+"""Samples from which anything is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What a curve leaves over of n samples at rates that it knows.
+
+    Attributes:
+        time: (n,) [s].
+        left: (n,) d − f(r), free of the usual lag [N m].
+        damping, slope: (n,) f(r) [N m] and f'(r) [N m s/rad].
+        torque, torque_slope: (n,) τ [N m] and τ̇ [N m/s].
+        around: (m,) stamps [s] and torque [N m] of all samples of the batch, at any rates.
+    """
+
+    time: Array
+    left: Array
+    damping: Array
+    slope: Array
+    torque: Array
+    torque_slope: Array
+    around: tuple[Array, Array]
+
+    @staticmethod
+    def of(batch: Samples, known: Curve, lag: float) -> Left:
+        """What the curve leaves over of a batch, where torque and yaw rate are usually `lag` [s] apart."""
+        inside, around = known.inside, (batch.time, batch.raw[TORQUE])
+        batch = batch.take(inside)
+        slope = batch.raw[TORQUE_SLOPE]
+        left = batch.damping - known.damping[inside] - lag * slope
+        return Left(batch.time, left, known.damping[inside], known.slope[inside], batch.raw[TORQUE], slope, around)
+
+    def shape(self, cause: str, size: float) -> Array:
+        """(n,) what a cause of that size leaves over [N m]; NaN where nobody knows."""
+        if cause == "lag":
+            return np.asarray(self.torque - self.later(np.array([size]))[0], dtype=np.float64)
+        shapes = {
+            "gain": self.damping,
+            "thrust": self.torque,
+            "moment": np.ones(self.time.size),
+            "one side": np.abs(self.damping),
+            "zero": -self.slope,
+        }
+        found: Array = size * np.asarray(shapes[cause])
+        return found
+
+    def later(self, delays: Array) -> Array:
+        """(k, n) the torque each of some delays (k,) [s] later; NaN across a pause and beyond the ends."""
+        time, torque = self.around
+        at = self.time + delays[:, None]
+        last = np.clip(np.searchsorted(time, at), 1, time.size - 1)
+        step = np.diff(time)
+        near = (step <= 2.0 * np.median(step))[last - 1] & (at >= time[0]) & (at <= time[-1])
+        share = (at - time[last - 1]) / step[last - 1]
+        return np.where(near, torque[last - 1] + share * (torque[last] - torque[last - 1]), np.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """How large a cause is.
+
+    Attributes:
+        size: in the cause's unit; a lag is how much later the torque comes than the yaw rate, negative where earlier.
+        certainty: standard deviations between it and nothing, by what it explains.
+        resolved: the least size that the samples would have shown.
+        bias: how large an error of the learned curve may make it.
+        unexplained: robust deviation of what it does not explain [N m].
+        cost: what it does not explain, in variances: the smaller, the likelier the cause.
+    """
+
+    size: float
+    certainty: float
+    resolved: float
+    bias: float
+    unexplained: float
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Causes:
+    """Every cause alone, on the same samples.
+
+    Attributes:
+        left: robust deviation of what is left over without any [N m].
+        each: of each cause.
+    """
+
+    left: float
+    each: dict[str, Estimate]
+
+    @property
+    def best(self) -> str:
+        """The cause that explains most."""
+        return min(self.each, key=lambda cause: self.each[cause].cost)
+
+    def lead(self, cause: str) -> float:
+        """By how much a cause explains more than the best of the vehicle's own, in variances."""
+        return min(self.each[other].cost for other in VEHICLE) - self.each[cause].cost
+
+
+def causes(seen: Left, sigma: float) -> Causes | None:
+    """Weighs the causes for what is left over; None where the samples are too few.
+
+    Args:
+        sigma: noise level of a sample as learned [N m]; a batch may be noisier.
+    """
+    if seen.time.size < FEWEST:
+        return None
+    sizes = {cause: _fitted(seen.left, seen.shape(cause, 1.0)) for cause in (*VEHICLE, "zero")}
+    sizes["lag"] = _lag(seen, max(sigma, min(_deviation(_rest(seen, *fit)) for fit in sizes.items())))
+    rests = {cause: _rest(seen, cause, size) for cause, size in sizes.items()}
+    level = max(sigma, min(_deviation(rest) for rest in rests.values()))
+    costs = {cause: _cost(rest, level) for cause, rest in rests.items()}
+    colour = _correlation(rests[min(costs, key=lambda cause: costs[cause])])
+    worth = (1.0 - colour) / (1.0 + colour)
+    nothing = _cost(seen.left, level)
+
+    def estimate(cause: str) -> Estimate:
+        power = float(np.sum((seen.torque_slope if cause == "lag" else seen.shape(cause, 1.0)) ** 2))
+        doubt = level / np.sqrt(worth * power) if power > 0.0 else np.inf
+        bias = CURVE * sigma * np.sqrt(seen.time.size / power) if power > 0.0 else np.inf
+        certainty = np.sqrt(max(worth * (nothing - costs[cause]), 0.0))
+        return Estimate(
+            sizes[cause], float(certainty), float(doubt), float(bias), _deviation(rests[cause]), worth * costs[cause]
+        )
+
+    return Causes(_deviation(seen.left), {cause: estimate(cause) for cause in sizes})
+
+
+def _rest(seen: Left, cause: str, size: float) -> Array:
+    """(n,) what a cause does not explain; where nobody knows what it makes, it explains nothing."""
+    return seen.left - np.nan_to_num(seen.shape(cause, size))
+
+
+def _lag(seen: Left, level: float) -> float:
+    """The delay of the torque [s] that explains most, on a grid."""
+    rests = seen.left - np.nan_to_num(seen.torque - seen.later(DELAYS))
+    costs = np.minimum(rests**2, (TRIMMED * level) ** 2).sum(axis=1)
+    return float(DELAYS[int(np.argmin(costs))])
+
+
+def lag(seen: Left, sigma: float) -> tuple[float, float]:
+    """How much earlier the torque comes than the yaw rate, beside a gain and a moment [s], and its precision [s⁻²]."""
+    if seen.time.size < FEWEST:
+        return 0.0, 0.0
+    design = np.stack((seen.torque_slope, seen.damping, np.ones(seen.time.size)), axis=1)
+    kept = np.ones(seen.time.size, dtype=bool)
+    size = np.zeros(3)
+    for _ in range(2):
+        size = np.linalg.lstsq(design[kept], seen.left[kept], rcond=None)[0]
+        rest = seen.left - design @ size
+        kept = _near(rest)
+    inner = design[kept].T @ design[kept]
+    if np.linalg.cond(inner) > 1e12:
+        return 0.0, 0.0
+    colour = _correlation(rest)
+    each = (
+        max(sigma, _deviation(rest)) ** 2 * (1.0 + colour) / (1.0 - colour)
+        + np.count_nonzero(kept) * (CURVE * sigma) ** 2
+    )
+    return float(size[0]), 1.0 / (each * float(np.linalg.inv(inner)[0, 0]))
+
+
+def began(seen: Left, cause: str, size: float) -> float:
+    """The time [s] since which the cause explains what is left over best."""
+    better = seen.left**2 - _rest(seen, cause, size) ** 2
+    # samples from k on are explained by the cause, those before by nothing
+    from_here = np.cumsum(better[::-1])[::-1]
+    return float(seen.time[int(np.argmax(from_here))])
+
+
+def _fitted(left: Array, column: Array) -> float:
+    """Size of one cause by least squares without what is far off."""
+    kept = np.ones(left.size, dtype=bool)
+    size = 0.0
+    for _ in range(3):
+        square = float(column[kept] @ column[kept])
+        if square <= 0.0:
+            return 0.0
+        size = float(column[kept] @ left[kept]) / square
+        kept = _near(left - size * column)
+    return size
+
+
+def _near(rest: Array) -> NDArray[np.bool_]:
+    kept: NDArray[np.bool_] = np.abs(rest) <= TRIMMED * max(_deviation(rest), 1e-12)
+    return kept
+
+
+def _deviation(rest: Array) -> float:
+    return 1.4826 * float(np.median(np.abs(rest)))
+
+
+def _cost(rest: Array, level: float) -> float:
+    """Sum of squares in variances; an outlier costs no more than TRIMMED deviations."""
+    return float(np.sum(np.minimum(rest**2, (TRIMMED * level) ** 2))) / level**2
+
+
+def _correlation(rest: Array) -> float:
+    """Of neighbours, in [0, 0.9]."""
+    limit = TRIMMED * max(_deviation(rest), 1e-12)
+    rest = np.clip(rest, -limit, limit)
+    power = float(rest @ rest)
+    return min(max(float(rest[1:] @ rest[:-1]) / power, 0.0), 0.9) if power > 0.0 else 0.0

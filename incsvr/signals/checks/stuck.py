@@ -1,0 +1,138 @@
+"""A stream that stands still within a few steps of its own resolution while the other says that it cannot.
+
+A vehicle at rest may show one value for long, and so may a torque that is held. A yaw rate is stuck only where the
+torque meanwhile would have turned the vehicle; a torque, where the vehicle did what no constant torque makes it do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks.curve import Curve
+from incsvr.signals.checks.verdict import Decision, Finding
+from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
+
+STEPS = 3.0
+"""Of its resolution within which a stream stands still: the last bit, and the one beside it, may toggle."""
+OF_REACH = 0.005
+"""The part of how far it usually reaches that those steps are at most: a command of few levels has large ones."""
+QUIET = 0.05
+"""Or the part of the scatter that it usually shows within a window: noise does not cease by itself."""
+FEWEST = 6
+"""Samples in a row: with the shorter ones a slow turn may well agree."""
+TURNED = 10.0
+"""How many times as far the torque, undamped, would have turned the yaw rate: damping takes most of it away."""
+UNEXPLAINED = 3.0
+"""Noise levels by which a constant torque fails to explain the motion."""
+OF_LARGEST = 0.15
+"""The part of the largest damping that it fails by at least: swell moves a vehicle whose torque rests at zero."""
+SWEPT = 0.1
+"""The part of the yaw rate's range that is swept meanwhile: the same."""
+CALLED = {"yaw_rate": "yaw rate", "torque": "torque"}
+_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Samples `first` to `last`, both included, during which a stream stood still."""
+
+    first: int
+    last: int
+
+    @property
+    def slice(self) -> slice:
+        return slice(self.first, self.last + 1)
+
+
+def stuck(
+    batch: Samples,
+    inertia: float,
+    range_width: float,
+    usual: Mapping[str, float],
+    reach: Mapping[str, float],
+    curve: Curve | None,
+) -> tuple[list[Finding], bool]:
+    """What stood still of a batch, and whether both streams moved at all.
+
+    Args:
+        batch: with what its raw streams showed.
+        inertia: as declared [kg m²].
+        range_width: of the vehicle's yaw rates [rad/s].
+        usual: how much each stream scatters within a window when it is sound, in its unit.
+        reach: how far it usually reaches, in its unit; nothing before a batch was learned.
+        curve: what is learned, where anything is.
+    """
+    found, moved = [], True
+    first = {"yaw_rate": range_width, "torque": 0.0}
+    for name, proves in (("yaw_rate", _turned), ("torque", _moved)):
+        low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
+        steps = min(STEPS * _resolution(batch, name), OF_REACH * reach.get(name, first[name]))
+        limit = max(steps, QUIET * usual.get(name, 0.0))
+        moved &= float(high.max() - low.min()) > limit
+        for stretch in _stretches(low, high, limit):
+            if proves(batch, stretch, limit, inertia, range_width, curve):
+                found.append(_finding(batch, name, stretch))
+                break
+    return found, moved
+
+
+def _resolution(batch: Samples, name: str) -> float:
+    """The smallest step of a stream within the batch, in its unit; 0 where it never moved."""
+    steps = batch.raw[named(name, STEP)]
+    steps = steps[np.isfinite(steps)]
+    return float(steps.min()) if steps.size else 0.0
+
+
+def _stretches(low: Array, high: Array, limit: float) -> list[Stretch]:
+    """Stretches of FEWEST samples and more within whose windows a stream keeps within `limit`, as long as can be."""
+    found: list[Stretch] = []
+    for first in range(low.size - FEWEST + 1):
+        if high[first] - low[first] > limit or (found and first <= found[-1].last):
+            continue
+        within = np.maximum.accumulate(high[first:]) - np.minimum.accumulate(low[first:]) <= limit
+        count = int(np.argmin(within)) if not within.all() else within.size
+        if count >= FEWEST:
+            found.append(Stretch(first, first + count - 1))
+    return found
+
+
+def _turned(
+    batch: Samples, stretch: Stretch, limit: float, inertia: float, range_width: float, curve: Curve | None
+) -> bool:
+    """Whether the torque would have turned the vehicle while its yaw rate stood still."""
+    torque, time = batch.raw[TORQUE][stretch.slice], batch.time[stretch.slice]
+    pushed = np.cumsum((torque - torque.mean())[:-1] * np.diff(time)) / inertia
+    # the torque's own noise turns nothing that could be seen
+    floor = max(limit, 1e-3 * range_width)
+    return bool(np.ptp(pushed) > TURNED * floor)
+
+
+def _moved(
+    batch: Samples, stretch: Stretch, limit: float, inertia: float, range_width: float, curve: Curve | None
+) -> bool:
+    """Whether the vehicle moved while its torque stood still as no constant torque moves it."""
+    rate = batch.yaw_rate[stretch.slice]
+    if np.ptp(rate) < SWEPT * range_width:
+        return False
+    if curve is None or not curve.inside[stretch.slice].any():
+        # a constant torque does not turn a vehicle to both sides
+        return bool(min(rate.max(), -rate.min()) > SWEPT * range_width)
+    left = (batch.damping - curve.damping)[stretch.slice][curve.inside[stretch.slice]]
+    amiss = float(np.sqrt(np.mean(left**2)))
+    return amiss > max(UNEXPLAINED * curve.sigma, OF_LARGEST * curve.largest)
+
+
+def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:
+    low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
+    level = 0.5 * float(low[stretch.slice].min() + high[stretch.slice].max())
+    since, until = batch.time[stretch.first], batch.time[stretch.last]
+    other = "the torque varies" if name == "yaw_rate" else "the vehicle turns as no constant torque turns it"
+    where = f"stands still at {level:.4g} {_UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
+    end = 0.01 * float(np.ptp((low.min(), high.max())))
+    at_end = end > 0.0 and min(level - low.min(), high.max() - level) < end
+    cure = "it is stuck, or clipped at the end of its range; check the sensor" if at_end else "check the sensor"
+    return Finding(f"{name} stuck", Decision.PAUSE, f"the {CALLED[name]} {where}; {cure}")

@@ -1,0 +1,78 @@
+"""What a check says: what it saw, in a sentence, and what follows for learning."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Decision(IntEnum):
+    """What a finding asks for; the graver is the larger."""
+
+    CLEAN = 0
+    WARN = 1
+    """It is said; learning goes on."""
+    PAUSE = 2
+    """The batch is put aside: what is learned from it would be wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that a check saw.
+
+    Attributes:
+        kind: one word for the cause, the same as long as the cause lasts.
+        decision: what follows.
+        sentence: for people, with figures and times; it names the cure where there is one.
+    """
+
+    kind: str
+    decision: Decision
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What all checks say of one batch.
+
+    Attributes:
+        findings: the gravest first.
+        learn: whether the batch is to be learned from.
+        suspect: learning has just paused, and the batch before may have been touched by the same fault.
+        span: time of the batch's first and last sample [s].
+    """
+
+    findings: tuple[Finding, ...]
+    learn: bool
+    suspect: bool
+    span: tuple[float, float]
+
+    @property
+    def decision(self) -> Decision:
+        return self.findings[0].decision if self.findings else Decision.CLEAN
+
+
+def told(verdicts: Iterable[Verdict]) -> list[str]:
+    """What the verdicts on batches, one after the other, come to: a sentence for each thing as long as it lasts."""
+    sentences: list[str] = []
+    lasting: dict[str, int] = {}  # kind → where its sentence stands
+    aside, since, until = 0, 0.0, 0.0
+    for verdict in verdicts:
+        kinds = {finding.kind: finding.sentence for finding in verdict.findings}
+        lasting = {kind: place for kind, place in lasting.items() if kind in kinds}
+        for kind, sentence in kinds.items():
+            if kind not in lasting:
+                lasting[kind] = len(sentences)
+                sentences.append(sentence)
+        if not verdict.learn:
+            since = since if aside else verdict.span[0]
+            aside, until = aside + 1, verdict.span[1]
+        elif aside:
+            sentences.append(_put_aside(aside, since, until))
+            aside = 0
+    return [*sentences, _put_aside(aside, since, until)] if aside else sentences
+
+
+def _put_aside(count: int, since: float, until: float) -> str:
+    return f"{count} {'batch was' if count == 1 else 'batches were'} put aside, from {since:.10g} to {until:.10g} s"

@@ -1,0 +1,42 @@
+"""What the raw streams show around each sample: filtering hides whether a sensor is stuck, clipped or full of spikes.
+
+Like the samples themselves, all of it depends on the values of a sample's own smoothing window alone, so that it is the
+same live and from a file, and goes with the sample wherever that goes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Array
+from incsvr.signals.smoothing import Smoothed
+
+TORQUE, TORQUE_SLOPE = "torque", "torque_slope"
+"""The filtered torque [N m] and its derivative [N m/s]."""
+LOW, HIGH, STEP, COUNT, SPIKES, PERIOD = "low", "high", "step", "count", "spikes", "period"
+"""Of a stream, as in `Smoothed`."""
+HEADING, HEADING_TIME = "heading", "heading_time"
+"""The newest heading [rad], and its stamp [s]."""
+
+
+def named(stream: str, what: str) -> str:
+    """The name of a stream's figure."""
+    return f"{stream}:{what}"
+
+
+def around(stream: str, smoothed: Smoothed) -> dict[str, Array]:
+    """What a stream shows around each sample."""
+    return {named(stream, what): getattr(smoothed, what) for what in (LOW, HIGH, STEP, COUNT, SPIKES, PERIOD)}
+
+
+def newest(time: Array, value: Array, at: Array, oldest: float) -> dict[str, Array]:
+    """The heading that was the newest at each instant (m,), and its stamp; NaN where it is older than `oldest` [s]."""
+    if time.size == 0:
+        return {}
+    position = np.searchsorted(time, at, side="right") - 1
+    stamp = time[np.maximum(position, 0)]
+    there = (position >= 0) & (at - stamp <= oldest)
+    return {
+        HEADING: np.where(there, value[np.maximum(position, 0)], np.nan),
+        HEADING_TIME: np.where(there, stamp, np.nan),
+    }

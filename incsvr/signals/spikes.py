@@ -1,0 +1,54 @@
+"""Values that have nothing to do with their neighbours: a bit that flipped, a glitch on a wire.
+
+A linear filter makes of one such value a sample that is wrong by any amount, and spoils all around it: they are left
+out before it. What a vehicle or a command does lasts for two samples at least, and is no spike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.samples import Array
+
+DISTANCE = 6.0
+"""A spike is so many typical steps from the median of itself and its neighbours: of normal noise one value in two
+thousand is, whose loss nobody notices."""
+FEW = 4.0
+"""Where no more than one value in so many differs from the one before, a stream stands still or comes in levels."""
+WINDOW = 12
+"""Values in a window from which on its neighbours say what a value should be."""
+
+
+def distances(value: Array) -> Array:
+    """(n,) how far each value is from the median of the three around it; nothing for the first and the last."""
+    away = np.zeros(value.size)
+    if value.size > 2:
+        before, here, after = value[:-2], value[1:-1], value[2:]
+        median = np.maximum(np.minimum(before, after), np.minimum(np.maximum(before, after), here))
+        away[1:-1] = np.abs(here - median)
+    return away
+
+
+def spikes(
+    away: Array, step: Array, starts: NDArray[np.intp], counts: NDArray[np.intp]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which values of some windows are spikes, and which move alone in windows that else stand still.
+
+    The typical step is the window's own: the geometric mean of those that are not zero, which a fifth of spikes hardly
+    moves. Where the stream stands still or comes in levels it is the smallest.
+
+    Args:
+        away: (n,) the distances of all windows, one window after the other; those at a window's ends are zero.
+        step: (n,) from one value to the next; that of a window's last value is zero.
+        starts, counts: (m,) where each window begins, and how many values it has, at least one.
+    """
+    moves = step > 0.0
+    many = np.add.reduceat(moves.astype(np.float64), starts)
+    logarithm = np.log(np.where(moves, step, 1.0))
+    usual = np.exp(np.add.reduceat(logarithm, starts) / np.maximum(many, 1.0))
+    smallest = np.minimum.reduceat(np.where(moves, step, np.inf), starts)
+    still = (FEW * many < counts) & (counts >= WINDOW)
+    typical = np.where(counts < WINDOW, np.inf, np.where(still, smallest, usual))
+    found: NDArray[np.bool_] = away > DISTANCE * np.repeat(typical, counts)
+    return found, (away > 0.0) & np.repeat(still, counts)

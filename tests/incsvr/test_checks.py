@@ -1,0 +1,184 @@
+"""Sensors that fail are named and not learned from; a vehicle that changed, swell, outliers and pauses are no fault."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from incsvr.learning import guarded
+from incsvr.learning.guarded import Guarded
+from incsvr.learning.learner import Settings
+from incsvr.samples import Array
+from incsvr.signals import synchronise
+from incsvr.signals.checks import Decision, Vehicle, Verdict, told
+from simulator import leng
+
+SETTINGS = Settings(policy="weighted")
+VEHICLE = Vehicle(leng.INERTIA, SETTINGS.rate_range, leng.SIGNALS.smoothing)
+FAILS = 200.0
+"""When a sensor fails [s]: within a batch."""
+RATES: Array = np.linspace(-0.22, 0.22, 45)
+
+Change = Callable[[Array, Array, NDArray[np.bool_], np.random.Generator], tuple[Array, Array]]
+
+
+def streams(changes: dict[str, Change], seed: int = 3) -> dict[str, tuple[Array, Array]]:
+    """Leng's sinusoid, of which some streams are at fault from FAILS on."""
+    rng = np.random.default_rng(seed)
+    found = leng.recording("T1", seed).streams()
+    for name, change in changes.items():
+        t, value = found[name]
+        found[name] = change(t, value, t >= FAILS, rng)
+    return found
+
+
+def guided(found: dict[str, tuple[Array, Array]]) -> tuple[Guarded, list[Verdict]]:
+    """What is learned of streams, and what is said."""
+    samples = synchronise(leng.SIGNALS, found)[0]
+    state, verdicts = guarded.begin(SETTINGS), []
+    for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
+        batch = samples.take(slice(first, first + SETTINGS.batch))
+        state, verdict, _ = guarded.learn(SETTINGS, VEHICLE, state, batch)
+        verdicts.append(verdict)
+    return state, verdicts
+
+
+def error(state: Guarded) -> float:
+    return float(np.mean(np.abs(state.learner.model.predict(RATES).damping - leng.damping(RATES))))
+
+
+def frozen(value: Array, here: NDArray[np.bool_]) -> Array:
+    return np.where(here, value[np.argmax(here)], value)
+
+
+def wild(value: Array, here: NDArray[np.bool_], rng: np.random.Generator, share: float) -> Array:
+    far = rng.uniform(-2.0, 2.0, value.size) * float(np.max(np.abs(value)))
+    return np.where(here & (rng.random(value.size) < share), far, value)
+
+
+FAULTS: dict[str, tuple[str, dict[str, Change]]] = {
+    "rate reversed": ("opposite directions", {"yaw_rate": lambda t, v, here, rng: (t, np.where(here, -v, v))}),
+    "torque reversed": ("opposite directions", {"torque": lambda t, v, here, rng: (t, np.where(here, -v, v))}),
+    "torque frozen": ("the torque stands still", {"torque": lambda t, v, here, rng: (t, frozen(v, here))}),
+    "torque zero": ("the torque stands still", {"torque": lambda t, v, here, rng: (t, np.where(here, 0.0, v))}),
+    "gyro frozen": ("the yaw rate stands still", {"yaw_rate": lambda t, v, here, rng: (t, frozen(v, here))}),
+    "gyro frozen, last bit toggles": (
+        "the yaw rate stands still",
+        {"yaw_rate": lambda t, v, here, rng: (t, frozen(v, here) + 1e-6 * here * rng.integers(0, 2, t.size))},
+    ),
+    "gyro clipped": (
+        "the yaw rate stands still",
+        {"yaw_rate": lambda t, v, here, rng: (t, np.where(here, np.clip(v, -0.14, 0.14), v))},
+    ),
+    "gyro's zero": ("the gyro's zero moved", {"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)}),
+    "outliers, gyro": ("outliers", {"yaw_rate": lambda t, v, here, rng: (t, wild(v, here, rng, 0.2))}),
+    "outliers, torque": ("outliers", {"torque": lambda t, v, here, rng: (t, wild(v, here, rng, 0.2))}),
+    "torque late": ("s later against the yaw rate", {"torque": lambda t, v, here, rng: (t + 2.0 * here, v)}),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_failing_sensor_is_named_within_two_batches_and_not_learned(fault: str) -> None:
+    sentence, changes = FAULTS[fault]
+    state, verdicts = guided(streams(changes))
+    assert not any(verdict.findings for verdict in verdicts if verdict.span[1] < FAILS)
+    pausing = [verdict for verdict in verdicts if verdict.decision is Decision.PAUSE]
+    assert pausing[0].span[1] - FAILS <= 60.0
+    assert any(sentence in finding.sentence for v in pausing for finding in v.findings)
+    assert all(not verdict.learn for verdict in verdicts if verdict.span[0] >= pausing[0].span[0])
+    sound, _ = guided(streams({}))
+    assert error(state) < 1.5 * max(error(sound), 1.0)
+
+
+def test_a_clock_that_runs_fast_is_told_before_it_has_done_harm() -> None:
+    state, verdicts = guided(streams({"torque": lambda t, v, here, rng: (t + 0.005 * (t - FAILS) * here, v)}))
+    first = next(verdict for verdict in verdicts if verdict.findings)
+    assert first.span[1] - FAILS <= 60.0
+    assert "the stamps of the torque" in first.findings[0].sentence
+    assert any("later against" in finding.sentence for verdict in verdicts for finding in verdict.findings)
+    assert error(state) < 1.5
+
+
+def test_what_two_streams_cannot_tell_from_a_changed_vehicle_is_told_and_learned() -> None:
+    _, verdicts = guided(streams({"torque": lambda t, v, here, rng: (t, np.where(here, 0.5 * v, v))}))
+    change = next(finding for verdict in verdicts for finding in verdict.findings if finding.kind == "change")
+    assert "damping or thrust changed by -4" in change.sentence
+    assert sum(verdict.learn for verdict in verdicts) >= len(verdicts) - 2
+
+
+def test_learning_goes_on_by_itself_a_batch_after_the_sensor_is_sound_again() -> None:
+    def a_minute(t: Array, v: Array, here: NDArray[np.bool_], rng: np.random.Generator) -> tuple[Array, Array]:
+        here &= t < FAILS + 60.0
+        return t, np.where(here, v[np.argmax(here)], v)
+
+    _, verdicts = guided(streams({"yaw_rate": a_minute}))
+    aside = [verdict.span for verdict in verdicts if not verdict.learn]
+    assert aside[0][0] <= FAILS
+    assert FAILS + 60.0 <= aside[-1][1] <= FAILS + 120.0
+    assert (
+        told(verdicts)[-1] == f"{len(aside)} batches were put aside, from {aside[0][0]:.10g} to {aside[-1][1]:.10g} s"
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_papers_experiment_and_two_percent_outliers_are_no_fault(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    state, before = guarded.begin(SETTINGS), 0.0
+    for run in ("T1", "T2"):
+        found = leng.recording(run, seed).streams()
+        everywhere = {name: (t, wild(v, np.ones(t.size, dtype=bool), rng, 0.02)) for name, (t, v) in found.items()}
+        for each in (found, everywhere):
+            samples = synchronise(leng.SIGNALS, each)[0]
+            for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
+                batch = samples.take(slice(first, first + SETTINGS.batch))
+                state, verdict, _ = guarded.learn(SETTINGS, VEHICLE, state, batch)
+                assert verdict.learn, (run, verdict, before)
+                before = verdict.span[1]
+
+
+def test_a_state_in_between_goes_on_to_the_bit() -> None:
+    found = streams({"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)})
+    samples = synchronise(leng.SIGNALS, found)[0]
+    state = again = guarded.begin(SETTINGS)
+    for first in range(0, len(samples) - SETTINGS.batch + 1, SETTINGS.batch):
+        batch = samples.take(slice(first, first + SETTINGS.batch))
+        again = Guarded.from_dict(json.loads(json.dumps(again.to_dict())))
+        state, verdict, _ = guarded.learn(SETTINGS, VEHICLE, state, batch)
+        again, same, _ = guarded.learn(SETTINGS, VEHICLE, again, batch)
+        assert verdict == same
+    assert json.dumps(state.to_dict()) == json.dumps(again.to_dict())
+
+
+def heading(sign: float, bias: float, unit: float = 1.0) -> dict[str, tuple[Array, Array]]:
+    """Leng's streams with a heading at 2 Hz that is wrapped, and a gyro whose zero is off from the beginning."""
+    found = leng.recording("T1", 5).streams()
+    t, rate = found["yaw_rate"]
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))))
+    at = np.arange(0.1, t[-1], 0.5)
+    angle = sign * np.interp(at, t, turned) + np.random.default_rng(5).normal(0.0, 0.01, at.size)
+    wrapped = ((angle + np.pi) % (2.0 * np.pi) - np.pi) * unit
+    return found | {"yaw_rate": (t, rate + bias), "heading": (at, wrapped)}
+
+
+def test_a_measured_heading_tells_a_gyros_zero_from_the_first_batch_on() -> None:
+    _, verdicts = guided(heading(1.0, 0.02))
+    assert verdicts[0].decision is Decision.PAUSE
+    assert "heading turns" in verdicts[0].findings[0].sentence
+    assert not any(verdict.learn for verdict in verdicts)
+    _, sound = guided(heading(1.0, 0.0))
+    assert all(verdict.learn and not verdict.findings for verdict in sound)
+
+
+def test_a_compass_that_counts_clockwise_is_said_and_learning_goes_on() -> None:
+    _, verdicts = guided(heading(-1.0, 0.0))
+    assert "opposite directions" in verdicts[0].findings[0].sentence
+    assert all(verdict.learn for verdict in verdicts)
+
+
+def test_a_heading_in_degrees_is_said() -> None:
+    _, verdicts = guided(heading(1.0, 0.0, unit=180.0 / np.pi))
+    assert any("give it in rad" in finding.sentence for verdict in verdicts for finding in verdict.findings)
