@@ -208,7 +208,7 @@ class HealthWatch:
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
-        warnings = list(self.notices)
+        warnings = [*self.notices, *node.said.warnings]
         with self._lock:
             for reason in rejected.keys() | self._seen.keys():
                 grown = rejected.get(reason, 0) - self._seen.get(reason, 0)

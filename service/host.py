@@ -120,6 +120,7 @@ class Host:
         states = () if store is None else store.notices
         self.watch.notices = (*states, *self._company.notice(), *self._warnings)
         self.watch.saved(None if store is None else store.problem)
+        self.watch.paused(self.node.said.paused)
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons), health.learning.state)
@@ -189,7 +190,8 @@ class Host:
     def _trace(self, live: LiveTracing, outcome: Outcome | None) -> None:
         """What live tracing has to do after a batch, or when its process has ended."""
         try:
-            said = live.after(self.node, outcome.report.batch) if outcome is not None else False
+            looked_at = outcome is not None and self.node.said.paused is None  # a batch put aside tells nothing
+            said = live.after(self.node, outcome.report.batch) if outcome is not None and looked_at else False
             if live.waits:
                 before = live.standing
                 live.conclude()

@@ -17,9 +17,12 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning import guarded as guard
 from incsvr.learning import learner
-from incsvr.learning.learner import State
+from incsvr.learning.guarded import Guarded
+from incsvr.learning.learner import Iteration
 from incsvr.samples import Array, Samples
+from incsvr.signals.checks import Said, Vehicle
 from service import wire
 from service.batches import Batches
 from service.config import Config
@@ -46,7 +49,7 @@ class Outcome:
 class _Iterated:
     """One iteration that is done and not adopted yet."""
 
-    state: State
+    guarded: Guarded
     served: Served
     covered: Array
     clock_restarts: int
@@ -86,14 +89,18 @@ class LearnerNode:
         self._validation: dict[str, Samples] = {}
         self._clock = clock
         known = restored(memory, self._settings)
-        self._state, self._covered = known.state, known.covered
+        self._guarded, self._covered = known.guarded, known.covered
+        paused = known.guarded.checks.paused_since is not None
+        self.said = Said("it was before the restart; the next batch will tell" if paused else None)
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
+        self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
         window = Window(signals, config.tracing.window) if config.tracing.live else None
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
         self._clock_restarts = 0
         self._published = max(published, known.revision)
-        self.served = Served(known.state.model, known.revision, known.state.iterations, known.t, findings)
+        learned = known.guarded.learner
+        self.served = Served(learned.model, known.revision, learned.iterations, known.t, findings)
 
     def validate_on(self, validation: Mapping[str, Samples]) -> None:
         """From now on the served model's error is measured on these samples, by name, after each iteration."""
@@ -104,12 +111,22 @@ class LearnerNode:
         return self.batches.push(stream, t, value)
 
     def learn(self) -> Outcome | None:
-        """The next iteration, where a whole batch waits; call it from one thread alone.
+        """The next iteration, where a whole batch waits that is not put aside; call it from one thread alone.
 
-        Where it raises, the batch is lost and all else is as it was.
+        Where a batch pauses learning, that which takes the batch before back. Where it raises, the batch is lost and
+        all else is as it was.
         """
-        batch = self.batches.next_batch()
-        return None if batch is None else self._adopt(self._iterated(self._state, batch, self.served.effects))
+        while (batch := self.batches.next_batch()) is not None:
+            guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
+            outcome = None
+            if verdict.learn:
+                outcome = self._adopt(self._iterated(guarded, batch, self.served.effects))
+            elif taken_back is not None:
+                outcome = self._adopt(self._gone_back(guarded, batch, taken_back))
+            self._guarded, self.said = self._guarded if outcome else guarded, self.said.after(verdict)
+            if outcome is not None:
+                return outcome
+        return None
 
     def relearn(self, effects: TracedEffects | None, validation: Mapping[str, Samples]) -> Outcome:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
@@ -125,12 +142,14 @@ class LearnerNode:
         size = self._settings.batch
         if len(samples) < size:
             raise BadInput("the recent data fill no batch to learn from")
-        state = learner.start(self._settings)
+        guarded = guard.begin(self._settings)
         for first in range(len(samples) % size, len(samples) - size, size):
-            state, _ = learner.step(self._settings, state, samples.take(slice(first, first + size)))
-        state = replace(state, iterations=self._state.iterations)
+            guarded, _, _ = guard.learn(
+                self._settings, self._vehicle, guarded, samples.take(slice(first, first + size))
+            )
+        guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
-        iterated = self._iterated(state, last, findings, validation)
+        iterated = self._iterated(guarded, last, findings, validation)
         self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
@@ -142,16 +161,16 @@ class LearnerNode:
 
     def _iterated(
         self,
-        state: State,
+        guarded: Guarded,
         batch: Samples,
         effects: tuple[dict[str, Any], ...],
         validation: Mapping[str, Samples] | None = None,
     ) -> _Iterated:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
-        model = state.model
+        model = guarded.learner.model
         predicted = model.predict(batch.yaw_rate).damping if model.is_trained else None
         began = self._clock()
-        state, iteration = learner.step(self._settings, state, batch)
+        state, iteration = learner.step(self._settings, guarded.learner, batch)
         if iteration.model.is_trained:
             iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
         took = self._clock() - began
@@ -168,11 +187,29 @@ class LearnerNode:
             validation=self._validation if validation is None else validation,
             learned=self._fresh(covered, newest),
         )
-        return _Iterated(state, served, covered, restarts, self._snapshot(served), told)
+        after = Guarded(state, guarded.checks, guarded.learner)
+        return _Iterated(after, served, covered, restarts, self._snapshot(served), told)
+
+    def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> _Iterated:
+        """To what was served before the last batch, because of this one, which is put aside."""
+        model = iteration.model
+        predicted = model.predict(batch.yaw_rate).damping if model.is_trained else None
+        served = replace(self.served, model=model, revision=self._published + 1, iteration=iteration.number)
+        told = report(
+            iteration,
+            batch,
+            served,
+            boot=self.boot,
+            predicted=predicted,
+            training_s=0.0,
+            validation=self._validation if model.is_trained else {},
+            learned=self.learned,
+        )
+        return _Iterated(guarded, served, self._covered, self._clock_restarts, self._snapshot(served), told)
 
     def _adopt(self, new: _Iterated) -> Outcome:
         """From now on this is what was learned and what is served."""
-        self._state, self._covered, self._clock_restarts = new.state, new.covered, new.clock_restarts
+        self._guarded, self._covered, self._clock_restarts = new.guarded, new.covered, new.clock_restarts
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
@@ -198,7 +235,7 @@ class LearnerNode:
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""
         known: dict[str, Any] = {
-            "learner": self._state.to_dict(),
+            **self._guarded.to_dict(),
             "revision": self.served.revision,
             "covered": [None if math.isinf(t) else t for t in self._covered.tolist()],
             "t": self.served.t,

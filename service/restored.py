@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.learning import guarded as guard
 from incsvr.learning import learner
+from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
@@ -27,14 +29,14 @@ class Restored:
     """What a learner goes on from.
 
     Attributes:
-        state: what it has learned.
+        guarded: what it has learned, and what the checks remember.
         covered: (bins,) when each bin of the rate range was covered last [s], −∞ where it never was.
         revision: what was published last.
         t: the vehicle's time of the newest sample in it [s].
         on_the_way: the samples on their way to the next batch, as plain data.
     """
 
-    state: State
+    guarded: Guarded
     covered: Array
     revision: int = 0
     t: float | None = None
@@ -48,12 +50,15 @@ def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
         Exception: of any kind, where it is not what a learner under these settings can have written.
     """
     if memory is None:
-        return Restored(learner.start(settings), np.full(settings.bins, -math.inf))
-    state = State.from_dict(memory["learner"])
+        return Restored(guard.begin(settings), np.full(settings.bins, -math.inf))
+    guarded = Guarded.from_dict(memory)
+    state = guarded.learner
     for name, number in (("revision", memory["revision"]), ("iterations", state.iterations)):
         if type(number) is not int or not 0 <= number < MOST:
             raise BadInput(f"its {name} is {number!r}, which is no count")
     _believable(state.model, settings)
+    if guarded.before is not None:
+        _believable(guarded.before.model, settings)
     json.dumps(state.memory.to_dict(), allow_nan=False)
     covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
     if covered.size != settings.bins or np.isnan(covered).any():
@@ -62,7 +67,7 @@ def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
     if t is not None and not math.isfinite(t):
         raise BadInput(f"its newest sample is of the time {t}")
     _goes_on(state, settings)
-    return Restored(state, covered, memory["revision"], t, memory.get("on_the_way"))
+    return Restored(guarded, covered, memory["revision"], t, memory.get("on_the_way"))
 
 
 def _believable(model: Model, settings: Settings) -> None:

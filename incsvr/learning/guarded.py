@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
@@ -55,25 +57,50 @@ def begin(settings: Settings) -> Guarded:
     return Guarded(start(settings), Checks())
 
 
-def judge(settings: Settings, vehicle: Vehicle, guarded: Guarded, batch: Samples) -> tuple[Guarded, Verdict]:
-    """What the checks say of a batch; where it is suspected, the batch before is taken back."""
+def judge(
+    settings: Settings, vehicle: Vehicle, guarded: Guarded, batch: Samples
+) -> tuple[Guarded, Verdict, Iteration | None]:
+    """What the checks say of a batch; where it pauses learning, the batch before is taken back, in an iteration."""
     learner, before = guarded.learner, guarded.before
     older = None if before is None else curve(before.model)
     checks, verdict = check(guarded.checks, vehicle, batch, curve(learner.model), older)
-    if verdict.suspect and before is not None:
-        learner, before = replace(before, iterations=learner.iterations), None
-    return Guarded(learner, checks, before), verdict
+    if not verdict.suspect or before is None:
+        return Guarded(learner, checks, before), verdict, None
+    number = learner.iterations + 1
+    return Guarded(replace(before, iterations=number), checks), verdict, _taken_back(number, before, batch, verdict)
 
 
 def learn(
     settings: Settings, vehicle: Vehicle, guarded: Guarded, batch: Samples
 ) -> tuple[Guarded, Verdict, Iteration | None]:
-    """Judges a batch, and learns it where it is sound."""
-    guarded, verdict = judge(settings, vehicle, guarded, batch)
+    """Judges a batch, and learns it where it is sound; an iteration also where the batch before is taken back."""
+    guarded, verdict, taken_back = judge(settings, vehicle, guarded, batch)
     if not verdict.learn:
-        return guarded, verdict, None
+        return guarded, verdict, taken_back
     learner, iteration = step(settings, guarded.learner, batch)
     return Guarded(learner, guarded.checks, guarded.learner), verdict, iteration
+
+
+def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) -> Iteration:
+    """The iteration that leads back to what was learned before the last batch."""
+    model, nothing = before.model, Samples.empty()
+    stamps = np.full(model.support_rate.size, batch.time[0])
+    support = Samples(stamps, model.support_rate, model.support_damping)
+    return Iteration(
+        number=number,
+        time_span=verdict.span,
+        trained=False,
+        old=support,
+        new=nothing,
+        support=support,
+        forgotten=nothing,
+        discarded_tube=nothing,
+        discarded_near=nothing,
+        outliers=nothing,
+        model=model,
+        progressive_mae=None,
+        change=f"the batch before is taken back: {verdict.findings[0].sentence}",
+    )
 
 
 def curve(model: Model) -> Callable[[Array], Curve] | None:

@@ -11,8 +11,8 @@ import numpy as np
 from incsvr.samples import Array
 from incsvr.signals.smoothing import Smoothed
 
-TORQUE, TORQUE_SLOPE = "torque", "torque_slope"
-"""The filtered torque [N m] and its derivative [N m/s]."""
+TORQUE = "torque"
+"""The filtered torque [N m]."""
 LOW, HIGH, STEP, COUNT, SPIKES, PERIOD = "low", "high", "step", "count", "spikes", "period"
 """Of a stream, as in `Smoothed`."""
 HEADING, HEADING_TIME = "heading", "heading_time"

@@ -296,7 +296,7 @@ class Synchroniser:
         self, at: Array, held: Mapping[str, tuple[Array, Array]], torque: Smoothed, yaw_rate: Smoothed
     ) -> dict[str, Array]:
         """What the streams show around the complete samples at `at` [s], for the checks."""
-        shown = {raw.TORQUE: torque.value, raw.TORQUE_SLOPE: torque.slope}
+        shown = {raw.TORQUE: torque.value}
         shown |= raw.around(TORQUE, torque) | raw.around(YAW_RATE, yaw_rate)
         return shown | (raw.newest(*held[raw.HEADING], at, JUMP) if raw.HEADING in held else {})
 

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.judgement import YOUNG, State, Vehicle, check
-from incsvr.signals.checks.verdict import Decision, Finding, Verdict, told
+from incsvr.signals.checks.verdict import Decision, Finding, Said, Verdict, told
 
-__all__ = ["YOUNG", "Curve", "Decision", "Finding", "State", "Vehicle", "Verdict", "check", "told"]
+__all__ = ["YOUNG", "Curve", "Decision", "Finding", "Said", "State", "Vehicle", "Verdict", "check", "told"]

@@ -19,14 +19,14 @@ from incsvr.samples import Array, Samples
 from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
-from incsvr.signals.checks.misfit import CHANGE, UNCLEAR, Scales, could_tell, misfit
+from incsvr.signals.checks.misfit import UNCLEAR, Scales, could_tell, misfit
 from incsvr.signals.checks.outliers import outliers
 from incsvr.signals.checks.power import MOVING, drives, turns
-from incsvr.signals.checks.response import Left, causes, lag
+from incsvr.signals.checks.response import Left, causes
 from incsvr.signals.checks.stuck import CALLED, stuck
 from incsvr.signals.checks.unit import unit
-from incsvr.signals.checks.verdict import Decision, Finding, Verdict
-from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, TORQUE_SLOPE, named
+from incsvr.signals.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
+from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
 
 YOUNG = 3
 """Batches of turning after which the curve is known well enough to judge a batch by."""
@@ -34,12 +34,19 @@ KEPT = 0.9
 """The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""
 UNKNOWN = 1.0 / 0.25**2
 """How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""
+KNOWN = 1.0 / 0.15**2
+"""How sure the usual lag must be to tell another from it [s⁻²]."""
+SURE = 1.0 / 0.1**2
+"""How sure one batch may make it [s⁻²]: a rotor that follows its command slowly is no delay that is always the same."""
+LAG = 2.0
+"""Least lag beside the usual one that counts, in widths of the smoothing, within which the filter forgives it; and as
+much as the usual one besides."""
+LONGEST = 1.5
+"""Before it is known, a lag longer than this [s] is no rotor's."""
 JOINED = 2.0
 """Batches' durations within which two batches are looked at together."""
 Learned = Callable[[Array], Curve]
 """What is learned, at any yaw rates (n,) [rad/s]."""
-QUIET = 300.0
-"""How long [s] a change that was told is not told again: learning it takes some batches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +80,7 @@ class State:
         usual: how far each stream scatters within a window, in its unit.
         reach: how far each stream goes within a batch, in its unit.
         periods: between two stamps of each stream [s].
-        lag, precision: the usual lag between torque and yaw rate [s], and how sure it is [s⁻²].
+        lag, precision: how much later than the yaw rate the torque usually comes [s], and how sure that is [s⁻²].
         before: the last batch, to be looked at together with the next; None where it is not to be.
         told: when the last change was told [s].
     """
@@ -212,7 +219,7 @@ def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned |
     if learned is None or older is None:
         return _Saw([], state.learned < YOUNG)
     windows = [(batch, learned), (batch, older)]
-    if state.before is not None and batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
+    if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
         windows.append((Samples.concatenate((state.before, batch)), older))
     could = False
     for samples, function in windows:
@@ -223,7 +230,7 @@ def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned |
         found = causes(seen, known.sigma)
         if found is None:
             continue
-        scales = Scales(vehicle.largest_rate, known.largest, vehicle.smoothing, known.sigma)
+        scales = Scales(vehicle.largest_rate, known.largest, known.sigma, _least_lag(state, vehicle))
         findings = misfit(seen, found, scales, state.kinds)
         if findings:
             return _Saw(findings, True)
@@ -231,9 +238,15 @@ def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned |
     return _Saw([], could)
 
 
+def _least_lag(state: State, vehicle: Vehicle) -> float:
+    """How far from its usual the lag between the streams may be [s]; a rotor's is not known from the beginning."""
+    usual = abs(state.lag)
+    return LAG * vehicle.smoothing + usual if state.precision > KNOWN else max(LONGEST - usual, 0.0)
+
+
 def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding]:
     """Without the changes of the vehicle where one has been told a moment ago."""
-    recently = state.told is not None and 0.0 <= batch.time[-1] - state.told < QUIET
+    recently = state.told is not None and 0.0 <= batch.time[-1] - state.told < REMEMBERED
     return [f for f in findings if f.kind != CHANGE or not recently]
 
 
@@ -248,11 +261,12 @@ def _usual(state: State, batch: Samples, known: Curve | None, drifts: bool) -> S
         now = period(batch, name)
         periods[name] = KEPT * state.periods.get(name, now) + (1.0 - KEPT) * now
     state = replace(state, usual=usual, reach=reach, periods=periods, before=batch)
-    if known is None or drifts:
+    found = None if known is None or drifts else causes(Left.of(batch, known, state.lag), known.sigma)
+    if found is None or not np.isfinite(found.each["lag"].resolved):
         return state
-    more, precision = lag(Left.of(batch, known, state.lag), known.sigma)
-    total = max(KEPT * state.precision, UNKNOWN) + precision
-    return replace(state, lag=state.lag + more * precision / total, precision=total)
+    more = min(1.0 / found.each["lag"].resolved ** 2, SURE)
+    total = max(KEPT * state.precision, UNKNOWN) + more
+    return replace(state, lag=state.lag + found.each["lag"].size * more / total, precision=total)
 
 
 def _span(batch: Samples) -> tuple[float, float]:
@@ -260,7 +274,7 @@ def _span(batch: Samples) -> tuple[float, float]:
 
 
 def _plain(samples: Samples) -> dict[str, Any]:
-    raw = {name: samples.raw[name].tolist() for name in (TORQUE, TORQUE_SLOPE)}
+    raw = {name: samples.raw[name].tolist() for name in (TORQUE,)}
     columns = {"time": samples.time, "yaw_rate": samples.yaw_rate, "damping": samples.damping}
     return {name: values.tolist() for name, values in columns.items()} | {"raw": raw}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from incsvr.signals.checks.response import SENSOR, Causes, Estimate, Left, began
-from incsvr.signals.checks.verdict import Decision, Finding
+from incsvr.signals.checks.verdict import CHANGE, Decision, Finding
 
 CERTAIN = 6.0
 """Standard deviations from which on a cause is believed: with five causes and two windows each batch, once in years."""
@@ -17,8 +17,6 @@ AHEAD = 15.0
 """Variances by which a sensor's fault must explain more than any change of the vehicle; twice the ln of the odds."""
 ZERO = 0.08
 """Least shift of the curve along the yaw rate, as a part of the largest: the learned curve itself errs by some."""
-LAG = 2.0
-"""Least lag, in widths of the smoothing: within that the filter forgives it."""
 TOLD = 0.25
 """A change of the damping, as a part, from which on it is told as one: a hull adds some tenths."""
 DRIVELESS = -0.75
@@ -32,18 +30,24 @@ PLAIN = 2.0
 OF_LARGEST = 0.15
 """The part of the largest damping that it leaves over at least: a rough sea stays below."""
 
-CHANGE, UNCLEAR = "change", "unclear"
-"""Kinds of findings: the vehicle changed; it did, or a sensor failed."""
+UNCLEAR = "unclear"
+"""The kind of a finding that the vehicle changed or a sensor failed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """By which sizes are judged: the largest yaw rate [rad/s] and damping [N m], the smoothing [s], the noise [N m]."""
+    """By which sizes are judged.
+
+    Attributes:
+        largest_rate, largest_damping: that were learned or configured [rad/s], [N m].
+        sigma: noise level of a sample [N m].
+        least_lag: how much later or earlier than usual one stream may come than the other [s].
+    """
 
     largest_rate: float
     largest_damping: float
-    smoothing: float
     sigma: float
+    least_lag: float
 
 
 def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str]) -> list[Finding]:
@@ -84,7 +88,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str])
 
 def _large(cause: str, estimate: Estimate, scales: Scales, lasts: bool) -> bool:
     """Whether a sensor's fault is larger than what is forgiven, and certain."""
-    least = {"zero": ZERO * scales.largest_rate, "lag": LAG * scales.smoothing}[cause]
+    least = {"zero": ZERO * scales.largest_rate, "lag": scales.least_lag}[cause]
     least = max(least, BEYOND * estimate.bias)
     return abs(estimate.size) > least and estimate.certainty > (STILL if lasts else CERTAIN)
 
@@ -106,7 +110,7 @@ def could_tell(found: Causes, scales: Scales) -> bool:
     """Whether the samples would have shown a shift or a lag, had there been one."""
     return (
         found.each["zero"].resolved < 0.5 * ZERO * scales.largest_rate
-        and found.each["lag"].resolved < 0.5 * LAG * scales.smoothing
+        and found.each["lag"].resolved < 0.5 * scales.least_lag
     )
 
 

@@ -13,14 +13,14 @@ Of e = d − f(r) each cause makes a shape of its own:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks.curve import Curve
-from incsvr.signals.raw import TORQUE, TORQUE_SLOPE
+from incsvr.signals.raw import TORQUE
 
 VEHICLE = ("gain", "thrust", "moment", "one side")
 SENSOR = ("zero", "lag")
@@ -28,8 +28,10 @@ TRIMMED = 3.5
 """Robust deviations beyond which a sample has no part in an estimate."""
 CURVE = 0.3
 """Noise levels by which the learned curve itself errs, in a shape that may be any cause's."""
-DELAYS: Array = np.linspace(-4.0, 4.0, 65)
-"""Delays of the torque that are tried [s]: beyond, torque and yaw rate do not belong together at all."""
+DELAY_STEP = 0.125
+"""Between two delays of the torque that are tried [s]."""
+DELAYS: Array = DELAY_STEP * np.arange(-32.0, 33.0, dtype=np.float64)
+"""Those, beside the usual one [s]: beyond, torque and yaw rate do not belong together at all."""
 FEWEST = 15
 """Samples from which anything is told."""
 
@@ -42,8 +44,9 @@ class Left:
         time: (n,) [s].
         left: (n,) d − f(r), free of the usual lag [N m].
         damping, slope: (n,) f(r) [N m] and f'(r) [N m s/rad].
-        torque, torque_slope: (n,) τ [N m] and τ̇ [N m/s].
+        torque: (n,) τ [N m].
         around: (m,) stamps [s] and torque [N m] of all samples of the batch, at any rates.
+        lag: how much later than the yaw rate the torque usually comes [s], negative where earlier.
     """
 
     time: Array
@@ -51,22 +54,31 @@ class Left:
     damping: Array
     slope: Array
     torque: Array
-    torque_slope: Array
     around: tuple[Array, Array]
+    lag: float
 
     @staticmethod
     def of(batch: Samples, known: Curve, lag: float) -> Left:
-        """What the curve leaves over of a batch, where torque and yaw rate are usually `lag` [s] apart."""
+        """What the curve leaves over of a batch, where the torque usually comes `lag` [s] late."""
         inside, around = known.inside, (batch.time, batch.raw[TORQUE])
         batch = batch.take(inside)
-        slope = batch.raw[TORQUE_SLOPE]
-        left = batch.damping - known.damping[inside] - lag * slope
-        return Left(batch.time, left, known.damping[inside], known.slope[inside], batch.raw[TORQUE], slope, around)
+        found = Left(
+            batch.time,
+            batch.damping - known.damping[inside],
+            known.damping[inside],
+            known.slope[inside],
+            batch.raw[TORQUE],
+            around,
+            lag,
+        )
+        usual = found.torque - found.later(np.array([lag]))[0]
+        return replace(found, left=found.left - np.nan_to_num(usual))
 
     def shape(self, cause: str, size: float) -> Array:
         """(n,) what a cause of that size leaves over [N m]; NaN where nobody knows."""
         if cause == "lag":
-            return np.asarray(self.torque - self.later(np.array([size]))[0], dtype=np.float64)
+            usual, now = self.later(self.lag + np.array([0.0, size]))
+            return np.asarray(usual - now, dtype=np.float64)
         shapes = {
             "gain": self.damping,
             "thrust": self.torque,
@@ -76,6 +88,12 @@ class Left:
         }
         found: Array = size * np.asarray(shapes[cause])
         return found
+
+    @property
+    def agility(self) -> float:
+        """Σ τ̇² [N² m²/s²] over the samples, of a torque that moves for half the step of the delays at least."""
+        before, after = self.later(self.lag + np.array([-0.5, 0.5]) * DELAY_STEP)
+        return float(np.nansum((after - before) ** 2)) / DELAY_STEP**2
 
     def later(self, delays: Array) -> Array:
         """(k, n) the torque each of some delays (k,) [s] later; NaN across a pause and beyond the ends."""
@@ -149,7 +167,7 @@ def causes(seen: Left, sigma: float) -> Causes | None:
     nothing = _cost(seen.left, level)
 
     def estimate(cause: str) -> Estimate:
-        power = float(np.sum((seen.torque_slope if cause == "lag" else seen.shape(cause, 1.0)) ** 2))
+        power = seen.agility if cause == "lag" else float(np.sum(seen.shape(cause, 1.0) ** 2))
         doubt = level / np.sqrt(worth * power) if power > 0.0 else np.inf
         bias = CURVE * sigma * np.sqrt(seen.time.size / power) if power > 0.0 else np.inf
         certainty = np.sqrt(max(worth * (nothing - costs[cause]), 0.0))
@@ -166,32 +184,11 @@ def _rest(seen: Left, cause: str, size: float) -> Array:
 
 
 def _lag(seen: Left, level: float) -> float:
-    """The delay of the torque [s] that explains most, on a grid."""
-    rests = seen.left - np.nan_to_num(seen.torque - seen.later(DELAYS))
+    """The delay of the torque beside the usual one [s] that explains most, on a grid."""
+    usual = seen.later(np.array([seen.lag]))[0]
+    rests = seen.left - np.nan_to_num(usual - seen.later(seen.lag + DELAYS))
     costs = np.minimum(rests**2, (TRIMMED * level) ** 2).sum(axis=1)
     return float(DELAYS[int(np.argmin(costs))])
-
-
-def lag(seen: Left, sigma: float) -> tuple[float, float]:
-    """How much earlier the torque comes than the yaw rate, beside a gain and a moment [s], and its precision [s⁻²]."""
-    if seen.time.size < FEWEST:
-        return 0.0, 0.0
-    design = np.stack((seen.torque_slope, seen.damping, np.ones(seen.time.size)), axis=1)
-    kept = np.ones(seen.time.size, dtype=bool)
-    size = np.zeros(3)
-    for _ in range(2):
-        size = np.linalg.lstsq(design[kept], seen.left[kept], rcond=None)[0]
-        rest = seen.left - design @ size
-        kept = _near(rest)
-    inner = design[kept].T @ design[kept]
-    if np.linalg.cond(inner) > 1e12:
-        return 0.0, 0.0
-    colour = _correlation(rest)
-    each = (
-        max(sigma, _deviation(rest)) ** 2 * (1.0 + colour) / (1.0 - colour)
-        + np.count_nonzero(kept) * (CURVE * sigma) ** 2
-    )
-    return float(size[0]), 1.0 / (each * float(np.linalg.inv(inner)[0, 0]))
 
 
 def began(seen: Left, cause: str, size: float) -> float:

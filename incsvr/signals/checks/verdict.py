@@ -17,6 +17,12 @@ class Decision(IntEnum):
     """The batch is put aside: what is learned from it would be wrong."""
 
 
+CHANGE = "change"
+"""The kind of a finding that the vehicle changed: no fault."""
+REMEMBERED = 300.0
+"""How long [s] a change of the vehicle is said."""
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One thing that a check saw.
@@ -51,6 +57,37 @@ class Verdict:
     @property
     def decision(self) -> Decision:
         return self.findings[0].decision if self.findings else Decision.CLEAN
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What is to be said of the sensors now, after the verdicts so far.
+
+    Attributes:
+        paused: why learning is paused, in one sentence; None where it goes on.
+        warnings: what was seen of the last batch, and else.
+        change: the time [s] and the sentence of the last change of the vehicle.
+    """
+
+    paused: str | None = None
+    warnings: tuple[str, ...] = ()
+    change: tuple[float, str] | None = None
+
+    def after(self, verdict: Verdict) -> Said:
+        """With the verdict on the next batch."""
+        now = verdict.span[1]
+        change = self.change if self.change is not None and 0.0 <= now - self.change[0] < REMEMBERED else None
+        sentences = [finding.sentence for finding in verdict.findings if finding.decision < Decision.PAUSE]
+        changes = [finding.sentence for finding in verdict.findings if finding.kind == CHANGE]
+        if changes:
+            change = now, changes[0]
+        elif change is not None:
+            sentences.append(change[1])
+        pausing = [finding.sentence for finding in verdict.findings if finding.decision >= Decision.PAUSE]
+        paused = (
+            None if verdict.learn else "; ".join(pausing) or self.paused or "it is not known yet whether all is well"
+        )
+        return Said(paused, tuple(sentences), change)
 
 
 def told(verdicts: Iterable[Verdict]) -> list[str]:
