@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 policy trace-table missions soak hold recording pictures clean
+.PHONY: demo test lint bench table1 policy trace-table missions sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -35,6 +35,9 @@ trace-table: .venv/ready  ## noise shared between water and torque, then all of 
 
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
 	$(BIN)/python -m benchmarks.missions
+
+sensor-faults: .venv/ready  ## when a failing sensor is named, and what is served meanwhile
+	$(BIN)/python -m benchmarks.sensor_faults
 
 soak: .venv/ready  ## half an hour: a day at sea
 	$(BIN)/python -m benchmarks.soak

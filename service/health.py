@@ -16,6 +16,7 @@ import numpy as np
 
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
+from incsvr.signals.checks import implausible
 from incsvr.signals.streams import FUTURE, JUMP
 from service import wire
 from service.learning_state import LearningState
@@ -31,6 +32,8 @@ CURES = {
     ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
+#: Values of a stream by which is judged whether it is in another unit.
+LOOKED_AT = 1000
 
 
 @dataclass(slots=True)
@@ -64,6 +67,7 @@ class HealthWatch:
         self._paused: str | None = None
         self._learning = LearningState()
         self._starvation: Starvation | None = None
+        self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
         self.notices: tuple[str, ...] = ()
         self.effect_channels: tuple[str, ...] = ()
         self.queries = 0
@@ -181,8 +185,20 @@ class HealthWatch:
                 self._starvation = Starvation(node.config.signal_settings(), self._started)
             received = {name: stream.received for name, stream in self._streams.items()}
             starved = self._starvation.why(now, received, node.batches)
-            self._learning = self._learning.now(self._paused, starved, self._starvation.since)
+            self._learning = self._learning.now(self._paused or self._units(node), starved, self._starvation.since)
             return self._learning
+
+    def _units(self, node: LearnerNode) -> str | None:
+        """Why a stream seems to be in another unit, by the newest few values; None where none does."""
+        refused = {name: each.get("implausible", 0) for name, each in node.batches.rejected_by_stream.items()}
+        limits = {"yaw_rate": node.config.vehicle.rate_limit, "torque": node.config.vehicle.torque_limit}
+        for name, limit in limits.items():
+            count, received = refused.get(name, 0), self._streams[name].received
+            before, then, _ = self._plausible.get(name, (0, 0, None))
+            if received - before >= LOOKED_AT or name not in self._plausible:
+                found = implausible(name, max(count - then, 0), received - before, limit)
+                self._plausible[name] = received, count, None if found is None else found.sentence
+        return next((said for _, _, said in self._plausible.values() if said is not None), None)
 
     def _errors(self, now: float) -> list[str]:
         errors = [] if self._unsaved is None else [f"what was learned cannot be kept: {self._unsaved}"]

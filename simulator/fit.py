@@ -121,7 +121,7 @@ class Fit:
         iterations, errors, verdicts = [], [], []
         validation, more = _samples(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
         with progress("learning", len(samples) // settings.batch) as advance:
-            for verdict, iteration in checked(samples, settings, signals):
+            for verdict, iteration in checked(samples, settings, signals, learner is not None):
                 verdicts.append(verdict)
                 if iteration is not None:
                     iterations.append(iteration)

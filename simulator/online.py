@@ -46,10 +46,14 @@ def learn(samples: Samples, settings: Settings) -> Iterator[Iteration]:
 
 
 def checked(
-    samples: Samples, settings: Settings, signals: SignalSettings
+    samples: Samples, settings: Settings, signals: SignalSettings, configured: bool
 ) -> Iterator[tuple[Verdict, Iteration | None]]:
-    """What the checks say of each full batch, and its iteration where it is learned: the same as live."""
-    vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing)
+    """What the checks say of each full batch, and its iteration where it is learned: the same as live.
+
+    Args:
+        configured: the settings are the vehicle's own, not scaled to these samples.
+    """
+    vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, configured)
     guarded = guard.begin(settings)
     for first in range(0, len(samples) - settings.batch + 1, settings.batch):
         batch = samples.take(slice(first, first + settings.batch))

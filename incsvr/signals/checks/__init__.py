@@ -4,6 +4,19 @@ from __future__ import annotations
 
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.judgement import YOUNG, State, Vehicle, check
+from incsvr.signals.checks.unit import implausible
 from incsvr.signals.checks.verdict import Decision, Finding, Said, Verdict, told
 
-__all__ = ["YOUNG", "Curve", "Decision", "Finding", "Said", "State", "Vehicle", "Verdict", "check", "told"]
+__all__ = [
+    "YOUNG",
+    "Curve",
+    "Decision",
+    "Finding",
+    "Said",
+    "State",
+    "Vehicle",
+    "Verdict",
+    "check",
+    "implausible",
+    "told",
+]

@@ -19,10 +19,10 @@ from incsvr.samples import Array, Samples
 from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
-from incsvr.signals.checks.misfit import UNCLEAR, Scales, could_tell, misfit
+from incsvr.signals.checks.misfit import RESPONSE, UNCLEAR, Scales, could_tell, misfit
 from incsvr.signals.checks.outliers import outliers
 from incsvr.signals.checks.power import MOVING, drives, turns
-from incsvr.signals.checks.response import Left, causes
+from incsvr.signals.checks.response import Left, agrees, causes
 from incsvr.signals.checks.stuck import CALLED, stuck
 from incsvr.signals.checks.unit import unit
 from incsvr.signals.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
@@ -32,6 +32,8 @@ YOUNG = 3
 """Batches of turning after which the curve is known well enough to judge a batch by."""
 KEPT = 0.9
 """The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""
+OUT_OF_NOISE = 2.0
+"""The learned damping over a batch, in noise levels, from which on it is its own drag that moves a vehicle."""
 UNKNOWN = 1.0 / 0.25**2
 """How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""
 KNOWN = 1.0 / 0.15**2
@@ -43,6 +45,8 @@ LAG = 2.0
 much as the usual one besides."""
 LONGEST = 1.5
 """Before it is known, a lag longer than this [s] is no rotor's."""
+ANEW = 4
+"""Batches of turning, one after the other, that fit each other and not what is learned: then that is what is wrong."""
 JOINED = 2.0
 """Batches' durations within which two batches are looked at together."""
 Learned = Callable[[Array], Curve]
@@ -57,11 +61,13 @@ class Vehicle:
         inertia: as declared [kg m²].
         rate_range: the lowest and highest yaw rate [rad/s].
         smoothing: standard deviation of the filter [s].
+        believed: the range was configured; else it is what the recording shows, be it water that turns a vehicle.
     """
 
     inertia: float
     rate_range: tuple[float, float]
     smoothing: float
+    believed: bool = True
 
     @property
     def largest_rate(self) -> float:
@@ -82,6 +88,7 @@ class State:
         periods: between two stamps of each stream [s].
         lag, precision: how much later than the yaw rate the torque usually comes [s], and how sure that is [s⁻²].
         before: the last batch, to be looked at together with the next; None where it is not to be.
+        agreeing: batches put aside, one after the other, that fit each other and not what is learned.
         told: when the last change was told [s].
     """
 
@@ -95,6 +102,7 @@ class State:
     lag: float = 0.0
     precision: float = UNKNOWN
     before: Samples | None = None
+    agreeing: int = 0
     told: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -110,6 +118,7 @@ class State:
             "lag": self.lag,
             "precision": self.precision,
             "before": None if self.before is None else _plain(self.before),
+            "agreeing": self.agreeing,
             "told": self.told,
         }
 
@@ -127,6 +136,7 @@ class State:
             data["lag"],
             data["precision"],
             None if before is None else _samples(before),
+            data["agreeing"],
             data["told"],
         )
 
@@ -160,7 +170,7 @@ def check(
         "stuck": _stuck(state, vehicle, batch, known),
         "outliers": _Saw(outliers(batch), True),
         "sign": _sign(vehicle, batch),
-        "unit": _unit(vehicle, batch),
+        "unit": _unit(state, vehicle, batch, known),
         "heading": _Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
         "response": _response(state, vehicle, batch, learned, older or learned),
         "pace": _Saw(paces(batch, state.periods), True),
@@ -168,14 +178,19 @@ def check(
     # One fault is seen by several checks: the first of them knows best what it is.
     pausing = next((name for name, each in saw.items() if each.pauses), None)
     warnings = [f for each in saw.values() for f in each.findings if f.decision < Decision.PAUSE]
+    state = _reconsidered(state, vehicle, batch, known, pausing)
+    if state.agreeing >= ANEW:
+        sentence = f"the last {ANEW} batches fit each other and not what is learned: the damping is learned anew"
+        verdict = Verdict((Finding(CHANGE, Decision.WARN, sentence),), learn=True, suspect=False, span=_span(batch))
+        return State(usual=state.usual, reach=state.reach, periods=state.periods, told=float(batch.time[-1])), verdict
     if pausing is not None:
-        return _paused(state, batch, pausing, saw[pausing].findings + warnings)
+        return _paused(state, batch, pausing, saw[pausing].findings + saw["pace"].findings)
     findings = _once(state, batch, warnings)
     if state.paused_since is not None and state.kinds != {UNCLEAR}:
         left = frozenset(name for name in state.paused_by if not saw[name].could)
         after = replace(state, paused_by=left, before=None)
         if not left:
-            after = replace(after, paused_since=None, kinds=frozenset())
+            after = replace(after, paused_since=None, kinds=frozenset(), agreeing=0)
         return after, Verdict(tuple(findings), learn=False, suspect=False, span=_span(batch))
     told_by = min(state.learned + turns(batch, vehicle.largest_rate), YOUNG)
     after = replace(state, paused_since=None, paused_by=frozenset(), kinds=frozenset(), learned=told_by)
@@ -185,6 +200,14 @@ def check(
         return replace(after, learned=0, lag=0.0, precision=UNKNOWN, before=None, told=float(batch.time[-1])), verdict
     drifts = any(saw["pace"].findings)
     return _usual(after, batch, known, drifts), verdict
+
+
+def _reconsidered(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, pausing: str | None) -> State:
+    """How many batches in a row speak against what is learned, and for each other; a straight leg says nothing."""
+    if known is None or state.paused_since is None or not turns(batch, vehicle.largest_rate):
+        return state
+    foreign = pausing in (None, "response") and state.kinds <= {RESPONSE, UNCLEAR}
+    return replace(state, agreeing=state.agreeing + 1 if foreign and agrees(batch, known.sigma) else 0)
 
 
 def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> tuple[State, Verdict]:
@@ -202,16 +225,23 @@ def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> t
 
 def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> _Saw:
     low, high = vehicle.rate_range
-    return _Saw(*stuck(batch, vehicle.inertia, high - low, state.usual, state.reach, known))
+    found, moved = stuck(batch, vehicle.inertia, high - low, state.usual, state.reach, known)
+    if known is None and not vehicle.believed:
+        # nobody knows whether a torque turns this vehicle, or the water alone
+        found = [finding for finding in found if finding.kind != "torque stuck"]
+    return _Saw(found, moved)
 
 
 def _sign(vehicle: Vehicle, batch: Samples) -> _Saw:
     return _Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
 
 
-def _unit(vehicle: Vehicle, batch: Samples) -> _Saw:
+def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> _Saw:
+    if not vehicle.believed:
+        return _Saw([], False)
     moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MOVING * vehicle.largest_rate
-    return _Saw(unit(batch, vehicle.inertia, vehicle.largest_rate), moving)
+    reach, sigma = state.reach.get(TORQUE, 0.0), np.inf if known is None else known.sigma
+    return _Saw(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)
 
 
 def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None) -> _Saw:
@@ -224,14 +254,19 @@ def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned |
     could = False
     for samples, function in windows:
         known = function(samples.yaw_rate)
-        if not turns(samples.take(known.inside), vehicle.largest_rate):
-            continue  # a controller answers the water, and what it does looks like any cause
         seen = Left.of(samples, known, state.lag)
+        if (
+            not turns(samples.take(known.inside), vehicle.largest_rate)
+            or np.sqrt(np.mean(seen.damping**2)) < OUT_OF_NOISE * known.sigma
+        ):
+            continue  # a controller answers the water, and what it does looks like any cause
         found = causes(seen, known.sigma)
         if found is None:
             continue
         scales = Scales(vehicle.largest_rate, known.largest, known.sigma, _least_lag(state, vehicle))
         findings = misfit(seen, found, scales, state.kinds)
+        if not vehicle.believed:  # of a curve for unknown rates nobody says what is much
+            findings = [finding for finding in findings if finding.kind != UNCLEAR]
         if findings:
             return _Saw(findings, True)
         could |= could_tell(found, scales)
@@ -266,7 +301,8 @@ def _usual(state: State, batch: Samples, known: Curve | None, drifts: bool) -> S
         return state
     more = min(1.0 / found.each["lag"].resolved ** 2, SURE)
     total = max(KEPT * state.precision, UNKNOWN) + more
-    return replace(state, lag=state.lag + found.each["lag"].size * more / total, precision=total)
+    usually = float(np.clip(state.lag + found.each["lag"].size * more / total, -LONGEST, LONGEST))
+    return replace(state, lag=usually, precision=total)
 
 
 def _span(batch: Samples) -> tuple[float, float]:

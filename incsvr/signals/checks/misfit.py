@@ -30,8 +30,8 @@ PLAIN = 2.0
 OF_LARGEST = 0.15
 """The part of the largest damping that it leaves over at least: a rough sea stays below."""
 
-UNCLEAR = "unclear"
-"""The kind of a finding that the vehicle changed or a sensor failed."""
+UNCLEAR, RESPONSE = "unclear", "response"
+"""Kinds of findings: the vehicle changed or a sensor failed; torque and yaw rate do not belong together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,9 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str])
     if estimate.unexplained > max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping):
         return [_foreign(found, span)]
     if estimate.certainty < CERTAIN:
-        return []
+        large = found.left > max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping)
+        left = f"the learned curve leaves {found.left:.3g} N m over {span}: the vehicle changed or a sensor failed"
+        return [_unclear(left)] if large else []
     since = began(seen, best, estimate.size)
     sentence = _change(best, estimate.size, since, scales)
     if sentence is None:
@@ -73,7 +75,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str])
     if gain is not None and not DRIVELESS < gain < BOUNDLESS:
         return [
             Finding(
-                "response",
+                RESPONSE if gain > 0.0 else "driveless",
                 Decision.PAUSE,
                 f"since {since:.10g} s the vehicle would have {100.0 * gain:+.0f} % of damping, far more than one can "
                 "change by: check the torque's sensor, its sign and its unit",
@@ -99,7 +101,7 @@ def _unclear(sentence: str) -> Finding:
 
 def _foreign(found: Causes, span: str) -> Finding:
     return Finding(
-        "response",
+        RESPONSE,
         Decision.PAUSE,
         f"torque and yaw rate do not belong together {span}: the learned curve leaves {found.left:.3g} N m "
         "over, and no change of the vehicle explains it; check both sensors and their clocks",

@@ -32,6 +32,8 @@ DELAY_STEP = 0.125
 """Between two delays of the torque that are tried [s]."""
 DELAYS: Array = DELAY_STEP * np.arange(-32.0, 33.0, dtype=np.float64)
 """Those, beside the usual one [s]: beyond, torque and yaw rate do not belong together at all."""
+AGREES = 1.5
+"""Noise levels that samples which follow one curve are from it."""
 FEWEST = 15
 """Samples from which anything is told."""
 
@@ -189,6 +191,19 @@ def _lag(seen: Left, level: float) -> float:
     rests = seen.left - np.nan_to_num(usual - seen.later(seen.lag + DELAYS))
     costs = np.minimum(rests**2, (TRIMMED * level) ** 2).sum(axis=1)
     return float(DELAYS[int(np.argmin(costs))])
+
+
+def agrees(batch: Samples, sigma: float) -> bool:
+    """Whether the samples of a batch follow one curve of drag, be it another than was learned."""
+    rate = batch.yaw_rate
+    design = np.stack((rate, rate * np.abs(rate), np.ones(rate.size)), axis=1)
+    kept = np.ones(rate.size, dtype=bool)
+    size = np.zeros(3)
+    for _ in range(3):
+        size = np.linalg.lstsq(design[kept], batch.damping[kept], rcond=None)[0]
+        kept = _near(batch.damping - design @ size)
+    drag = design[:, :2] @ size[:2]
+    return _deviation(batch.damping - design @ size) <= AGREES * sigma and float(drag @ rate) > 0.0
 
 
 def began(seen: Left, cause: str, size: float) -> float:

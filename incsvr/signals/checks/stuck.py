@@ -33,7 +33,7 @@ OF_LARGEST = 0.15
 SWEPT = 0.1
 """The part of the yaw rate's range that is swept meanwhile: the same."""
 CALLED = {"yaw_rate": "yaw rate", "torque": "torque"}
-_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +131,7 @@ def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:
     level = 0.5 * float(low[stretch.slice].min() + high[stretch.slice].max())
     since, until = batch.time[stretch.first], batch.time[stretch.last]
     other = "the torque varies" if name == "yaw_rate" else "the vehicle turns as no constant torque turns it"
-    where = f"stands still at {level:.4g} {_UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
+    where = f"stands still at {level:.4g} {UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
     end = 0.01 * float(np.ptp((low.min(), high.max())))
     at_end = end > 0.0 and min(level - low.min(), high.max() - level) < end
     cure = "it is stuck, or clipped at the end of its range; check the sensor" if at_end else "check the sensor"

@@ -1,4 +1,4 @@
-"""A yaw rate in another unit: the vehicle would take up more energy than any torque gave it."""
+"""A stream in another unit: beyond what is plausible, or the vehicle would take up more energy than it was given."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from incsvr.samples import Samples
 from incsvr.signals.checks.power import MOVING
+from incsvr.signals.checks.stuck import CALLED, UNITS
 from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 
@@ -13,13 +14,38 @@ EXCEEDS = 5.0
 """How many times the torque's work the kinetic energy grows: a declared inertia may be wrong by some tenths, a yaw rate
 in degrees per second makes 57 of it."""
 
+MANY = 0.75
+ASKED = 1.5
+"""The inertia alone must not take so many times the torque's whole reach in a quarter of the samples of a batch."""
+LOUD = 10.0
+"""Noise levels that it takes at least: a gyro's noise, differentiated, asks for much where the filter is short."""
+IMPLAUSIBLE = 0.2
+"""The part of a stream's values beyond its limit from which on they are no single outliers."""
+FEWEST = 50
+"""Values of which that part is taken."""
 
-def unit(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]:
+
+def implausible(name: str, refused: int, received: int, limit: float) -> Finding | None:
+    """Whether a stream is in another unit, by how many of the values received were refused as beyond its `limit`."""
+    if received < FEWEST or refused < IMPLAUSIBLE * received:
+        return None
+    cure = "are they in degrees per second?" if name == "yaw_rate" else "are they in another unit?"
+    return Finding(
+        "unit",
+        Decision.PAUSE,
+        f"{100.0 * refused / received:.0f} % of the {CALLED[name]}'s values are beyond the plausible ±{limit:g} "
+        f"{UNITS[name]}: {cure}",
+    )
+
+
+def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigma: float) -> list[Finding]:
     """Whether the yaw rate of a batch can be in rad/s.
 
     Args:
         inertia: as declared [kg m²].
         largest_rate: that the vehicle reaches [rad/s].
+        reach: how far the torque usually goes from end to end [N m].
+        sigma: noise level of a sample [N m]; infinite before it is known.
     """
     rate, torque = batch.yaw_rate, batch.raw[TORQUE]
     if len(batch) < 2 or float(np.max(np.abs(rate))) < 2.0 * MOVING * largest_rate:
@@ -27,15 +53,16 @@ def unit(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]:
     energy = 0.5 * inertia * rate**2
     gained = float(np.max(energy - np.minimum.accumulate(energy)))
     work = float(np.median(np.diff(batch.time))) * float(np.sum(np.abs(torque * rate)))
-    if gained <= EXCEEDS * work:
+    # what the declared inertia alone takes, of samples that stand apart as well
+    asked, given = float(np.quantile(np.abs(torque - batch.damping), MANY)), max(float(np.ptp(torque)), reach)
+    if gained <= EXCEEDS * work and asked <= max(ASKED * given, LOUD * sigma):
         return []
     return [
         Finding(
             "unit",
             Decision.PAUSE,
-            f"the yaw rate grows to {float(np.max(np.abs(rate))):.3g} rad/s from {batch.time[0]:.10g} to "
-            f"{batch.time[-1]:.10g} s, which takes {gained:.3g} J where the torque did {work:.3g}: is "
-            "it in degrees per second, the torque in another unit, or "
-            f"the inertia not {inertia:g} kg m²?",
+            f"the yaw rate reaches {float(np.max(np.abs(rate))):.3g} rad/s from {batch.time[0]:.10g} to "
+            f"{batch.time[-1]:.10g} s, faster than the torque can turn {inertia:g} kg m²: is it in degrees per second, "
+            "the torque in another unit, or the inertia another?",
         )
     ]
