@@ -242,9 +242,7 @@ def markdown(found: dict[str, Any]) -> str:
             "",
             "Hull on and off every two hours, drop-outs, 2 % outliers, swell, 40 minutes of straight driving:",
             "",
-            table(
-                ["", "false pauses", "of the time", "said, in pieces of 5 s", "mean error N m", "processor s"], days
-            ),
+            table(["", "false pauses", "of the time", "said, in pieces of 5 s", "mean error N m", "processor s"], days),
             "",
             f"The paper's experiment, {len(found['paper'])} seeds: {pauses} batches put aside.",
             "",
