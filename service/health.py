@@ -240,6 +240,8 @@ class HealthWatch:
                 for reason, (at, count) in sorted(self._fault.items())
                 if count > 0 and now - at <= self._limits.warn_for
             }
+            if recent.pop("clock_restarted", 0):
+                warnings.append("the clocks of yaw rate and torque began anew")
             for reason, count in recent.items():
                 warnings.append(f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}")
             warnings += [sentence for reasons, sentence in CURES.items() if recent.keys() & reasons]

@@ -44,7 +44,6 @@ class Since:
     t: float = 0.0
     samples: int = 0
     received: Mapping[str, int] = field(default_factory=dict)
-    newest: Mapping[str, float] = field(default_factory=dict)
     rejected: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
 
@@ -84,7 +83,7 @@ class Starvation:
         elif fed.samples_seen != since.samples or not all(since.received.get(name, 0) for name in REQUIRED):
             newest = _newest(readings)
             t = min((newest[name] for name in REQUIRED if name in newest), default=0.0)
-            self._since = Since(now, t, fed.samples_seen, dict(received), newest, fed.rejected_by_stream)
+            self._since = Since(now, t, fed.samples_seen, dict(received), fed.rejected_by_stream)
             self._why = None
         elif now - since.at >= STARVED_AFTER:
             self._why = self._cause(now, readings, fed.rejected_by_stream) or self._why
@@ -93,7 +92,7 @@ class Starvation:
     def _cause(
         self, now: float, readings: Mapping[str, Reading], rejected: Mapping[str, Mapping[str, int]]
     ) -> str | None:
-        since, settings = self._since, self._settings
+        settings = self._settings
         for name in REQUIRED:
             silent = now - self._heard[name][1]
             if silent >= SILENT_AFTER:
@@ -116,7 +115,7 @@ class Starvation:
             return (
                 f"samples wait {JUMP:g} s for {', '.join(late)}, which signals.channels names and which does not come"
             )
-        advanced = min((readings[name].newest or 0.0) - since.newest.get(name, 0.0) for name in REQUIRED)
+        advanced = (now - self._since.at) * min(self._pace.get(name, 1.0) for name in REQUIRED)
         if advanced < settings.sample_period + 2.0 * settings.reach + settings.lateness:
             return None  # played slowly
         return "yaw rate and torque come, but no stretch without a pause is as long as a sample needs"

@@ -72,6 +72,7 @@ class Synchroniser:
         self._refused: Counter[str] = Counter()
         self._next = 0
         self._widening = 0
+        self._compared: tuple[list[Stream], float] = ([], 0.0)  # the clocks that were looked at last, and the lead
         self.clock_restarts = 0
         """How often the time of the samples went back with the clocks."""
         self.taken_up = 0
@@ -158,7 +159,10 @@ class Synchroniser:
         """Goes on with the clocks that began anew, where yaw rate and torque agree; True where samples may follow."""
         clocks = [self._streams[name].latest for name in REQUIRED]
         newest = [clock.newest for clock in clocks]
-        if max(newest) - min(newest) > JUMP:
+        (before, led), lead = self._compared, newest[0] - newest[1]
+        self._compared = (clocks, lead)
+        # Played faster than they are taken in, two clocks that agree overtake each other.
+        if abs(lead) > JUMP and not (before == clocks and lead * led < 0.0):
             return False
         if not any(self._streams[name].next for name in REQUIRED):
             for name, stream in self._streams.items():

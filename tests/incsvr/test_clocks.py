@@ -136,6 +136,20 @@ def test_where_both_begin_anew_no_sample_of_either_time_is_lost() -> None:
     np.testing.assert_array_equal(second.time[back:], fresh.time)
 
 
+def test_the_same_where_it_is_played_faster_than_it_is_taken_in() -> None:
+    """The streams overtake each other by half a minute all the time."""
+    synchroniser, parts, end = Synchroniser(SETTINGS), [], {RATE: 0.0, TORQUE: 0.0}
+    for k in range(1, 11):
+        for name, until in ((TORQUE, 60.0 * k), (RATE, 60.0 * k + 30.0)):
+            t = np.arange(end[name], until, 0.05, dtype=np.float64)
+            end[name] = until
+            synchroniser.push(name, t % 300.0, Vehicle._values(name, t % 300.0))
+            parts.append(synchroniser.ready())
+    samples = Samples.concatenate(parts)
+    assert_right(samples, 600.0)
+    assert synchroniser.clock_restarts == 1
+
+
 @pytest.mark.parametrize("ahead", [RATE, TORQUE])
 @pytest.mark.parametrize("offset", [3600.0, 1.764e9])
 def test_stamps_that_do_not_overlap_give_no_sample(ahead: str, offset: float) -> None:
