@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.samples import Array
+from incsvr.signals.doubt import Doubted
 
 JUMP = 10.0
 """A stamp further from the newest than this [s] may be wrong, or of a clock that was set."""
@@ -37,8 +38,6 @@ BELIEVED = 10
 """So many different stamps, each later than those before, and none of the clock before in between, are no mistake."""
 FIRST_BELIEVED = 2
 """The same where no clock is known yet, and for a channel: it may come once in seconds, and no sample hangs on it."""
-DOUBTED = 1000
-"""Values that are doubted at most."""
 WRAPS = (2**32 / 1e6, 2**32 / 1e3)
 """After so long [s] a counter of 32 bits begins at zero: of microseconds, of milliseconds."""
 WRAP_PAUSE = 1.0
@@ -95,8 +94,7 @@ class Stream:
         self.rejected: dict[str, int] = {} if rejected is None else rejected
         self._time = array("d")
         self._value = array("d")
-        self._doubted: list[tuple[float, float]] = []
-        self._advanced = 0  # doubted stamps that were later than all doubted before them
+        self._doubted = Doubted()
         self._wrapped = 0.0  # what the counter lost by wrapping [s]
 
     @property
@@ -195,8 +193,8 @@ class Stream:
             "since": self.since if isfinite(self.since) else None,
             "time": self._time.tolist(),
             "value": self._value.tolist(),
-            "doubted": [list(pair) for pair in self._doubted],
-            "advanced": self._advanced,
+            "doubted": [list(pair) for pair in self._doubted.values],
+            "advanced": self._doubted.advanced,
             "wrapped": self._wrapped,
             "rejected": dict(self.rejected),
             "next": None if self.next is None else self.next.to_dict(),
@@ -207,8 +205,9 @@ class Stream:
         self.newest = -inf if data["newest"] is None else float(data["newest"])
         self.since = -inf if data["since"] is None else float(data["since"])
         self._time, self._value = array("d", data["time"]), array("d", data["value"])
-        self._doubted = [(float(time), float(value)) for time, value in data["doubted"]]
-        self._advanced, self._wrapped = int(data["advanced"]), float(data["wrapped"])
+        doubted = [(float(time), float(value)) for time, value in data["doubted"]]
+        self._doubted = Doubted(doubted, int(data["advanced"]))
+        self._wrapped = float(data["wrapped"])
         self.rejected.clear()
         self.rejected.update({str(reason): int(count) for reason, count in data["rejected"].items()})
         if data["next"] is not None:
@@ -234,22 +233,17 @@ class Stream:
 
     def _doubt(self, time: float, value: float) -> None:
         """Holds a value that is far from the clock, and believes what so many say one after the other."""
-        newest = max((stamp for stamp, _ in self._doubted), default=-inf)
-        if any(stamp == time for stamp, _ in self._doubted):
+        if self._doubted.has(time):
             self.refuse("duplicate")
             return
-        if time < newest - self.lateness or len(self._doubted) >= DOUBTED:
+        if not self._doubted.followed_by(time, self.lateness):
             self._refuse_doubted()
-            newest = -inf
-        self._doubted.append((time, value))
-        self._advanced += time > newest
-        if self._advanced >= (self.believed if isfinite(self.newest) else FIRST_BELIEVED):
-            self._believe()
+        self._doubted.add(time, value)
+        if self._doubted.advanced >= (self.believed if isfinite(self.newest) else FIRST_BELIEVED):
+            self._believe(self._doubted.take())
 
-    def _believe(self) -> None:
-        """The clock is where the doubted stamps are."""
-        doubted = sorted(self._doubted)
-        self._doubted, self._advanced = [], 0
+    def _believe(self, doubted: list[tuple[float, float]]) -> None:
+        """The clock is where the stamps are that were doubted."""
         begin = doubted[0][0] + self._wrapped
         wrap = next((wrap for wrap in WRAPS if 0.0 < begin + wrap - self.newest <= WRAP_PAUSE), None)
         clock = self
@@ -265,8 +259,7 @@ class Stream:
         clock.newest = clock._time[-1]
 
     def _refuse_doubted(self) -> None:
-        self.refuse("clock_jump", len(self._doubted))
-        self._doubted, self._advanced = [], 0
+        self.refuse("clock_jump", len(self._doubted.take()))
 
     def _extend(self, time: Array, value: Array) -> bool:
         """Takes all of these where push would append every single one; else none."""

@@ -34,15 +34,13 @@ from math import ceil, inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.plant import damping_moment
-from incsvr.samples import Array, Samples
-from incsvr.signals import raw
+from incsvr.samples import Samples
 from incsvr.signals.following import widenings
+from incsvr.signals.sampling import samples_at
 from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, TORQUE, WIDER, WIDEST, YAW_RATE, SignalSettings
-from incsvr.signals.smoothing import Smoothed, smooth
 from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Reading, Stream
 
 if TYPE_CHECKING:
@@ -251,7 +249,7 @@ class Synchroniser:
                     at, end = at[: waits[0]], start + int(waits[0])
                     stop = end
                 if at.size:
-                    parts.append(self._block(at, widening[: at.size], held))
+                    parts.append(samples_at(at, widening[: at.size], held, self.settings, ledger))
                     self._widening = int(widening[at.size - 1])
             start = stop
         self._next = end
@@ -263,46 +261,6 @@ class Synchroniser:
         if ledger is not None:
             ledger.forget(end * period - widest)
         return Samples.concatenate(parts)
-
-    def _block(self, at: Array, widening: NDArray[np.int64], held: Mapping[str, tuple[Array, Array]]) -> Samples:
-        """The complete samples among the instants `at` [s]."""
-        parts = [self._alike(at[widening == step], int(step), held) for step in np.unique(widening)]
-        if len(parts) == 1:
-            return parts[0]
-        samples = Samples.concatenate(parts)
-        return samples.take(np.argsort(samples.time))
-
-    def _alike(self, at: Array, widening: int, held: Mapping[str, tuple[Array, Array]]) -> Samples:
-        """The complete samples among instants with a filter of one width."""
-        smoothing = float(self.settings.smoothing * WIDER**widening)
-        gap = self.settings.bridged(smoothing)
-        torque = smooth(*held[TORQUE], at, smoothing=smoothing, gap=gap)
-        yaw_rate = smooth(*held[YAW_RATE], at, smoothing=smoothing, gap=gap)
-        damping, parts = damping_moment(torque.value, yaw_rate.slope, self.settings.inertia), dict[str, Array]()
-        if self._ledger is not None:
-            damping, parts = self._ledger.split(at, torque, yaw_rate, smoothing, gap)
-        complete = np.flatnonzero(torque.complete & yaw_rate.complete & np.isfinite(damping))
-        at = at[complete]
-        channels = {}
-        for name in sorted(held.keys() - set(REQUIRED)):
-            filtered = smooth(*held[name], at, smoothing=smoothing, gap=gap)
-            channels[name] = np.where(filtered.complete, filtered.value, _last(*held[name], at))
-        return Samples(
-            at,
-            yaw_rate.value[complete],
-            damping[complete],
-            channels,
-            {name: values[complete] for name, values in parts.items()},
-            self._raw(at, held, torque.take(complete), yaw_rate.take(complete)),
-        )
-
-    def _raw(
-        self, at: Array, held: Mapping[str, tuple[Array, Array]], torque: Smoothed, yaw_rate: Smoothed
-    ) -> dict[str, Array]:
-        """What the streams show around the complete samples at `at` [s], for the checks."""
-        shown = {raw.TORQUE: torque.value}
-        shown |= raw.around(TORQUE, torque) | raw.around(YAW_RATE, yaw_rate)
-        return shown | (raw.newest(*held[raw.HEADING], at, JUMP) if raw.HEADING in held else {})
 
 
 def empty_streams(settings: SignalSettings) -> dict[str, Stream]:
@@ -317,12 +275,3 @@ def empty_streams(settings: SignalSettings) -> dict[str, Stream]:
 def _channel(settings: SignalSettings) -> Stream:
     """The stream of a channel, which may come slowly."""
     return Stream(inf, settings.lateness, FIRST_BELIEVED)
-
-
-def _last(time: Array, value: Array, at: Array) -> Array:
-    """A slow channel's last value at each instant, NaN where it is older than JUMP."""
-    if time.size == 0:
-        return np.full(at.size, np.nan)
-    position = np.searchsorted(time, at, side="right") - 1
-    age = at - time[np.maximum(position, 0)]
-    return np.where((position >= 0) & (age <= JUMP), value[position], np.nan)

@@ -1,0 +1,41 @@
+"""Values that are far from their stream's clock: held until it is known whether the clock is where they say."""
+
+from __future__ import annotations
+
+from math import inf
+
+DOUBTED = 1000
+"""Values that are doubted at most."""
+
+
+class Doubted:
+    """What is doubted of one stream, in the order of its arrival."""
+
+    def __init__(self, values: list[tuple[float, float]] | None = None, advanced: int = 0) -> None:
+        self.values = [] if values is None else values
+        self.advanced = advanced
+        """So many of the stamps were later than all before them."""
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def has(self, time: float) -> bool:
+        """Whether a value with this stamp [s] is among them: the same again proves nothing."""
+        return any(stamp == time for stamp, _ in self.values)
+
+    def followed_by(self, time: float, lateness: float) -> bool:
+        """Whether a value with this stamp [s] may be of the same clock; with none before it, it is."""
+        return len(self.values) < DOUBTED and time >= self._newest() - lateness
+
+    def add(self, time: float, value: float) -> None:
+        self.advanced += time > self._newest()
+        self.values.append((time, value))
+
+    def take(self) -> list[tuple[float, float]]:
+        """All of them in the order of their stamps; none are left."""
+        values = sorted(self.values)
+        self.values, self.advanced = [], 0
+        return values
+
+    def _newest(self) -> float:
+        return max((stamp for stamp, _ in self.values), default=-inf)
