@@ -54,6 +54,7 @@ class Fit:
         theta: (p,) their coefficients.
         positions: for each part, where its coefficients stand in theta; empty for thrust effects.
         shift: by how much the torque's stamps are late [s].
+        surprises: how many of the last regressors are the commands' surprise.
     """
 
     model: Linear
@@ -66,6 +67,7 @@ class Fit:
     theta: Array
     positions: tuple[slice, ...]
     shift: float
+    surprises: int
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -75,10 +77,11 @@ class Fit:
     def misfit(self) -> float:
         """2 Δℓ of what the commands' surprise still explains: next to nothing where the controller saw the log's
         gyro."""
-        beside = np.linalg.qr((self.white[:-1] * np.sqrt(self.weight)).T)[0]
-        seen = self.white[-1] * np.sqrt(self.weight)
-        seen = seen - beside @ (beside.T @ seen)
-        return float(self.theta[-1] ** 2 * (seen @ seen)) / self.sigma**2
+        told = self.surprises
+        weighted = self.white * np.sqrt(self.weight)
+        beside = np.linalg.qr(weighted[:-told].T)[0]
+        seen = weighted[-told:] - (weighted[-told:] @ beside) @ beside.T
+        return float(np.sum((self.theta[-told:] @ seen) ** 2)) / self.sigma**2
 
     def names(self) -> tuple[str, ...]:
         return tuple(part.name for part in self.parts)
@@ -118,7 +121,7 @@ class Regression:
         rows: (p, n) regressors.
         positions: for each part, where its coefficients stand.
         starts: (pieces + 1,) first cell of each piece, and the end.
-        surprise: (n,) regressor of the innovations themselves, the last of all.
+        surprise: (m, n) regressors of the innovations themselves, the last of all.
     """
 
     target: Array
@@ -128,9 +131,9 @@ class Regression:
     surprise: Array
 
     def whitened(self, noise: Noise) -> tuple[Array, Array]:
-        """(p + 1, n) regressors and (n,) target of the innovations."""
+        """(p + m, n) regressors and (n,) target of the innovations."""
         white = self.whiten(noise, np.concatenate([self.rows, self.target[None, :]]))
-        return np.concatenate([white[:-1], self.surprise[None, :]]), white[-1]
+        return np.concatenate([white[:-1], self.surprise]), white[-1]
 
     def whiten(self, noise: Noise, values: Array) -> Array:
         """(…, n) innovations of (…, n) values."""
@@ -231,6 +234,7 @@ def _pass(grid: Grid, model: Linear, noise: Noise, weight: Array) -> Fit:
         theta,
         regression.positions,
         shift=float(theta[knots]),
+        surprises=regression.surprise.shape[0],
     )
 
 
@@ -264,7 +268,7 @@ def _noise(grid: Grid, fitted: Fit, steps: int) -> Noise:
     regression = assemble(grid, fitted.model)
     y, rows = regression.target, regression.rows
     precision, root, noise = (
-        prior(grid, fitted.model.basis, rows.shape[0] + 1),
+        prior(grid, fitted.model.basis, rows.shape[0] + regression.surprise.shape[0]),
         np.sqrt(fitted.weight),
         fitted.noise,
     )
@@ -279,7 +283,7 @@ def _noise(grid: Grid, fitted: Fit, steps: int) -> Noise:
     damping = DAMPING
     for _ in range(steps):
         vector, left = noise.to_vector(), y - theta[: rows.shape[0]] @ rows
-        beside = theta[-1] * regression.surprise
+        beside = theta[rows.shape[0] :] @ regression.surprise
         moved = [Noise.from_vector(vector + NUDGE * unit) for unit in np.eye(vector.size)]
         nudged = [regression.whiten(each, left) - beside for each in moved]
         slopes = (np.stack(nudged) - innovation) / NUDGE

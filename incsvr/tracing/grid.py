@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
@@ -27,6 +28,9 @@ EVEN = 0.05
 
 LAGS = 3
 """Cells of the past from which the next command is predicted: a controller's and its filter's."""
+
+RUNNING = (4.0, 20.0)
+"""Cells of the running means of a command's surprise: a Kalman filter with that gyro would forget as slowly."""
 
 ALIKE = (0.6, 1.6)
 """Period of the torque over that of the gyro between which the cells begin where commands are given: a command in the
@@ -70,7 +74,9 @@ class Grid:
         index = np.concatenate([np.arange(piece.start, piece.stop) for piece in slices])
         moved = self.signals.pieces(slices)
         of = np.searchsorted(self.starts, [piece.start for piece in slices], side="right") - 1
-        return Grid(moved, self.rise[index], self.shift[index], self.surprise[index], self.torque_period, self.run[of])
+        return Grid(
+            moved, self.rise[index], self.shift[index], self.surprise[:, index], self.torque_period, self.run[of]
+        )
 
 
 def cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
@@ -135,7 +141,8 @@ def cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
 
 
 def _surprise(s: Signals) -> Array:
-    """(n,) the torque less its linear prediction from the torques before it, and from rate and heading up to now; what
+    """(3, n) the torque less its linear prediction from the torques before it, and from rate and heading up to now;
+    what
     is
     larger than usual is a turn that was asked for, and is cut.
     """
@@ -152,7 +159,8 @@ def _surprise(s: Signals) -> Array:
         left = s.torque - design @ np.linalg.lstsq(design * root, s.torque * root[:, 0])[0]
         usual = 1.4826 * float(np.median(np.abs(left[usable])))
         weight = usable / (1.0 + (left / max(3.0 * usual, 1e-12)) ** 2)
-    return np.asarray(np.where(usable, np.clip(left, -4.0 * usual, 4.0 * usual), 0.0))
+    new = np.where(usable, np.clip(left, -4.0 * usual, 4.0 * usual), 0.0)
+    return np.stack([new, *(lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], new) for length in RUNNING)])
 
 
 def _without_spikes(rate: Array) -> Array:

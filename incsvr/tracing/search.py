@@ -22,7 +22,7 @@ from incsvr.tracing.candidates import SLIGHT, bracket, starts, unit
 from incsvr.tracing.equations import Part, columns, predicted, thrust
 from incsvr.tracing.fit import Fit, assemble, fit
 from incsvr.tracing.grid import Grid
-from incsvr.tracing.thresholds import INDISTINGUISHABLE, RELEVANT, REQUIRED_GAIN
+from incsvr.tracing.thresholds import INDISTINGUISHABLE, MISFIT, RELEVANT, REQUIRED_GAIN
 
 Array = NDArray[np.float64]
 
@@ -133,6 +133,15 @@ def search(asked: Question, base: Fit) -> Found:
     return Found(base, best, gains, rivals, refused, tuple(leads))
 
 
+def required(fitted: Fit) -> float:
+    """2 Δℓ above its price that an effect must bring: more, where the commands tell what the log does not hold.
+
+    A controller that sees another gyro than the log's answers what that gyro saw. Next to what its commands still tell
+    of the innovations, an effect that explains as much is of the same kind.
+    """
+    return REQUIRED_GAIN + MISFIT * fitted.misfit
+
+
 def without(grid: Grid, fitted: Fit, k: int) -> Fit:
     """The fit without its k-th effect."""
     return fit(grid, [part for j, part in enumerate(fitted.parts) if j != k], fitted)
@@ -234,7 +243,7 @@ def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str,
     grown, most = None, 0.0
     for fitted in tried:
         gain = 2.0 * (fitted.log_likelihood - best.log_likelihood) - asked.price(fitted.parts[-1])
-        reason, asked_gain = objection(asked.grid, fitted, len(fitted.parts) - 1), REQUIRED_GAIN + fitted.misfit
+        reason, asked_gain = objection(asked.grid, fitted, len(fitted.parts) - 1), required(fitted)
         if reason or gain < asked_gain:
             name = fitted.parts[-1].name
             refused[name] = reason or f"it brings {gain:.3g} of the {asked_gain:.3g} that are asked"
@@ -254,7 +263,7 @@ def _pruned(asked: Question, best: Fit) -> Fit:
             for part, fewer in zip(best.parts, less, strict=True)
         ]
         worst = int(np.argmin(gains))
-        if gains[worst] >= REQUIRED_GAIN + best.misfit and not objection(asked.grid, best, worst):
+        if gains[worst] >= required(best) and not objection(asked.grid, best, worst):
             return best
         best = less[worst]
     return best

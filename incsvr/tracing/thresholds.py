@@ -15,6 +15,11 @@ REQUIRED_GAIN = 20.0
 """2 Δℓ above the price of its parameters that an effect must bring: a p-value of about 1e-5 for one parameter, so that
 a search over thirty candidates and a hundred missions still names next to nothing that is not there."""
 
+MISFIT = 2.0
+"""Times what the commands still tell of the innovations that an effect must bring besides: of hidden effects of full
+size
+the rest was at most a third of the gain, of the false ones with another gyro in the log more than half."""
+
 RELEVANT = 0.02
 """Of the torque's root mean square that an effect must move: a thrust table is no better known."""
 
