@@ -49,7 +49,7 @@ def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
     began = time.process_time()
     failure, answer = None, dict[str, Any]()
     try:
-        answer = trace([run], inertia=outcome.inertia).to_dict()
+        answer = trace([run], inertia=outcome.inertia, torque="measured").to_dict()
     except Exception as error:  # a crash is a result too, and the other trials go on
         failure = f"{type(error).__name__}: {error}"
     seconds = time.process_time() - began
@@ -72,7 +72,7 @@ def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
     }
     if in_depth and trial.effects:
         twin = play(replace(trial, size=0.0))
-        record["twin"] = trace([as_run(twin)], inertia=twin.inertia).to_dict()["error"]["before"]
+        record["twin"] = trace([as_run(twin)], inertia=twin.inertia, torque="measured").to_dict()["error"]["before"]
     if in_depth:
         problem = peers.terms(run, outcome.inertia)
         record["peers"] = {}

@@ -48,6 +48,7 @@ class Grid:
         shift: (n,) by how much the mean torque changes for a second by which its stamps are late [N m/s].
         surprise: (n,) what of each command does not follow from what the log holds before it [N m]: of a controller
             that sees another gyro than the log's, it tells what that gyro saw.
+        command: (n,) the torque in force just before each cell's end, the newest that is known there [N m].
         torque_period: between two commands [s].
         run: (pieces,) which recording each piece is from.
     """
@@ -56,6 +57,7 @@ class Grid:
     rise: Array
     shift: Array
     surprise: Array
+    command: Array
     torque_period: float
     run: NDArray[np.intp]
 
@@ -75,7 +77,13 @@ class Grid:
         moved = self.signals.pieces(slices)
         of = np.searchsorted(self.starts, [piece.start for piece in slices], side="right") - 1
         return Grid(
-            moved, self.rise[index], self.shift[index], self.surprise[:, index], self.torque_period, self.run[of]
+            moved,
+            self.rise[index],
+            self.shift[index],
+            self.surprise[:, index],
+            self.command[index],
+            self.torque_period,
+            self.run[of],
         )
 
 
@@ -105,6 +113,7 @@ def cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
                 "rise": np.diff(rate),
                 "torque": _held_mean(when, torque, edges),
                 "shift": -np.diff(_before(when, torque, edges)) / step,
+                "command": _before(when, torque, edges)[1:],
             }
             for name in names:
                 stamps, values = stream(piece, piece.channels[name])
@@ -117,7 +126,7 @@ def cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
         raise BadInput("yaw_rate and torque never overlap in time: check the stamps of the two streams")
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     time, heading = joined.pop("time"), joined.pop("heading", None)
-    rise, shift = joined.pop("rise"), joined.pop("shift")
+    rise, shift, command = joined.pop("rise"), joined.pop("shift"), joined.pop("command")
     start = np.array(starts, dtype=np.intp)
     rate, torque = joined.pop("rate"), joined.pop("torque")
     if heading is None:
@@ -137,7 +146,7 @@ def cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
         origin=(float(time.min()), float(time.max()) + step),
     )
     surprise = _surprise(signals)
-    return Grid(signals, rise, shift, surprise, torque_period, np.array(origin, dtype=np.intp))
+    return Grid(signals, rise, shift, surprise, command, torque_period, np.array(origin, dtype=np.intp))
 
 
 def _surprise(s: Signals) -> Array:

@@ -7,14 +7,18 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from incsvr.errors import BadInput
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.grid import Grid
 from incsvr.tracing.search import Projection
-from incsvr.tracing.thresholds import ANSWERS, DRIVES, IDLE, IDLE_RATE, LEAST_KNOWN, LEAST_RATE, REVERSED
+from incsvr.tracing.thresholds import ANSWERS, DRIVES, IDLE, IDLE_RATE, LEAST_KNOWN, LEAST_RATE, NOISY, REVERSED
 
 Array = NDArray[np.float64]
+
+PAST, RUNNING, AHEAD = 9, (20.0, 100.0), (1, 3)
+"""Cells of the torque's past, and of its running means, from which it is foretold; and by how many cells ahead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +40,7 @@ class Loop:
     @property
     def commanded(self) -> bool:
         """Whether the torque is a command: no noise of its own is seen in it."""
-        return self.answer > -ANSWERS
+        return self.answer > -NOISY
 
 
 def loop_of(grid: Grid, base: Fit) -> Loop:
@@ -87,24 +91,30 @@ def _gain_error(grid: Grid, base: Fit) -> float:
 
 
 def _answer(grid: Grid, base: Fit) -> float:
-    """The strongest correlation of an innovation with the torque's change after it, in standard errors.
+    """The strongest correlation of an innovation with what its own past does not foretell of the torque after it, in
+    standard errors.
 
-    An innovation is new to everything before it, and in open loop to the torque after it, too: the torque follows it
-    only through a controller (P. E. Caines, C. W. Chan, IEEE Trans. Autom. Control 20, 1975). Water that pushes forward
-    makes it negative, the target being the torque that is missing, and a controller then takes torque away.
+    In open loop the torque may follow its own past, but nothing that the rate tells beside it, however wrong the model
+    is; a controller follows the rate (P. E. Caines, C. W. Chan, IEEE Trans. Autom. Control 20, 1975). Water that pushes
+    forward makes an innovation negative, the target being the torque that is missing, and a controller then takes
+    torque away.
     """
-    innovation, torque = np.sqrt(base.weight) * base.innovation, grid.signals.torque
-    scale = max(round(grid.signals.scale / grid.cell), 4)
+    innovation, torque = np.sqrt(base.weight) * base.innovation, grid.command
+    if float(np.ptp(torque)) == 0.0:
+        return 0.0
+    lags = [np.roll(torque, k) for k in range(PAST)]
+    running = [lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], torque) for length in RUNNING]
+    past = np.stack([*lags, np.abs(torque), torque * np.abs(torque), *running, np.ones(torque.size)], axis=1)
     found = []
-    for ahead in sorted({1, max(scale // 8, 2), max(scale // 2, 4)}):
-        product, square = 0.0, 0.0
-        for begin, end in pairwise(grid.starts):
-            if end - begin > ahead + 2:
-                change = torque[begin + ahead : end] - torque[begin : end - ahead]
-                limit = 3.0 * float(np.median(np.abs(change))) or 4.0 * float(np.std(change))
-                change = np.clip(change, -limit, limit)
-                product += float(innovation[begin : end - ahead] @ change)
-                square += float(change @ change)
-        deviation = float(np.sqrt(np.mean(innovation**2)))
-        found.append(product / max(deviation * np.sqrt(square), 1e-300))
+    for ahead in AHEAD:
+        whole = np.concatenate([np.arange(a + PAST, b - ahead) for a, b in pairwise(grid.starts) if b - a > 2 * PAST])
+        change = torque[whole + ahead] - torque[whole]
+        left, usual = change, 0.0
+        for _ in range(3):
+            kept = np.abs(left) <= 3.0 * usual if usual > 0.0 else np.ones(change.size, dtype=bool)
+            left = change - past[whole] @ np.linalg.lstsq(past[whole][kept], change[kept])[0]
+            usual = 1.4826 * float(np.median(np.abs(left))) or float(np.std(left))
+        left = np.clip(left, -3.0 * usual, 3.0 * usual)
+        deviation = float(np.std(innovation)) * np.sqrt(float(left @ left))
+        found.append(float(innovation[whole] @ left) / max(deviation, 1e-300))
     return float(max(found, key=abs))

@@ -26,9 +26,10 @@ RELEVANT = 0.02
 INDISTINGUISHABLE = 10.0
 """2 Δℓ within which a rival explains the recordings as well."""
 
-ANSWERS = 5.0
+ANSWERS, NOISY = 12.0, 5.0
 """Standard errors by which the torque must follow the innovations of the rate before a controller is said to close the
-loop."""
+loop (development missions under heading control: 15 to 122; open loop, also with effects hidden: at most 8), and by
+which it must go against them before its sensor is said to have noise."""
 
 LEAST_KNOWN = 0.2
 """Largest relative standard error of the thrust's gain, I₀/I, with which a recording can say anything: beyond, the

@@ -83,5 +83,5 @@ def test_on_one_sine_two_effects_that_bring_what_none_does_alone_are_both_named(
     outcome = play(Trial(390_036, ("inflow", "inertia"), 1.0, "leng", "sine", 0.0))
     columns = outcome.recording.columns
     run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    found = trace([run], inertia=outcome.inertia)
+    found = trace([run], inertia=outcome.inertia, torque="measured")
     assert {finding.effect for finding in found.effects} == {"inflow", "inertia"}

@@ -14,4 +14,6 @@ def as_run(outcome: Outcome) -> Run:
 
 
 def named(outcome: Outcome) -> set[str]:
-    return {finding.effect for finding in trace([as_run(outcome)], inertia=outcome.inertia).effects}
+    """The trials' torque is measured: its sensor has noise, and their controller sees the true rate."""
+    found = trace([as_run(outcome)], inertia=outcome.inertia, torque="measured")
+    return {finding.effect for finding in found.effects}
