@@ -11,7 +11,6 @@ from benchmarks.mission_cases import IDLE, circumstance
 from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from incsvr.samples import Array
 from simulator.fit import Fit
 from simulator.missions import Outcome
 from simulator.online import signals_for
@@ -71,16 +70,11 @@ def judged(outcome: Outcome, model: Model) -> Record:
     prediction, true = model.predict(everywhere), outcome.damping(everywhere)
     answered = ~prediction.extrapolated
     if answered.any():
-        served, band = prediction.damping[answered], WIDTH * curve_sigma(model, everywhere)[answered]
+        served, band = prediction.damping[answered], WIDTH * prediction.curve_sigma[answered]
         record["covered"] = float(np.mean(np.abs(served - true[answered]) <= band))
         record["drives"] = float(np.mean(served * np.sign(everywhere[answered]) < -band))
         record["band"] = float(np.median(band))
     return record
-
-
-def curve_sigma(model: Model, rates: Array) -> Array:
-    """The standard deviation of the curve itself [N m]: what is served without the scatter of a fresh sample."""
-    return np.asarray(np.sqrt(np.maximum(model.predict(rates).sigma ** 2 - model.sigma**2, 0.0)))
 
 
 def report(records: Sequence[Record]) -> str:

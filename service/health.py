@@ -1,9 +1,9 @@
 """How the learner does, in one level and in sentences that say why.
 
 ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
-WARN: samples were rejected or lost, the vehicle moves where the model only extrapolates, the yaw rate stands still,
-an earlier state was set aside, a traced effect had to be left out, learning is starved or paused. Ages are wall time;
-the clock is injected.
+WARN: samples were rejected or lost, the torque hardly moves the vehicle, it moves where the model only extrapolates,
+the yaw rate stands still, an earlier state was set aside, a traced effect had to be left out, learning is starved or
+paused. Ages are wall time; the clock is injected.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from incsvr.learning.excitation import MANOEUVRE
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.checks import implausible
@@ -252,6 +253,9 @@ class HealthWatch:
                     warnings.append(f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s")
         slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
         warnings += [slow] if slow else []
+        excitation = node.excitation
+        if excitation is not None and excitation.little:
+            warnings.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
         rates, served = node.batches.recent_rates, node.served.model
         if rates and served.is_trained:
             outside = served.predict(np.array(rates)).extrapolated

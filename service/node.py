@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,6 +20,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning import learner
+from incsvr.learning.excitation import Excitation
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration
 from incsvr.samples import Array, Samples
@@ -30,6 +32,9 @@ from service.effects import TracedEffects
 from service.published import Served, damping, report, snapshot
 from service.restored import restored
 from service.window import Window
+
+EXCITATION = 5
+"""Batches over which it is said how much of the motion the torque made."""
 
 
 class NothingLearned(BadInput):
@@ -55,6 +60,7 @@ class _Iterated:
     clock_restarts: int
     snapshot: wire.ModelSnapshot
     report: wire.IterationReport
+    excitation: Excitation | None
 
 
 class LearnerNode:
@@ -98,6 +104,7 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.live else None
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
         self._clock_restarts = 0
+        self._excitation: deque[Excitation] = deque(maxlen=EXCITATION)
         self._published = max(published, known.revision)
         learned = known.guarded.learner
         self.served = Served(learned.model, known.revision, learned.iterations, known.t, findings)
@@ -113,17 +120,24 @@ class LearnerNode:
     def learn(self) -> Outcome | None:
         """The next iteration, where a whole batch waits that is not put aside; call it from one thread alone.
 
-        Where a batch pauses learning, that which takes the batch before back. Where it raises, the batch is lost and
-        all else is as it was.
+        Where a batch pauses learning, that which takes the batch before back. Batches that hold too little motion for a
+        first model are taken without one: there is nothing to publish yet. Where it raises, the batch is lost and all
+        else is as it was.
         """
         while (batch := self.batches.next_batch()) is not None:
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:
-                outcome = self._adopt(self._iterated(guarded, batch, self.served.effects))
+                new = self._iterated(guarded, batch, self.served.effects)
+                if new.served.model.is_trained:
+                    outcome = self._adopt(new)
+                else:
+                    self._keep(new)
             elif taken_back is not None:
                 outcome = self._adopt(self._gone_back(guarded, batch, taken_back))
-            self._guarded, self.said = self._guarded if outcome else guarded, self.said.after(verdict)
+            else:
+                self._guarded = guarded
+            self.said = self.said.after(verdict)
             if outcome is not None:
                 return outcome
         return None
@@ -135,7 +149,8 @@ class LearnerNode:
         Its batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
 
         Raises:
-            BadInput: the recent data fill no batch, or the learner refuses them. Whatever is raised, all is as it was.
+            BadInput: the recent data fill no batch or hold too little motion, or the learner refuses them. Whatever is
+                raised, all is as it was.
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
         samples = self.batches.freed(compensation, -math.inf if self.served.t is None else self.served.t)
@@ -150,6 +165,8 @@ class LearnerNode:
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
         iterated = self._iterated(guarded, last, findings, validation)
+        if not iterated.served.model.is_trained:
+            raise BadInput("the recent data hold too little motion to learn from")
         self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
@@ -184,11 +201,12 @@ class LearnerNode:
             boot=self.boot,
             predicted=predicted,
             training_s=took,
-            validation=self._validation if validation is None else validation,
+            validation=(self._validation if validation is None else validation) if iteration.model.is_trained else {},
             learned=self._fresh(covered, newest),
         )
         after = Guarded(state, guarded.checks, guarded.learner)
-        return _Iterated(after, served, covered, restarts, self._snapshot(served), told)
+        excitation = Excitation.of(batch, iteration.undriven)
+        return _Iterated(after, served, covered, restarts, self._snapshot(served), told, excitation)
 
     def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> _Iterated:
         """To what was served before the last batch, because of this one, which is put aside."""
@@ -205,15 +223,21 @@ class LearnerNode:
             validation=self._validation if model.is_trained else {},
             learned=self.learned,
         )
-        return _Iterated(guarded, served, self._covered, self._clock_restarts, self._snapshot(served), told)
+        return _Iterated(guarded, served, self._covered, self._clock_restarts, self._snapshot(served), told, None)
 
     def _adopt(self, new: _Iterated) -> Outcome:
         """From now on this is what was learned and what is served."""
-        self._guarded, self._covered, self._clock_restarts = new.guarded, new.covered, new.clock_restarts
+        self._keep(new)
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
         return Outcome(new.snapshot, new.report, self.memory())
+
+    def _keep(self, new: _Iterated) -> None:
+        """From now on the learner stands here, whatever is served."""
+        self._guarded, self._covered, self._clock_restarts = new.guarded, new.covered, new.clock_restarts
+        if new.excitation is not None:
+            self._excitation.append(new.excitation)
 
     def predict(self, rates: Array) -> wire.DampingReply:
         """The damping at (n,) finite rates [rad/s].
@@ -231,6 +255,12 @@ class LearnerNode:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
         newest = self.served.t
         return 0.0 if newest is None else self._fresh(self._covered, newest)
+
+    @property
+    def excitation(self) -> Excitation | None:
+        """How much of the last few batches was evidence about damping; None before the first since this start."""
+        parts = tuple(self._excitation)
+        return Excitation.together(parts) if parts else None
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,8 @@ def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
         sigma=_finite(model.sigma),
         trained_range=model.trained_range,
         certified_error=_finite(model.certified_error),
+        correlation=model.correlation,
+        water=wire.WaterMade(**asdict(model.water)),
     )
 
 
@@ -94,7 +96,8 @@ def report(
         time_span=iteration.time_span,
         trained=iteration.trained,
         training_ms=1e3 * training_s,
-        counts={name: len(samples) for name, samples in sets.items()} | {"batch": len(batch)},
+        counts={name: len(samples) for name, samples in sets.items()}
+        | {"undriven": len(iteration.undriven), "batch": len(batch)},
         **{name: _points(samples) for name, samples in sets.items()},
         batch=wire.Batch(
             time=tuple(batch.time.tolist()),

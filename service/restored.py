@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning import learner
+from incsvr.learning.excitation import WINDOW, Recent
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
@@ -59,7 +60,9 @@ def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
     _believable(state.model, settings)
     if guarded.before is not None:
         _believable(guarded.before.model, settings)
-    json.dumps(state.memory.to_dict(), allow_nan=False)
+    if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW:
+        raise BadInput("its account of what moves the vehicle cannot be")
+    json.dumps(guarded.to_dict(), allow_nan=False)
     covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
     if covered.size != settings.bins or np.isnan(covered).any():
         raise BadInput("its covered rates are not those of the configured bins")
@@ -79,12 +82,19 @@ def _believable(model: Model, settings: Settings) -> None:
         raise BadInput("its model was learned under other settings")
     if (model.count <= 0.0).any() or (np.abs(model.weight) > settings.C * model.count * (1.0 + ROUNDING)).any():
         raise BadInput("its model holds a weight beyond C times the samples that it stands for")
+    if not 0.0 <= model.correlation < 1.0 or min(model.water.to_list()) < 0.0:
+        raise BadInput("its model holds noise that cannot be")
     if model.sigma < 0.0 or not model.certified_error >= 0.0:
         raise BadInput("its model holds a negative error")
 
 
 def _goes_on(state: State, settings: Settings) -> None:
-    """Another iteration can follow; its result is not kept."""
-    rate = np.array([*settings.rate_range, 0.0])
-    damping = state.model.evaluate(rate) if state.model.is_trained else np.zeros(3)
-    learner.step(settings, state, Samples(np.array([0.0, 1.0, 2.0]), rate, damping))
+    """Another iteration can follow, as it is and with samples that are learned whatever came before; no result is kept.
+
+    Two samples alone are too few to tell what moved them, and are taken for evidence.
+    """
+    rate = np.array(settings.rate_range)
+    damping = state.model.evaluate(rate) if state.model.is_trained else np.zeros(2)
+    two = Samples(np.array([0.0, 1.0]), rate, damping)
+    learner.step(settings, state, two)
+    learner.step(settings, replace(state, recent=Recent.empty()), two)

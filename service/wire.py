@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
+from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
 
 Numbers = tuple[float, ...]
@@ -129,6 +130,15 @@ class Validation(Form):
     samples: int
 
 
+class WaterMade(Form):
+    """The motion that was no evidence about damping: means over all samples, to which driven ones add nothing."""
+
+    rate: float = 0.0  # of r² [rad²/s²]
+    moment: float = 0.0  # of the damping samples squared [N² m²]
+    share: float = 0.0  # part of the samples
+    seen: float = 0.0  # samples that the means stand for
+
+
 class ModelSnapshot(Form):
     """`…/model`: the served model after an iteration. `t` is the vehicle's time of the newest sample in it [s]."""
 
@@ -145,6 +155,8 @@ class ModelSnapshot(Form):
     sigma: float | None = None  # noise level of the samples [N m]
     trained_range: tuple[float, float] | None = None  # rad/s; beyond it the model extrapolates
     certified_error: float | None = None  # N m, bound of sup |f − f*|
+    correlation: float = 0.0  # of the noise of two samples that follow each other
+    water: WaterMade = WaterMade()
 
     def model(self) -> Model:
         """The model to predict with: damping, its uncertainty, and where it extrapolates."""
@@ -159,6 +171,8 @@ class ModelSnapshot(Form):
             count=np.array(support.count) if support.count else np.ones(len(support)),
             sigma=math.nan if self.sigma is None else self.sigma,
             certified_error=self.certified_error or 0.0,
+            correlation=self.correlation,
+            water=Water(**self.water.model_dump()),
         )
 
 
@@ -193,7 +207,7 @@ class IterationReport(Form):
     time_span: tuple[float, float]  # of the batch, the vehicle's time [s]
     trained: bool  # False where the whole batch was discarded
     training_ms: float
-    counts: dict[str, int]  # size of every set of SETS, and "batch"
+    counts: dict[str, int]  # size of every set of SETS, "batch", and "undriven": no evidence about damping
     old: Points
     new: Points
     support: Points

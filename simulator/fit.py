@@ -9,13 +9,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
+from incsvr.learning.coefficients import coefficients
+from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.inertia import InertiaEstimate, identify
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.samples import Samples
-from incsvr.signals import REQUIRED, SignalSettings, synchronise
+from incsvr.signals import REQUIRED, TORQUE, SignalSettings, synchronise
 from incsvr.signals.checks import YOUNG, Verdict, told
 from incsvr.signals.raw import HEADING
 from incsvr.traced_motion import traced_free_run_rmse
@@ -31,6 +35,13 @@ LIMITS = (
     "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
     "a delay of the thrusters as inertia"
 )
+CLOSED = (
+    "closed loop: the torque answers what the water does to the yaw rate, so the free run by which the inertia was "
+    "estimated proves nothing, and the estimate may be several percent off; declare the inertia, or record open-loop "
+    "runs"
+)
+CURVE = 101
+"""Rates of the trained range at which the curve is told."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     inertia, estimate = _inertia(args.inertia, config.vehicle.inertia, runs)
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)
-    emit(args, fit.to_dict() | _estimate(estimate), fit.text(estimate))
+    emit(args, fit.to_dict() | _estimate(fit, estimate), fit.text(estimate))
     return 0
 
 
@@ -76,11 +87,13 @@ class Fit:
         rejected: messages of all recordings refused, by reason.
         remarks: sentences about what was left out.
         iterations: one for each full batch.
-        errors: on the unseen recordings after each iteration [N m]; empty where none were given.
+        errors: on the unseen recordings after each iteration [N m], None before anything is learned; empty where none
+            were given.
         validated_on: the unseen recordings.
         free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
         effects: names of the traced effects in force.
         put_aside: batches that were not learned, because a check said that they are wrong.
+        closed_loop: whether the torque answers the yaw rate that the water makes.
     """
 
     name: str
@@ -90,11 +103,12 @@ class Fit:
     rejected: Mapping[str, int]
     remarks: Sequence[str]
     iterations: Sequence[Iteration]
-    errors: Sequence[Errors]
+    errors: Sequence[Errors | None]
     validated_on: str
     free_run_rmse: float | None
     effects: tuple[str, ...] = ()
     put_aside: int = 0
+    closed_loop: bool = False
 
     @staticmethod
     def of(
@@ -118,7 +132,9 @@ class Fit:
                 f"{joined.name}: {len(samples)} damping samples, but one batch needs {settings.batch}; give more or "
                 f"longer recordings (a sample every {signals.sample_period:g} s)"
             )
-        iterations, errors, verdicts = [], [], []
+        iterations: list[Iteration] = []
+        errors: list[Errors | None] = []
+        verdicts: list[Verdict] = []
         validation, more = _samples(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
         with progress("learning", len(samples) // settings.batch) as advance:
             for verdict, iteration in checked(samples, settings, signals, learner is not None):
@@ -126,10 +142,16 @@ class Fit:
                 if iteration is not None:
                     iterations.append(iteration)
                     if unseen:
-                        errors.append(Errors.of(iteration.model, validation))
+                        errors.append(Errors.of(iteration.model, validation) if iteration.model.is_trained else None)
                 advance()
         _refuse(joined.name, verdicts)
         model = iterations[-1].model
+        undriven = Samples.concatenate(iteration.undriven for iteration in iterations)
+        excitation = Excitation.of(samples.take(slice(0, len(iterations) * settings.batch)), undriven)
+        if not model.is_trained or not joined.streams()[TORQUE][1].any():
+            idle = Excitation(0, excitation.samples, excitation.fastest, None)
+            made = (idle if model.is_trained else excitation).sentence
+            raise BadInput(f"{joined.name}: too little motion to learn from: {made}; {MANOEUVRE}")
         if compensation is None:
             tests = [motion for one in unseen for motion in motions(one.streams(), signals.longest_pause)]
             free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
@@ -139,6 +161,8 @@ class Fit:
                 streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
         said = [*remarks([*runs, *unseen], samples, signals), *told(verdicts), *(effects.warnings if effects else ())]
+        if excitation.little:
+            said.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
         name = sequence(unseen).name if unseen else ""
         return Fit(
             joined.name,
@@ -153,30 +177,41 @@ class Fit:
             free_run,
             () if compensation is None else compensation.names,
             len(verdicts) - len(iterations),
+            torque_answers(undriven),
         )
 
     def to_dict(self) -> dict[str, Any]:
         """The contract's form, and what explains it."""
-        last = asdict(self.errors[-1]) | {"free_run_rmse": self.free_run_rmse} if self.errors else None
+        model = self.iterations[-1].model
+        rates = np.linspace(*(model.trained_range or (0.0, 0.0)), CURVE)
+        curve = model.predict(rates)
+        final = self.errors[-1] if self.errors else None
+        last = None if final is None else asdict(final) | {"free_run_rmse": self.free_run_rmse}
         return {
             "iterations": len(self.iterations),
             "validation": last,
-            "support_vectors": int(self.iterations[-1].model.support_rate.size),
+            "support_vectors": int(model.support_rate.size),
             "inertia": self.signals.inertia,
             "samples": self.samples,
             "put_aside": self.put_aside,
             "rejected": dict(self.rejected),
             "remarks": list(self.remarks),
+            "curve": {
+                "rate": rates.tolist(),
+                "damping": curve.damping.tolist(),
+                "sigma": curve.curve_sigma.tolist(),
+            },
+            "coefficients": {name: value._asdict() for name, value in coefficients(model).items()},
             "effects": list(self.effects),
-            "validation_per_iteration": [asdict(errors) for errors in self.errors],
+            "validation_per_iteration": [None if errors is None else asdict(errors) for errors in self.errors],
             "progressive_mae": [iteration.progressive_mae for iteration in self.iterations],
-            "trained_range": list(self.iterations[-1].model.trained_range or ()),
+            "trained_range": list(model.trained_range or ()),
             "settings": {"signals": asdict(self.signals), "learner": asdict(self.learner)},
         }
 
     def text(self, estimate: InertiaEstimate | None) -> str:
         """The same for people."""
-        source = "" if estimate is None else f" ± {estimate.standard_error:.2g}, estimated by output error"
+        source = "" if estimate is None else f"{_doubt(estimate, self.closed_loop)}, estimated by output error"
         signals, learner = self.signals, self.learner
         left = self.samples - (len(self.iterations) + self.put_aside) * learner.batch
         lines = [
@@ -188,6 +223,7 @@ class Fit:
             f"ε = {learner.epsilon:.2g} N m",
             *([f"effects     {', '.join(self.effects)}"] if self.effects else []),
             *([f"remark      {LIMITS}"] if estimate else []),
+            *([f"remark      {CLOSED}"] if estimate and self.closed_loop else []),
             *(f"remark      {remark}" for remark in self.remarks),
             *(f"refused     {count} messages: {reason}" for reason, count in self.rejected.items()),
             "",
@@ -196,17 +232,18 @@ class Fit:
         ]
         for k, iteration in enumerate(self.iterations):
             before = "–" if iteration.progressive_mae is None else f"{iteration.progressive_mae:.3g}"
-            after = f"{self.errors[k].mae:.3g}, {self.errors[k].rmse:.3g}" if self.errors else ""
+            errors = self.errors[k] if self.errors else None
+            after = "" if errors is None else f"{errors.mae:.3g}, {errors.rmse:.3g}"
             size = iteration.model.support_rate.size
             lines.append(
                 f"{iteration.number:9d} {iteration.time_span[1]:9.1f} {size:9d}   {before:<25s}   {after}".rstrip()
             )
-        if self.errors:
+        final = self.errors[-1] if self.errors else None
+        if final is not None:
             ran = "runs away" if self.free_run_rmse is None else f"RMSE {self.free_run_rmse:.4f} rad/s"
             lines += [
                 "",
-                f"on {self.validated_on}: MAE {self.errors[-1].mae:.3g} N m, "
-                f"RMSE {self.errors[-1].rmse:.3g} N m; free run {ran}",
+                f"on {self.validated_on}: MAE {final.mae:.3g} N m, RMSE {final.rmse:.3g} N m; free run {ran}",
             ]
         return "\n".join(lines)
 
@@ -272,7 +309,16 @@ def _inertia(wanted: str | None, configured: float, runs: Sequence[Recording]) -
     return estimate.inertia, estimate
 
 
-def _estimate(estimate: InertiaEstimate | None) -> dict[str, Any]:
+def _estimate(fit: Fit, estimate: InertiaEstimate | None) -> dict[str, Any]:
     if estimate is None:
         return {}
-    return {"inertia_standard_error": estimate.standard_error, "fit_free_run_rmse": estimate.rmse}
+    return {
+        "inertia_standard_error": None if fit.closed_loop else estimate.standard_error,
+        "fit_free_run_rmse": estimate.rmse,
+        "remarks": [LIMITS, *([CLOSED] if fit.closed_loop else []), *fit.remarks],
+    }
+
+
+def _doubt(estimate: InertiaEstimate, closed_loop: bool) -> str:
+    """Beside the figure; in closed loop the standard error would be none."""
+    return "" if closed_loop else f" ± {estimate.standard_error:.2g}"

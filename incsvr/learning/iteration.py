@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from incsvr.errors import BadInput
@@ -65,7 +65,7 @@ class Iteration:
     Attributes:
         number: counts from 1.
         time_span: time of the batch's first and last sample [s].
-        trained: False where the whole batch was discarded: then the model is the one before.
+        trained: False where nothing of the batch was learned: then the model is the one before.
         old: vectors kept from before that were trained on.
         new: samples of the batch that were trained on.
         support: the vectors of the served model.
@@ -74,6 +74,7 @@ class Iteration:
         outliers: what the outlier criterion took away.
         model: what is served from now on.
         progressive_mae: mean |f(x) − y| of the batch under the model from before it [N m]; None before there is one.
+        undriven: samples of the batch that are no evidence about damping, because the torque did not make their motion.
         change: a sentence when the policy noticed that the vehicle has changed, or took that back.
     """
 
@@ -89,7 +90,27 @@ class Iteration:
     outliers: Samples
     model: Model
     progressive_mae: float | None
+    undriven: Samples = field(default_factory=Samples.empty)
     change: str | None = None
+
+    @staticmethod
+    def untrained(number: int, model: Model, support: Samples) -> Iteration:
+        """The iteration of a batch that leaves the model and its vectors as they were."""
+        nothing = Samples.empty()
+        return Iteration(
+            number=number,
+            time_span=(0.0, 0.0),
+            trained=False,
+            old=support,
+            new=nothing,
+            support=support,
+            forgotten=nothing,
+            discarded_tube=nothing,
+            discarded_near=nothing,
+            outliers=nothing,
+            model=model,
+            progressive_mae=None,
+        )
 
 
 def train(

@@ -4,6 +4,8 @@
     for batch in batches:
         state, iteration = step(settings, state, batch)
 
+Only motion that the torque makes is learned from (excitation.py): such samples wait until a policy has enough of them.
+
 There is no clock and no randomness: the same batches give the same models to the bit, also when the state has been
 written to a file and read back in between.
 """
@@ -11,12 +13,16 @@ written to a file and read back in between.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.learning.criteria import Mask
+from incsvr.learning.dual import LARGEST
+from incsvr.learning.excitation import Recent, Water, sift
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies import paper, weighted
@@ -24,7 +30,45 @@ from incsvr.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
 
-FORM = 1  # of the plain data; a state of another form is refused
+FORM = 2  # of the plain data; a state of another form is refused
+FEWEST = 5
+"""A policy learns from no less than this part of a batch: from fewer samples no noise can be told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """Samples that the torque made and that no policy has learned from yet.
+
+    Attributes:
+        samples: (n,) of them.
+        place: (n,) where each stands in the stream, counted from the first sample of the next batch: negative.
+    """
+
+    samples: Samples
+    place: NDArray[np.intp]
+
+    @staticmethod
+    def empty() -> Waiting:
+        return Waiting(Samples.empty(), np.empty(0, dtype=np.intp))
+
+    def with_batch(self, samples: Samples, driven: Mask) -> Waiting:
+        """These, and the driven ones of a batch of (m,) samples; counted from the first of this batch."""
+        place = np.concatenate((self.place, np.flatnonzero(driven)))
+        return Waiting(Samples.concatenate((self.samples, samples.take(driven))), place)
+
+    def to_dict(self) -> dict[str, Any]:
+        samples = self.samples
+        return {
+            "time": samples.time.tolist(),
+            "yaw_rate": samples.yaw_rate.tolist(),
+            "damping": samples.damping.tolist(),
+            "place": self.place.tolist(),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Waiting:
+        time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
+        return Waiting(Samples(time, rate, damping), np.array(data["place"], dtype=np.intp))
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +80,18 @@ class State:
         model: what is served.
         policy: whose memory it is.
         memory: what the policy carries over.
+        recent: the last samples, for telling what the torque makes.
+        waiting: samples that the torque made, fewer than the policy learns from.
+        water: the motion that was no evidence.
     """
 
     iterations: int
     model: Model
     policy: str
     memory: paper.Memory | weighted.Memory
+    recent: Recent
+    waiting: Waiting
+    water: Water
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
@@ -51,6 +101,9 @@ class State:
             "model": self.model.to_dict(),
             "policy": self.policy,
             "memory": self.memory.to_dict(),
+            "recent": self.recent.to_dict(),
+            "waiting": self.waiting.to_dict(),
+            "water": self.water.to_list(),
         }
 
     @staticmethod
@@ -59,7 +112,16 @@ class State:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
         policy = data["policy"]
         memory = _POLICIES[policy].Memory.from_dict(data["memory"])
-        return State(data["iterations"], Model.from_dict(data["model"]), policy, memory)
+        recent, waiting = Recent.from_dict(data["recent"]), Waiting.from_dict(data["waiting"])
+        return State(
+            data["iterations"],
+            Model.from_dict(data["model"]),
+            policy,
+            memory,
+            recent,
+            waiting,
+            Water.from_list(data["water"]),
+        )
 
 
 _POLICIES = {"paper": paper, "weighted": weighted}
@@ -68,7 +130,8 @@ _POLICIES = {"paper": paper, "weighted": weighted}
 def start(settings: Settings) -> State:
     """The state before the first iteration: nothing learned."""
     model = Model.untrained(settings.gamma, settings.C, settings.epsilon)
-    return State(0, model, settings.policy, _POLICIES[settings.policy].start(settings))
+    memory = _POLICIES[settings.policy].start(settings)
+    return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water())
 
 
 def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Iteration]:
@@ -81,10 +144,39 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         raise BadInput("a batch needs at least one sample; wait for more before the next iteration")
     if not np.isfinite(batch.yaw_rate).all() or not np.isfinite(batch.damping).all():
         raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
+    for name, values in (("x", batch.yaw_rate), ("y", batch.damping)):
+        if np.abs(values).max() > LARGEST:
+            raise BadInput(f"{name} holds values beyond {LARGEST:g}: reject such samples before they reach the learner")
     if state.policy != settings.policy:
         raise BadInput(f'the state was learned under policy "{state.policy}"; set it or start from an empty state')
     batch = Samples(batch.time, batch.yaw_rate, batch.damping)  # the curve knows no further channels
-    predicted = state.model.evaluate(batch.yaw_rate) if state.model.is_trained else None
-    policy = _POLICIES[settings.policy]
-    memory, iteration = policy.learn(settings, state.iterations + 1, state.memory, state.model, batch, predicted)
-    return State(iteration.number, iteration.model, state.policy, memory), iteration
+    before, number = state.model, state.iterations + 1
+    driven, rate, recent = sift(batch, state.recent)
+    waiting = state.waiting.with_batch(Samples(batch.time, rate, batch.damping), driven)
+    water = state.water.after(batch, driven)
+    samples, policy = waiting.samples, _POLICIES[settings.policy]
+    if len(samples) and FEWEST * len(samples) >= min(settings.batch, len(batch)):
+        predicted = before.evaluate(samples.yaw_rate) if before.is_trained else None
+        memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, waiting.place)
+        waiting = Waiting.empty()
+    else:
+        memory, iteration = state.memory, Iteration.untrained(number, before, state.memory.served)
+        waiting = Waiting(samples, waiting.place - len(batch))
+    model = iteration.model
+    if model is not before:
+        model = replace(model, correlation=memory.noise.correlation, water=water)
+    iteration = replace(
+        iteration,
+        model=model,
+        time_span=(float(batch.time[0]), float(batch.time[-1])),
+        undriven=batch.take(~driven),
+        progressive_mae=_mean_error(before, batch),
+    )
+    return State(number, iteration.model, state.policy, memory, recent, waiting, water), iteration
+
+
+def _mean_error(model: Model, batch: Samples) -> float | None:
+    """Mean |f(x) − y| of a batch [N m]; None before anything is learned."""
+    if not model.is_trained:
+        return None
+    return float(np.abs(model.evaluate(batch.yaw_rate) - batch.damping).mean())

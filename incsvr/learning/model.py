@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
+from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Prediction, Table
 from incsvr.samples import Array
@@ -27,6 +28,8 @@ class Model:
         count: (m,) how many samples each vector stands for.
         sigma: noise level of a damping sample [N m].
         certified_error: no exact solution differs from this one by more, at any rate [N m].
+        correlation: of the noise of two samples that follow each other.
+        water: the motion that was no evidence, because the water made it.
     """
 
     gamma: float
@@ -38,6 +41,8 @@ class Model:
     count: Array
     sigma: float
     certified_error: float
+    correlation: float = 0.0
+    water: Water = field(default_factory=Water)
 
     @staticmethod
     def untrained(gamma: float, C: float, epsilon: float) -> Model:
@@ -85,6 +90,8 @@ class Model:
             "count": self.count.tolist(),
             "sigma": self.sigma if self.is_trained else None,
             "certified_error": self.certified_error,
+            "correlation": self.correlation,
+            "water": self.water.to_list(),
         }
 
     @staticmethod
@@ -93,5 +100,12 @@ class Model:
         arrays = {name: np.array(data[name], dtype=np.float64) for name in names}
         sigma = float("nan") if data["sigma"] is None else data["sigma"]
         return Model(
-            data["gamma"], data["C"], data["epsilon"], **arrays, sigma=sigma, certified_error=data["certified_error"]
+            data["gamma"],
+            data["C"],
+            data["epsilon"],
+            **arrays,
+            sigma=sigma,
+            certified_error=data["certified_error"],
+            correlation=data["correlation"],
+            water=Water.from_list(data["water"]),
         )

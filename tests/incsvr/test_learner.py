@@ -75,7 +75,7 @@ def test_memory_is_bounded(policy: Policy) -> None:
 @both
 def test_every_sample_of_a_batch_is_accounted_for(policy: Policy) -> None:
     for iteration in run(Settings(policy=policy), stream(7, 600, wild=0.1))[1]:
-        parts = [iteration.new, iteration.discarded_tube, iteration.discarded_near]
+        parts = [iteration.new, iteration.discarded_tube, iteration.discarded_near, iteration.undriven]
         if policy == "weighted":  # the paper's outliers are support vectors, new or old
             parts.append(iteration.outliers)
         assert sum(len(part) for part in parts) == 50

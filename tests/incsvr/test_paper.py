@@ -62,7 +62,8 @@ def test_an_iteration_is_the_papers() -> None:
     served: tuple[Points, list[float]] = ([], [])
     for batch in batches(stream(1, 500, hull_from=300, wild=0.05)):
         state, iteration = step(PAPER, state, batch)
-        vectors, last = reference_step(vectors, served, points(batch))
+        undriven = points(iteration.undriven)  # a few as the rate passes zero: they reach no policy
+        vectors, last = reference_step(vectors, served, [point for point in points(batch) if point not in undriven])
         served = (last, theta(last))
         assert isinstance(state.memory, Memory)
         assert points(state.memory.vectors) == vectors

@@ -76,7 +76,7 @@ def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
             told += bool(store.notices)
         finally:
             store.close()
-    assert told > 50
+    assert told > 40
 
 
 def emptied(path: Path) -> None:
@@ -243,7 +243,7 @@ def test_a_state_that_is_damaged_while_it_runs_is_set_aside_and_learning_goes_on
         ({"weight": None}, "no number"),
         ({"gamma": 11.0}, "other settings"),
         ({"iterations": 1.5}, "iterations is 1.5"),
-        ({"form": 2}, "of this version"),
+        ({"form": 99}, "of this version"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, dict) else None,
 )

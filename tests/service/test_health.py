@@ -166,3 +166,27 @@ def test_over_a_wrong_stamp_nothing_stands_still(watch: HealthWatch, node: Learn
     for t in (np.array([1.0, 1.764040000102e12, 1.02]), np.array([1.04, 1e9]), np.array([1.06])):
         watch.received("yaw_rate", t, np.full(t.size, 0.05))
     assert watch.report(node).level == "OK"
+
+
+def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: HealthWatch, node: LearnerNode) -> None:
+    """First the torque turns it, then the water alone, and the torque answers it."""
+    t = np.arange(0.0, 70.0, 0.02, dtype=np.float64)
+    drag, inertia = 150.0, node.config.vehicle.inertia
+    turning = {"yaw_rate": (t, 0.1 * np.sin(t)), "torque": (t, 0.1 * (drag * np.sin(t) + inertia * np.cos(t)))}
+    feed(watch, node, turning)
+    while node.learn() is not None:
+        pass
+    assert not any("excitation" in reason for reason in watch.report(node).reasons)
+    learned = node.served.model.predict(np.linspace(-0.1, 0.1, 5)).damping
+    t = np.arange(70.0, 300.0, 0.02, dtype=np.float64)
+    rate: Array = np.array(0.01 * np.sin(0.7 * t))
+    feed(watch, node, {"yaw_rate": (t, rate), "torque": (t, -200.0 * rate)})
+    while node.learn() is not None:
+        pass
+    health = watch.report(node)
+    (said,) = (reason for reason in health.reasons if "excitation" in reason)
+    assert said.startswith("little excitation: the torque made")
+    assert "rad/s" in said
+    assert health.level == "WARN"
+    now = node.served.model.predict(np.linspace(-0.1, 0.1, 5)).damping
+    np.testing.assert_allclose(now, learned, atol=0.5)  # of 15 N m: the batch between the two holds a jump

@@ -12,6 +12,7 @@ import pytest
 from incsvr.learning.learner import Settings
 from service.cli import main
 from simulator import leng
+from simulator.missions import Mission, play
 from simulator.online import learn
 from simulator.recordings import Recording, write
 
@@ -162,3 +163,38 @@ def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
     result = fit(capsys, weak, "--validate", recorded["T1"])
     assert result["rejected"] == {}
     assert result["validation"]["rmse"] > 40.0
+
+
+@pytest.mark.parametrize("policy", ["paper", "weighted"])
+@pytest.mark.parametrize("kind", ["station", "on_deck"])
+def test_too_little_motion_is_refused_with_its_figures_and_a_manoeuvre(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, kind: str, policy: str
+) -> None:
+    path = tmp_path / "still.csv"
+    write(path, play(Mission(kind, "auv", 1, duration=400.0)).recording)
+    assert main(["fit", str(path), "--inertia", "24", "--policy", policy]) == 2
+    said = capsys.readouterr().err.strip()
+    assert "too little motion" in said
+    assert "rad/s" in said
+    assert "drive steps of torque" in said
+    assert "\n" not in said
+
+
+def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_none(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    survey, path = play(Mission("survey", "auv", 2, duration=900.0)), tmp_path / "survey.csv"
+    write(path, survey.recording)
+    result = fit(capsys, path, "--inertia", "24")
+    assert not any("closed loop" in remark for remark in result["remarks"])
+    curve = {name: np.array(values) for name, values in result["curve"].items()}
+    assert [curve["rate"][0], curve["rate"][-1]] == result["trained_range"]
+    true = survey.damping(curve["rate"])
+    allowed = np.maximum(0.1 * np.abs(true), 1.5 * survey.water_rms)
+    assert (np.abs(curve["damping"] - true) <= allowed).all()
+    assert np.mean(np.abs(curve["damping"] - true) <= 1.96 * curve["sigma"]) >= 0.9
+    for name, expected in (("N_r", 9.0), ("N_r|r|", 26.0)):
+        assert result["coefficients"][name]["low"] < expected < result["coefficients"][name]["high"]
+    estimated = fit(capsys, path, "--inertia", "estimate")
+    assert any("closed loop" in remark for remark in estimated["remarks"])
+    assert estimated["inertia_standard_error"] is None

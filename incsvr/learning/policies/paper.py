@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.learning.iteration import Iteration, Settings, train
@@ -39,6 +40,11 @@ class Memory:
     stays: Mask
     noise: Noise
 
+    @property
+    def served(self) -> Samples:
+        """The vectors of the served model."""
+        return self.vectors.take(self.stays)
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "time": self.vectors.time.tolist(),
@@ -63,13 +69,20 @@ def start(settings: Settings) -> Memory:
 
 
 def learn(
-    settings: Settings, number: int, memory: Memory, model: Model, batch: Samples, predicted: Array | None
+    settings: Settings,
+    number: int,
+    memory: Memory,
+    model: Model,
+    batch: Samples,
+    predicted: Array | None,
+    place: NDArray[np.intp],
 ) -> tuple[Memory, Iteration]:
     """Iteration `number` with a `batch` of n ≥ 1 samples.
 
     Args:
         memory, model: from before.
         predicted: (n,) f(x) of the batch under `model` [N m], None before there is one.
+        place: (n,) where each sample stands in the stream: neighbours differ by one.
     """
     before = memory.vectors
     verdict = inclusion(
@@ -99,7 +112,7 @@ def learn(
         )
         memory = Memory(vectors, weight[~wild], stays, memory.noise)
         model = _served(settings, memory)
-        noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), np.arange(len(batch)))
+        noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), place)
         memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
     else:
         forgotten = Samples.empty()  # no training takes place, so nothing has to make room
@@ -109,7 +122,7 @@ def learn(
         trained=len(new) > 0,
         old=old,
         new=new,
-        support=memory.vectors.take(memory.stays),
+        support=memory.served,
         forgotten=forgotten,
         discarded_tube=batch.take(verdict.in_tube),
         discarded_near=batch.take(verdict.near),
@@ -121,7 +134,7 @@ def learn(
 
 def _served(settings: Settings, memory: Memory) -> Model:
     """The model on the vectors that the next forgetting will keep, solved again on just these."""
-    vectors = memory.vectors.take(memory.stays)
+    vectors = memory.served
     solution = train(settings, vectors.yaw_rate, vectors.damping, start=memory.weight[memory.stays])
     return Model(
         settings.gamma,

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.learning.criteria import outliers
 from incsvr.learning.iteration import Iteration, Settings, train
@@ -60,6 +61,11 @@ class Memory:
     noise: Noise
     watch: Watch
 
+    @property
+    def served(self) -> Samples:
+        """The vectors of the served model."""
+        return self.vectors.points
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "vectors": self.vectors.to_dict(),
@@ -79,32 +85,38 @@ def start(settings: Settings) -> Memory:
 
 
 def learn(
-    settings: Settings, number: int, memory: Memory, model: Model, batch: Samples, predicted: Array | None
+    settings: Settings,
+    number: int,
+    memory: Memory,
+    model: Model,
+    batch: Samples,
+    predicted: Array | None,
+    place: NDArray[np.intp],
 ) -> tuple[Memory, Iteration]:
     """Iteration `number` with a `batch` of n ≥ 1 samples.
 
     Args:
         memory, model: from before.
         predicted: (n,) f(x) of the batch under `model` [N m], None before there is one.
+        place: (n,) where each sample stands in the stream: neighbours differ by one.
     """
     vectors, noise, watch, change = memory.vectors, memory.noise, memory.watch, None
-    index = np.arange(len(batch))
     low, high = settings.rate_range
     radius = RADIUS * (high - low) / settings.capacity
     if predicted is None:
         # There is no curve yet by which to call a sample an outlier, only the batch's own.
         wild = np.zeros(len(batch), dtype=bool)
         own = _served(settings, Vectors.of(batch, information=1.0), noise)
-        noise = noise.after(batch.damping - own.evaluate(batch.yaw_rate), index)
+        noise = noise.after(batch.damping - own.evaluate(batch.yaw_rate), place)
         kept = batch
     else:
         residual = batch.damping - predicted
         trained = vectors.within(batch.yaw_rate, NEAR * radius) * noise.variance >= TRAINED
         alone = np.minimum(np.abs(residual), np.abs(residual - _beside(batch.yaw_rate, residual)))
         wild = outliers(residual) & trained & (alone > CLEAR * noise.sigma)
-        index = index[~wild]
-        kept, residual, trained = batch.take(index), residual[index], trained[index]
-        vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, predicted[index], index)
+        index = np.flatnonzero(~wild)
+        kept, residual, trained, place = batch.take(index), residual[index], trained[index], place[index]
+        vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, predicted[index], place)
     each = 1.0 / noise.variance
     included = vectors.absorb(kept, radius=radius, each=each, most=MOST * each)
     vectors = included.condense(settings.capacity, most=MOST * each)
@@ -112,7 +124,7 @@ def learn(
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
         told = trained & (change is None)
-        noise = noise.after(np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate)), index)
+        noise = noise.after(np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate)), place)
     served = replace(served, sigma=noise.sigma)
     return Memory(vectors, noise, watch), Iteration(
         number=number,
