@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from incsvr.errors import BadInput
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.grid import Grid
-from incsvr.tracing.search import Projection
+from incsvr.tracing.projection import Projection
 from incsvr.tracing.thresholds import ANSWERS, DRIVES, IDLE, IDLE_RATE, LEAST_KNOWN, LEAST_RATE, NOISY, REVERSED
 
 Array = NDArray[np.float64]
