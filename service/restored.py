@@ -13,7 +13,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning import learner
-from incsvr.learning.excitation import WINDOW, Recent
+from incsvr.learning.driven import WINDOW, Recent
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model

@@ -27,7 +27,7 @@ from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
-from simulator.online import Errors, checked, learner_for, pauses, remarks, signals_for
+from simulator.online import Errors, checked, foreign_inertia, learner_for, pauses, remarks, signals_for
 from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording, Streams, read, sequence
 
@@ -148,6 +148,9 @@ class Fit:
         model = iterations[-1].model
         undriven = Samples.concatenate(iteration.undriven for iteration in iterations)
         excitation = Excitation.of(samples.take(slice(0, len(iterations) * settings.batch)), undriven)
+        foreign = None if model.is_trained else foreign_inertia(runs, samples, signals)
+        if foreign is not None:
+            raise BadInput(f"{joined.name}: {foreign}")
         if not model.is_trained or not joined.streams()[TORQUE][1].any():
             idle = Excitation(0, excitation.samples, excitation.fastest, None)
             made = (idle if model.is_trained else excitation).sentence

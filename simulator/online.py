@@ -126,11 +126,17 @@ def pauses(recording: Recording, gap: float) -> list[str]:
 def remarks(recordings: Sequence[Recording], samples: Samples, signals: SignalSettings) -> list[str]:
     """What a person should know about the recordings and the settings."""
     found = [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
+    foreign = foreign_inertia(recordings, samples, signals)
+    return found if foreign is None else [*found, foreign]
+
+
+def foreign_inertia(recordings: Sequence[Recording], samples: Samples, signals: SignalSettings) -> str | None:
+    """A sentence where the declared inertia asks for far more than the actuators give, if they give anything."""
     torque = max(float(np.abs(recording.streams()[TORQUE][1]).max()) for recording in recordings)
     damping = float(np.abs(samples.damping).max(initial=0.0))
-    if damping > 5.0 * torque:
-        found.append(
-            f"an inertia of {signals.inertia:g} kg m² asks for {damping:.3g} N m where the actuators give "
-            f"{torque:.3g}; declare the vehicle's own with --inertia"
-        )
-    return found
+    if not 0.0 < 5.0 * torque < damping:
+        return None
+    return (
+        f"an inertia of {signals.inertia:g} kg m² asks for {damping:.3g} N m where the actuators give {torque:.3g}; "
+        "declare the vehicle's own with --inertia"
+    )

@@ -4,7 +4,7 @@
     for batch in batches:
         state, iteration = step(settings, state, batch)
 
-Only motion that the torque makes is learned from (excitation.py): such samples wait until a policy has enough of them.
+Only motion that the torque makes is learned from (driven.py): such samples wait until a policy has enough of them.
 
 There is no clock and no randomness: the same batches give the same models to the bit, also when the state has been
 written to a file and read back in between.
@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.learning.criteria import Mask
+from incsvr.learning.driven import Recent, sift
 from incsvr.learning.dual import LARGEST
-from incsvr.learning.excitation import Recent, Water, sift
+from incsvr.learning.excitation import Water
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies import paper, weighted

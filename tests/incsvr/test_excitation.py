@@ -24,8 +24,11 @@ WATER = 3.0
 """Deviation of the water's moment [N m]; it lasts two seconds."""
 
 
-def samples(ask: Callable[[float], float], gain: float, *, seconds: float, seed: int) -> Samples:
-    """What Leng's log gives under a rate control of this gain [N m s/rad] that is asked for the yaw rate ask(t)."""
+def samples(
+    ask: Callable[[float], float], gain: float, *, seconds: float, seed: int, declared: float = INERTIA
+) -> Samples:
+    """What Leng's log gives under a rate control of this gain [N m s/rad] that is asked for the yaw rate ask(t), where
+    an inertia [kg m²] is declared."""
     rng = np.random.default_rng(seed)
     time = PERIOD * np.arange(round(seconds / PERIOD), dtype=np.float64)
     rate: Array = np.zeros(time.size)
@@ -38,13 +41,13 @@ def samples(ask: Callable[[float], float], gain: float, *, seconds: float, seed:
         for kick in rng.normal(size=10):
             water = kept * water + WATER * np.sqrt(1.0 - kept**2) * kick
             r += PERIOD / 10.0 / INERTIA * (torque[k] + water - float(leng.damping(np.array([r]))[0]))
-    settings = SignalSettings(inertia=INERTIA, smoothing=0.3, gap=0.5, sample_period=1.0, lateness=0.0)
+    settings = SignalSettings(inertia=declared, smoothing=0.3, gap=0.5, sample_period=1.0, lateness=0.0)
     return synchronise(settings, {"yaw_rate": (time, rate), "torque": (time, torque)})[0]
 
 
-def holding(seconds: float = 600.0, seed: int = 1) -> Samples:
+def holding(seconds: float = 600.0, seed: int = 1, declared: float = INERTIA) -> Samples:
     """A heading is held: all motion is the water's, and the torque answers it."""
-    return samples(lambda t: 0.0, 400.0, seconds=seconds, seed=seed)
+    return samples(lambda t: 0.0, 400.0, seconds=seconds, seed=seed, declared=declared)
 
 
 def surveying(seconds: float = 1200.0, seed: int = 2) -> Samples:
@@ -100,6 +103,18 @@ def test_a_survey_teaches_its_turns_and_no_leg_drives_the_vehicle(policy: Policy
 def test_the_papers_experiment_is_evidence_nearly_throughout() -> None:
     _, iterations = run(Settings(), leng.experiment(5).T1)
     assert driven(iterations) > 0.96
+
+
+@pytest.mark.parametrize("wrong", [0.4, 0.7, 1.5, 2.5])
+def test_a_wrong_inertia_makes_no_motion_the_waters(wrong: float) -> None:
+    """At a period of 12 s the share of the inertia that is wrong is as large as all damping."""
+
+    def ask(t: float) -> float:
+        return float(0.2 * np.sin(2.0 * np.pi * t / 12.0))
+
+    swinging = samples(ask, 400.0, seconds=600.0, seed=7, declared=wrong * INERTIA)
+    assert driven(run(Settings(), swinging)[1]) > 0.96
+    assert not run(Settings(), holding(declared=wrong * INERTIA))[0].model.is_trained
 
 
 def test_the_loop_is_told_from_what_the_water_moves() -> None:

@@ -144,8 +144,18 @@ def test_bad_input_is_one_sentence(
 def test_an_inertia_of_another_vehicle_is_remarked(
     capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]
 ) -> None:
-    result = fit(capsys, recorded["T1"], "--inertia", "35000")
+    result = fit(capsys, recorded["T1"], "--inertia", "7000")
     assert "declare the vehicle's own with --inertia" in result["remarks"][0]
+
+
+def test_an_inertia_that_leaves_nothing_to_learn_is_named(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]
+) -> None:
+    """The gyro's noise, a hundredfold, hides all damping: no manoeuvre would help."""
+    assert main(["fit", str(recorded["T1"]), "--inertia", "35000"]) == 2
+    said = capsys.readouterr().err.strip()
+    assert "declare the vehicle's own with --inertia" in said
+    assert "\n" not in said
 
 
 def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
