@@ -20,6 +20,9 @@ STEP = 0.04
 GYRO_PERIOD, HEADING_PERIOD = 0.02, 0.2
 TORQUE_NOISE, HEADING_NOISE = 0.3, 0.01
 """Standard deviations [N m], [rad]."""
+GYRO_NOISE, VIBRATION = 0.0070, 0.0074
+"""A cheap gyro's standard deviation [rad/s] while the rotors stand, and what they add at full torque; it grows with
+their speed squared. Most of what a sample is off by is the gyro's here, where simulator.leng has it in the water."""
 HOLD = (60.0, 150.0)
 """Gains of the heading controller on straight legs [N m/rad], [N m s/rad]."""
 STRAIGHT = 2400.0
@@ -96,7 +99,7 @@ def _sailed(rng: np.random.Generator, t: Array, command: Array, straight: Bools,
     rates, headings, torques = _motion(command, straight, hull, water)
     gyro, spin, compass = (_clock(rng, t[-1], period) for period in (GYRO_PERIOD, STEP, HEADING_PERIOD))
     load = (np.interp(gyro, t, torques) / 100.0) ** 2
-    noise = np.hypot(leng.GYRO_NOISE, leng.VIBRATION[False] * load)
+    noise = np.hypot(GYRO_NOISE, VIBRATION * load)
     rate = np.interp(gyro, t, rates) + rng.normal(0.0, noise)
     torque = np.interp(spin, t, torques) + rng.normal(0.0, TORQUE_NOISE, spin.size)
     heading = np.interp(compass, t, headings) + rng.normal(0.0, HEADING_NOISE, compass.size)

@@ -1,4 +1,4 @@
-"""The vehicle about its vertical axis: I ṙ + d(r) = τ, its thrusters (Eq. 2) and the damping moment (Eq. 5)."""
+"""The vehicle about its vertical axis: I ṙ + d(r) = τ, its thrusters and the damping moment (Eq. 5)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Damping = Callable[[float], float]
 
 @dataclass(frozen=True, slots=True)
 class Thruster:
-    """One thruster's share in the yaw moment (Eq. 2).
+    """One thruster's share in the yaw moment (Section IV-A; the formula has no number).
 
     Attributes:
         lever: arm of its thrust about the vertical axis, dᵢ [m].
@@ -38,7 +38,7 @@ class Thruster:
 def thruster_torque(
     thrusters: tuple[Thruster, ...], rotor_speeds: tuple[Array, ...], water_speeds: tuple[Array, ...]
 ) -> Array:
-    """The yaw moment of all thrusters, τ = Σ dᵢ (Kᵢ¹ ωᵢ|ωᵢ| + Kᵢ² vᵢ|ωᵢ|) (Eq. 2), (n,) [N m].
+    """The yaw moment of all thrusters, τ = Σ dᵢ (Kᵢ¹ ωᵢ|ωᵢ| + Kᵢ² vᵢ|ωᵢ|), (n,) [N m].
 
     Args:
         thrusters: m thrusters.

@@ -11,7 +11,7 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Inflow(Effect):
-    """Eq. 2: thrust falls by K² v |ω|. For a turning vehicle v = ℓ r and |ω| ~ √|a|: τ − a = c r √|a|.
+    """Thrust falls by K² v |ω|. For a turning vehicle v = ℓ r and |ω| ~ √|a|: τ − a = c r √|a|.
 
     How fast the loss grows with the thrust depends on propeller, duct and drive: `loaded` is c r |a|.
     """
@@ -20,7 +20,7 @@ class Inflow(Effect):
     sentence = (
         "the thruster's inflow, from the vehicle's own turning, takes thrust in proportion to r and the rotor speed"
     )
-    source = "B. Wehbe et al., IROS 2017, Eq. 2; T. I. Fossen, 1994, ch. 4 (bilinear thruster model)"
+    source = "B. Wehbe et al., IROS 2017, Section IV-A; T. I. Fossen, 1994, ch. 4 (bilinear thruster model)"
     acts = "motion"
     brief = True
 

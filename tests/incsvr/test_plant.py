@@ -8,7 +8,7 @@ from incsvr.plant import Thruster, damping_moment, free_run, tabulated, thruster
 from incsvr.samples import Array
 
 
-def test_thruster_moments_follow_equation_2() -> None:
+def test_thruster_moments_follow_the_papers_formula() -> None:
     bow, stern = Thruster(lever=1.2, thrust=2e-3, inflow=-5e-3), Thruster(lever=-1.0, thrust=3e-3, inflow=-4e-3)
     rotor = (np.array([100.0, -50.0, 0.0]), np.array([-80.0, 80.0, 20.0]))
     water = (np.array([0.2, 0.1, 0.3]), np.array([-0.1, 0.0, 0.2]))

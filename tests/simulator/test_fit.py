@@ -68,8 +68,9 @@ def test_the_file_gives_the_models_of_the_samples(
 
 def test_the_inertia_is_estimated(capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]) -> None:
     result = fit(capsys, recorded["T1"], "--inertia", "estimate")
-    assert result["inertia"] == pytest.approx(350.0, rel=0.02)
-    assert 0.2 < result["inertia_standard_error"] < 10.0
+    doubt = result["inertia_standard_error"]
+    assert 3.0 < doubt < 15.0  # the water moves the vehicle: 8 to 13 kg m² in twelve other runs
+    assert abs(result["inertia"] - 350.0) < 2.0 * doubt
     assert result["validation"] is None
 
 

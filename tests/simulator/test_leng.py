@@ -13,7 +13,7 @@ from simulator import leng
 
 @pytest.fixture(scope="module")
 def experiments() -> list[leng.Experiment]:
-    return [leng.experiment(seed) for seed in range(20)]
+    return [leng.experiment(seed) for seed in range(3000, 3020)]
 
 
 def test_the_vehicle_is_the_papers(experiments: list[leng.Experiment]) -> None:
@@ -32,16 +32,28 @@ def test_a_seed_gives_the_same_recording_and_another_seed_another() -> None:
     assert one.tobytes() != other.tobytes()
 
 
-def test_the_samples_scatter_white_about_the_true_damping(experiments: list[leng.Experiment]) -> None:
-    """Filtering and differentiation leave neither a bias nor a memory from one sample to the next."""
+def test_the_samples_scatter_about_the_true_damping_and_are_seen_by_no_sensor(
+    experiments: list[leng.Experiment],
+) -> None:
+    """The noise moves the vehicle: filtering leaves no bias of it, and a little memory from one sample to the next."""
     lag1, bias = [], []
     for experiment in experiments:
         for run, hull in ((experiment.T1, False), (experiment.T2, True)):
             noise = run.damping - leng.damping(run.yaw_rate, hull)
             lag1.append(np.mean(noise[1:] * noise[:-1]) / np.mean(noise**2))
             bias.append(np.mean(noise))
-    assert abs(np.mean(lag1)) < 0.02
-    assert abs(np.mean(bias)) < 4.0 * 4.2 / np.sqrt(20 * 1250)
+    assert 0.17 < np.mean(lag1) < 0.23
+    # The mean of correlated noise scatters by √((1 + ρ)/(1 − ρ)) more: four deviations of it.
+    assert abs(np.mean(bias)) < 4.0 * 4.2 * np.sqrt(1.2 / 0.8) / np.sqrt(20 * 1250)
+
+
+def test_the_gyro_adds_a_hundredth_of_a_newton_metre(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leng, "WATER", 0.0)
+    monkeypatch.setattr(leng, "WAVERING", {False: (0.0, 0.0)})
+    monkeypatch.setattr(leng, "ROTOR_NOISE", 0.0)
+    run = leng.samples(leng.recording("T1", 0))
+    slow = np.abs(run.yaw_rate) < 0.2  # where d(r) is not bent by the filter itself
+    assert 0.005 < np.std((run.damping - leng.damping(run.yaw_rate))[slow]) < 0.05
 
 
 def test_the_hull_adds_about_a_tenth() -> None:
@@ -58,9 +70,11 @@ def errors(train: Samples, validate: Samples, epsilon: float) -> tuple[float, fl
 
 
 def test_the_offline_baselines_meet_their_rows_of_table_1(experiments: list[leng.Experiment]) -> None:
-    """Within 5 % in the mean of 20 seeds; here with the paper's γ and C instead of the search, for speed."""
-    rows = [
-        (errors(e.T1, e.V1, 2.0), errors(e.T1, e.V2, 2.0), errors(e.T2, e.V2, 0.1)) for e in experiments
-    ]  # (seed, row, MAE or RMSE)
+    """Within 3 %, as far as 20 seeds can say; here with the paper's γ and C instead of the search, for speed."""
+    rows = np.array(
+        [(errors(e.T1, e.V1, 2.0), errors(e.T1, e.V2, 2.0), errors(e.T2, e.V2, 0.1)) for e in experiments]
+    )  # (seed, row, MAE or RMSE)
     paper = np.array([[3.14, 3.94], [5.65, 7.6], [3.44, 4.48]])
-    np.testing.assert_allclose(np.mean(rows, axis=0), paper, rtol=0.05)
+    doubt = 2.0 * rows.std(axis=0, ddof=1) / np.sqrt(len(rows))
+    assert (doubt < 0.03 * paper).all()
+    assert (np.abs(rows.mean(axis=0) - paper) < 0.03 * paper + doubt).all()
