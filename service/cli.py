@@ -24,6 +24,7 @@ COMMANDS = {
     "status": ("service.status", "what a running learner hears, makes of it and why; exit status 0 where health is OK"),
     "watch": ("service.watch", "the same, live, and a line for each iteration"),
     "fit": ("simulator.fit", "the online loop over recordings; errors for each iteration"),
+    "tune": ("simulator.tune", "the grid search of Section IV-B for C, ε and γ over recordings"),
     "trace": ("simulator.trace", "finds what the model lacks, adds it, reports the error before and after"),
     "table1": ("benchmarks.table1", "Table I and the curve of Fig. 7 beside the paper's figures"),
     "bench": ("benchmarks.bench", "speed against the peers, measured in one run"),

@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from pathlib import Path
-from typing import Any
-
-from pydantic import BaseModel
 
 from service.bus_check import check_bus, check_files
-from service.config import Config, add_config_arguments, from_arguments, read
+from service.commented import commented
+from service.config import add_config_arguments, from_arguments, read
 from service.effects import configured
 from service.output import add_json_argument, emit
 from service.validation import read_validation
-
-_HEAD = """\
-# The whole configuration, with its defaults: Leng, the vehicle of the paper. Every line may be left out.
-# A variable goes before the file (INCSVR_LEARNER__POLICY=paper), a flag before both (--set learner.policy=paper).
-# `incsvr config check FILE` says what is wrong and in which line; `incsvr config show` prints what is in force.
-"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,30 +51,3 @@ def _checked(path: Path, user: str | None) -> str:
     if user is None and os.geteuid() == 0 and config.bus.zenoh_file is not None:
         said += "; root reads every key, --user incsvr asks whether the unit's user can"
     return said
-
-
-def commented(config: Config) -> str:
-    """The configuration as YAML, each value with its meaning, unit and bounds."""
-    return _HEAD + "\n".join(_section(config, config.model_dump(mode="json"), "")) + "\n"
-
-
-def _section(section: BaseModel, values: dict[str, Any], indent: str) -> list[str]:
-    lines = []
-    for name, field in type(section).model_fields.items():
-        value = getattr(section, name)
-        if isinstance(value, BaseModel):
-            lines += ["", f"# {(type(value).__doc__ or '').partition(chr(10))[0]}", f"{name}:"]
-            lines += _section(value, values[name], indent + "  ")
-        else:
-            lines.append(f"{indent}# {field.description}{_bounds(field.metadata)}")
-            lines.append(f"{indent}{name}: {json.dumps(values[name], ensure_ascii=False)}")
-    return lines
-
-
-def _bounds(metadata: list[Any]) -> str:
-    """What a value is kept within, in words."""
-    words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
-    found = [
-        f"{word} {getattr(each, name):g}" for each in metadata for name, word in words.items() if hasattr(each, name)
-    ]
-    return f" ({', '.join(found)})" if found else ""

@@ -20,6 +20,7 @@ ALLOWED = {
         "incsvr",
         "service.wire",
         "service.output",
+        "service.commented",
         "service.config",
         "service.effects",
         "service.session",

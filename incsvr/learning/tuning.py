@@ -1,7 +1,8 @@
 """Choosing C, ε and γ: the grid search of Section IV-B that leaves one batch out.
 
 For each point of the grid the learner runs over all batches but one, in their order, and is judged by its mean absolute
-error on that one; each batch is left out once, and the errors are averaged. Nothing is random.
+error on that one: after every training step, averaged over all iterations, as the paper's text says, and after the last
+step alone. Each batch is left out once, and the errors are averaged. Nothing is random, and no batch is shuffled.
 """
 
 from __future__ import annotations
@@ -9,13 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Literal
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.iteration import Settings
-from incsvr.learning.learner import start, step
-from incsvr.samples import Samples
+from incsvr.learning.learner import State, start, step
+from incsvr.samples import Array, Samples
+
+Judged = Literal["every", "last"]
+"""By the mean over all iterations, or by the last one alone."""
+
+PAPER_POINT = (1000.0, 0.1, 10.0)
+"""C [N m], ε [N m] and γ [(rad/s)⁻²] that the paper's search chose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +37,12 @@ class Grid:
     def __len__(self) -> int:
         return len(self.C) * len(self.epsilon) * len(self.gamma)
 
+    def scaled(self, rate: float, damping: float) -> Grid:
+        """For a vehicle that turns `rate` times as fast and is damped `damping` times as much."""
+        return Grid(
+            [C * damping for C in self.C], [e * damping for e in self.epsilon], [g / rate**2 for g in self.gamma]
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Trial:
@@ -36,13 +50,20 @@ class Trial:
 
     Attributes:
         settings: with its C [N m], epsilon [N m] and gamma [(rad/s)⁻²].
-        mae: mean over the batches left out of the mean absolute error on each [N m].
-        spread: standard deviation over the batches left out [N m].
+        every: mean absolute error on the batch left out after each training step, mean of all steps and batches [N m].
+        last: the same after the last step alone [N m].
+        spread: standard deviation of both over the batches left out [N m].
     """
 
     settings: Settings
-    mae: float
-    spread: float
+    every: float
+    last: float
+    spread: tuple[float, float]
+
+    @property
+    def point(self) -> tuple[float, float, float]:
+        """C, ε and γ."""
+        return self.settings.C, self.settings.epsilon, self.settings.gamma
 
 
 def search(samples: Samples, settings: Settings, grid: Grid | None = None) -> Iterator[Trial]:
@@ -64,20 +85,35 @@ def search(samples: Samples, settings: Settings, grid: Grid | None = None) -> It
     batches = [samples.take(slice(k * settings.batch, (k + 1) * settings.batch)) for k in range(count)]
     for C, epsilon, gamma in product(grid.C, grid.epsilon, grid.gamma):
         trial = replace(settings, C=C, epsilon=epsilon, gamma=gamma)
-        errors = np.array([_error(trial, batches, left_out) for left_out in range(count)])
-        yield Trial(trial, float(errors.mean()), float(errors.std(ddof=1)))
+        errors = _left_out(trial, batches)
+        every, last = errors.mean(axis=0).tolist()
+        spread = errors.std(axis=0, ddof=1).tolist()
+        yield Trial(trial, every, last, (spread[0], spread[1]))
 
 
-def best(trials: Sequence[Trial]) -> Trial:
-    """The trial with the smallest error; of equals the first."""
-    return min(trials, key=lambda trial: trial.mae)
+def ranked(trials: Sequence[Trial], judged: Judged) -> list[Trial]:
+    """The trials from the smallest error on; of equals the first comes first."""
+    return sorted(trials, key=lambda trial: getattr(trial, judged))
 
 
-def _error(settings: Settings, batches: Sequence[Samples], left_out: int) -> float:
-    """MAE [N m] on one batch after learning from the others; the curve itself, not its continuation."""
-    state = start(settings)
-    for k, batch in enumerate(batches):
-        if k != left_out:
+def _left_out(settings: Settings, batches: Sequence[Samples]) -> Array:
+    """(batches, 2): the error on each batch when it is left out, mean of all iterations and at the end [N m].
+
+    What was learned before the batch that is left out is the same for all that come after it: it is learned once.
+    """
+    errors, before, models = [], start(settings), list[State]()
+    for left_out, unseen in enumerate(batches):
+        state, rest = before, list[State]()
+        for batch in batches[left_out + 1 :]:
             state, _ = step(settings, state, batch)
-    unseen = batches[left_out]
+            rest.append(state)
+        curve = [_error(each, unseen) for each in (*models, *rest)]
+        errors.append((float(np.mean(curve)), curve[-1]))
+        before, _ = step(settings, before, unseen)
+        models.append(before)
+    return np.array(errors)
+
+
+def _error(state: State, unseen: Samples) -> float:
+    """MAE [N m] of the curve itself, not of its continuation."""
     return float(np.abs(state.model.evaluate(unseen.yaw_rate) - unseen.damping).mean())

@@ -12,8 +12,8 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.signals import SignalSettings
 from service.cli import main
+from service.commented import commented
 from service.config import Config, add_config_arguments, from_arguments, read
-from service.config_command import commented
 from service.session import from_file
 from tests.conftest import ROOT
 

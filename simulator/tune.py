@@ -1,0 +1,230 @@
+"""`incsvr tune`: the grid search of Section IV-B over recordings, with every point of the grid and its ranks."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.learner import Settings
+from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
+from incsvr.samples import Samples
+from incsvr.signals import TORQUE, SignalSettings, synchronise
+from service.commented import commented
+from service.config import Config
+from service.config import read as read_config
+from service.output import add_json_argument, emit
+from simulator import leng
+from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
+from simulator.progress import progress
+from simulator.recordings import RATE_LIMIT, Recording, read, sequence
+
+_BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
+MARGIN = 2.0
+"""A torque beyond so many times the recordings' largest is written down as no measurement."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help="CSV files, one run each")
+    parser.add_argument("--simulated", type=int, metavar="SEED", help="the simulated Leng's T1 instead of recordings")
+    parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
+    parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
+    parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point there")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    judged: Judged = "last" if args.last else "every"
+    if (args.simulated is None) == (not args.recordings):
+        raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
+    config = read_config(args.config)
+    name, samples, settings, grid, config = (
+        _simulated(args, config) if args.recordings == [] else _recorded(args, config)
+    )
+    with progress("points of the grid", len(grid)) as advance:
+        trials = []
+        for trial in search(samples, settings, grid):
+            trials.append(trial)
+            advance()
+    tuning = Tuning(name, len(samples), grid, judged, ranked(trials, judged), ranked(trials, _other(judged)))
+    if args.write is not None:
+        _write(args.write, config, tuning)
+    emit(args, tuning.to_dict(), tuning.text() + (f"\n\nwritten to {args.write}" if args.write else ""))
+    return 0
+
+
+@dataclass(frozen=True, slots=True)
+class Tuning:
+    """What the search found.
+
+    Attributes:
+        name: the recordings, joined.
+        samples: how many there were.
+        grid: what was tried.
+        judged: by which error the trials are ranked.
+        trials: all points, the best first.
+        otherwise: the same points, ranked by the other error.
+    """
+
+    name: str
+    samples: int
+    grid: Grid
+    judged: Judged
+    trials: Sequence[Trial]
+    otherwise: Sequence[Trial]
+
+    def __post_init__(self) -> None:
+        assert len(self.trials) == len(self.grid)
+
+    @property
+    def best(self) -> Settings:
+        return self.trials[0].settings
+
+    def is_papers(self, trial: Trial) -> bool:
+        """Whether it is the point that the paper's search chose, by its place in the grid."""
+        C, epsilon, gamma = PAPER_POINT
+        paper, grid = Grid(), self.grid
+        place = (paper.C.index(C), paper.epsilon.index(epsilon), paper.gamma.index(gamma))
+        return trial.point == (grid.C[place[0]], grid.epsilon[place[1]], grid.gamma[place[2]])
+
+    def to_dict(self) -> dict[str, Any]:
+        others = {trial.point: rank for rank, trial in enumerate(self.otherwise, start=1)}
+        return {
+            "recordings": self.name,
+            "samples": self.samples,
+            "judged": self.judged,
+            "best": dict(zip(("C", "epsilon", "gamma"), self.trials[0].point, strict=True)),
+            "trials": [
+                {
+                    "rank": rank,
+                    "C": trial.settings.C,
+                    "epsilon": trial.settings.epsilon,
+                    "gamma": trial.settings.gamma,
+                    "mae_every_step": trial.every,
+                    "mae_last_step": trial.last,
+                    "rank_otherwise": others[trial.point],
+                    "paper": self.is_papers(trial),
+                }
+                for rank, trial in enumerate(self.trials, start=1)
+            ],
+        }
+
+    def text(self) -> str:
+        """The same for people, in at most 80 columns."""
+        count, batch = self.samples // self.best.batch, self.best.batch
+        lines = [
+            f"{self.name}: {self.samples} samples, {count} batches of {batch}, each left out once",
+            "mean absolute error on the batch left out [N m]; ranked by the error",
+            f"{_BY[self.judged]}; otherwise: the rank by the other column",
+            "",
+            "rank   C N m    ε N m   γ s²/rad²   every step   last step   otherwise",
+        ]
+        others = {trial.point: rank for rank, trial in enumerate(self.otherwise, start=1)}
+        for rank, trial in enumerate(self.trials, start=1):
+            C, epsilon, gamma = trial.point
+            mark = "  paper's" if self.is_papers(trial) else ""
+            lines.append(
+                f"{rank:4d} {C:7.4g} {epsilon:8.3g} {gamma:11.4g} {trial.every:12.3f} {trial.last:11.3f} "
+                f"{others[trial.point]:10d}{mark}"
+            )
+        return "\n".join(lines)
+
+
+def _other(judged: Judged) -> Judged:
+    return "every" if judged == "last" else "last"
+
+
+def _simulated(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
+    settings = _with_policy(config.learner_settings(), args.policy)
+    return f"simulated T1, seed {args.simulated}", leng.experiment(args.simulated).T1, settings, Grid(), config
+
+
+def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
+    """The recordings' samples; what is not configured is scaled to them, and noted in the configuration."""
+    rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
+    limit_is = "vehicle.rate_limit in the configuration" if args.config else ""
+    runs = [read(path, rate_limit=rate_limit, limit_is=limit_is) for path in args.recordings]
+    if args.inertia is None and args.config is None:
+        raise BadInput(
+            "the inertia is not known; give --inertia I [kg m²], or --config FILE with vehicle.inertia "
+            "(`incsvr fit … --inertia estimate` estimates it from open-loop runs)"
+        )
+    inertia = config.vehicle.inertia if args.inertia is None else args.inertia
+    if not (math.isfinite(inertia) and inertia > 0.0):
+        raise BadInput(f"--inertia {inertia}: give a number above 0 [kg m²]")
+    if args.config:
+        config = config.model_copy(update={"vehicle": config.vehicle.model_copy(update={"inertia": inertia})})
+        signals = config.signal_settings()
+    else:
+        signals = signals_for(runs, inertia, rate_limit)
+    joined = sequence(runs)
+    samples, _ = synchronise(signals, joined.streams())
+    scaled = learner_for(samples)
+    settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
+    if not args.config:
+        config = _configured(joined, signals, settings)
+    fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
+    grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
+    return joined.name, samples, settings, grid, config
+
+
+def _with_policy(settings: Settings, policy: str | None) -> Settings:
+    return settings if policy is None else Settings(**asdict(settings) | {"policy": policy})
+
+
+def _round(factor: float) -> float:
+    """To 1, 2 or 5 times a power of ten: the steps of the grid are wider, and round numbers are read."""
+    decade = 10.0 ** math.floor(math.log10(factor))
+    return min((decade * step for step in (1.0, 2.0, 5.0, 10.0)), key=lambda each: abs(math.log(each / factor)))
+
+
+def _configured(recording: Recording, signals: SignalSettings, settings: Settings) -> Config:
+    """A configuration that has the signals and the learner that suit the recordings."""
+    low, high = (float(f"{end:.3g}") for end in settings.rate_range)
+    torque = float(np.nanmax(np.abs(recording.columns[TORQUE])))
+    return Config.model_validate(
+        {
+            "vehicle": {
+                "name": re.sub(r"[^A-Za-z0-9_-]+", "-", Path(recording.name).stem)[:64],
+                "inertia": signals.inertia,
+                "rate_range": (low, high),
+                "rate_limit": float(f"{2.0 * high:.2g}"),
+                "torque_limit": float(f"{MARGIN * torque:.2g}"),
+            },
+            "signals": _fields(signals, type(Config().signals).model_fields),
+            "learner": _fields(settings, type(Config().learner).model_fields),
+        }
+    )
+
+
+def _fields(settings: SignalSettings | Settings, names: Iterable[str]) -> dict[str, Any]:
+    values = asdict(settings)
+    return {name: _three(values[name]) for name in names}
+
+
+def _three(value: Any) -> Any:
+    return float(f"{value:.3g}") if isinstance(value, float) else value
+
+
+def _write(path: Path, config: Config, tuning: Tuning) -> None:
+    """The configuration with the best point."""
+    C, epsilon, gamma = tuning.trials[0].point
+    point = {"C": C, "epsilon": epsilon, "gamma": gamma, "policy": tuning.best.policy}
+    tuned = config.model_copy(update={"learner": config.learner.model_copy(update=point)})
+    head = (
+        f"# C, ε and γ by `incsvr tune` on {tuning.name}, {tuning.samples} samples (Section IV-B), judged\n"
+        f"# {_BY[tuning.judged]}. `incsvr config check FILE` says what is wrong, and in which line.\n"
+    )
+    try:
+        path.write_text(commented(tuned, head), encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --write") from error
