@@ -4,7 +4,7 @@
     curve.predict(rates)
 
 The offline SVRs are B1 and B2 of Table I. The others assume the textbook's damping, d(r) = N_r r + N_rr r|r|: least
-squares and recursive least squares on the damping samples, and the adaptive identifier, which needs no differentiation
+squares, total and recursive, on the damping samples, and the adaptive identifier, which needs no differentiation
 and works on the streams themselves. All are given the same declared inertia.
 """
 
@@ -16,6 +16,7 @@ from itertools import product
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import eigh
 
 from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
@@ -113,19 +114,24 @@ class OfflineSVR:
             folds: number of folds.
             advance: called after each of the grid's 64 points.
         """
-        x, y = samples.yaw_rate, samples.damping
-        fold = np.arange(y.size) % folds
         best, least = OfflineSVR(), np.inf
         for C, epsilon, gamma in product(GRID_C, GRID_EPSILON, GRID_GAMMA):
-            error = 0.0
-            for left_out in range(folds):
-                train, test = fold != left_out, fold == left_out
-                weight = solve(x[train], y[train], gamma=gamma, C=C, epsilon=epsilon).weight
-                error += float(np.mean(np.abs(rbf(x[test], x[train], gamma) @ weight - y[test])))
+            svr = OfflineSVR(gamma, C, epsilon)
+            error = svr.cross_validated(samples, folds)
             if error < least:
-                best, least = OfflineSVR(gamma, C, epsilon), error
+                best, least = svr, error
             advance()
         return best
+
+    def cross_validated(self, samples: Samples, folds: int = 5) -> float:
+        """The mean absolute error of `folds`-fold cross-validation [N m]."""
+        x, y = samples.yaw_rate, samples.damping
+        fold, errors = np.arange(y.size) % folds, []
+        for left_out in range(folds):
+            train, test = fold != left_out, fold == left_out
+            weight = solve(x[train], y[train], gamma=self.gamma, C=self.C, epsilon=self.epsilon).weight
+            errors.append(np.mean(np.abs(rbf(x[test], x[train], self.gamma) @ weight - y[test])))
+        return float(np.mean(errors))
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +159,35 @@ class LeastSquares:
         rate = data.samples.yaw_rate
         regressors = np.column_stack((rate, rate * np.abs(rate)))
         linear, quadratic = np.linalg.lstsq(regressors, data.samples.damping)[0]
+        return LinearQuadratic(float(linear), float(quadratic))
+
+
+@dataclass(frozen=True, slots=True)
+class TotalLeastSquares:
+    """Total least squares for N_r and N_rr: the yaw rate has errors, too (the paper's [8]).
+
+    The combination of r, r|r| and d that is smallest beside its own noise (S. Van Huffel & J. Vandewalle, The Total
+    Least Squares Problem, 1991, ch. 10). An error e of the rate is one of 2|r|e in r|r|: both are weighed with their
+    covariance. Where the rate's noise goes to zero it is ordinary least squares.
+
+    Attributes:
+        rate_noise: of a sample's yaw rate [rad/s].
+        damping_noise: of a sample's damping [N m].
+    """
+
+    rate_noise: float = 0.001
+    damping_noise: float = 4.0
+
+    def fit(self, data: Data) -> LinearQuadratic:
+        rate, damping = data.samples.yaw_rate, data.samples.damping
+        size, square = np.abs(rate), rate * np.abs(rate)
+        noise = np.zeros((3, 3))
+        noise[:2, :2] = np.array([[1.0, 2.0 * size.mean()], [2.0 * size.mean(), 4.0 * (size**2).mean()]])
+        noise *= self.rate_noise**2
+        noise[2, 2] = self.damping_noise**2
+        columns = np.column_stack((rate, square, damping))
+        smallest = eigh(columns.T @ columns, noise)[1][:, 0]
+        linear, quadratic = -smallest[:2] / smallest[2]
         return LinearQuadratic(float(linear), float(quadratic))
 
 

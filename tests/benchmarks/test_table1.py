@@ -9,21 +9,22 @@ import numpy as np
 import pytest
 
 from benchmarks.chart import chart
-from benchmarks.table1 import PAPER, converged
+from benchmarks.repetition import AT_CONVERGENCE, BEFORE_CLEANING, TUNED, TUNED_LAST, stopped
+from benchmarks.table1 import PAPER, converged, text
 from service.cli import main
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path = tmp_path_factory.mktemp("table1") / "table1.json"
-    assert main(["table1", "--seeds", "1", "--json", str(path)]) == 0
+    assert main(["table1", "--seeds", "1", "--first-seed", "3110", "--json", str(path)]) == 0
     return json.loads(path.read_text(encoding="utf-8"))
 
 
 def test_the_form_is_the_contracts(result: Any) -> None:
     assert result["seeds"] == 1
     rows = {(row["regressor"], row["validation"]): row for row in result["rows"]}
-    assert len(rows) == len(result["rows"]) == 13
+    assert len(rows) == len(result["rows"]) == 27
     for key, (mae, rmse, vectors) in PAPER.items():
         assert rows[key]["paper"] == {"mae": mae, "rmse": rmse, "support_vectors": vectors}
         assert 0.0 < rows[key]["mae"] < rows[key]["rmse"]
@@ -38,14 +39,43 @@ def test_the_form_is_the_contracts(result: Any) -> None:
 
 def test_at_most_sixty_vectors_are_served(result: Any) -> None:
     learners = [row for row in result["rows"] if row["regressor"].startswith("IncSVR")]
-    assert len(learners) == 4
-    assert all(0 < row["support_vectors"] <= 60 for row in learners)
+    assert len(learners) == 12
+    for row in learners:
+        trained = row["learner"] == BEFORE_CLEANING  # on the vectors kept and the new samples
+        assert 0 < row["support_vectors"] <= (110 if trained else 60)
 
 
 def test_the_last_point_of_a_curve_is_the_tables_row(result: Any) -> None:
     rows = {(row["regressor"], row["validation"]): row for row in result["rows"]}
     assert result["mae_per_iteration"]["V1"][-1] == rows["IncSVR1", "V1"]["mae"]
     assert result["mae_per_iteration"]["V2"][-1] == rows["IncSVR2", "V2"]["mae"]
+
+
+def test_one_repetition_has_no_spread(result: Any) -> None:
+    assert all(row["spread"] is None for row in result["rows"])
+    assert "±" not in text(result)
+
+
+def test_what_is_read_at_convergence_is_a_point_of_the_curve(result: Any) -> None:
+    rows = {(row["regressor"], row["validation"]): row["mae"] for row in result["rows"]}
+    one, two = result["learners"]["paper"]["converged_by_the_papers_rule"]
+    curves = result["mae_per_iteration"]
+    assert rows[f"IncSVR1 ({AT_CONVERGENCE})", "V1"] == curves["V1"][int(one) - 1]
+    assert rows[f"IncSVR2 ({AT_CONVERGENCE})", "V2"] == curves["V2"][int(two) - 1]
+
+
+def test_the_papers_rule_takes_the_smallest_step_near_the_cross_validated_error() -> None:
+    assert stopped(np.array([9.0, 5.0, 5.1, 3.2, 3.3, 4.0]), validated=3.1) == 5
+    assert stopped(np.array([9.0, 5.0, 5.0, 4.0]), validated=5.0) == 3
+
+
+def test_the_tuned_rows_say_what_was_chosen(result: Any) -> None:
+    for name in (TUNED, TUNED_LAST, "B1", "B2"):
+        assert sum(result["tuned_points"][name].values()) == 1
+    (first, second) = result["vectors_by_epsilon"]
+    rows = {(row["regressor"], row["validation"]): row for row in result["rows"]}
+    assert first["support_vectors"] == rows["B1", "V1"]["support_vectors"]
+    assert second["support_vectors"] == rows["B2", "V2"]["support_vectors"]
 
 
 def test_the_hull_makes_the_old_model_wrong(result: Any) -> None:

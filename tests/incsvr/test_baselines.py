@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from incsvr.learning.baselines import (
     LeastSquares,
     OfflineSVR,
     RecursiveLeastSquares,
+    TotalLeastSquares,
 )
 from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array, Samples
@@ -45,6 +48,7 @@ def worst(baseline: Baseline, learned: Data) -> float:
     [
         (OfflineSVR(epsilon=0.1), 80.0, 1.0),
         (LeastSquares(), 80.0, 1e-9),
+        (TotalLeastSquares(), 80.0, 1e-9),
         (RecursiveLeastSquares(), 80.0, 1e-3),
         (AdaptiveIdentifier(), 3200.0, 1.0),  # a gradient takes long to tell r from r|r|
     ],
@@ -53,7 +57,9 @@ def test_without_noise_the_curve_is_found(baseline: Baseline, duration: float, b
     assert worst(baseline, data(duration)) < bound
 
 
-@pytest.mark.parametrize("baseline", [OfflineSVR(epsilon=1.0), LeastSquares(), RecursiveLeastSquares()])
+@pytest.mark.parametrize(
+    "baseline", [OfflineSVR(epsilon=1.0), LeastSquares(), TotalLeastSquares(), RecursiveLeastSquares()]
+)
 def test_with_noise_the_curve_is_near(baseline: Baseline) -> None:
     assert 0.01 < worst(baseline, data(400.0, noise=4.0)) < 4.0
 
@@ -63,6 +69,15 @@ def test_without_forgetting_recursive_is_ordinary_least_squares() -> None:
     recursive = RecursiveLeastSquares(forgetting=1.0, doubt=1e12).fit(learned)
     ordinary = LeastSquares().fit(learned)
     np.testing.assert_allclose(recursive.predict(RATES), ordinary.predict(RATES), atol=1e-4)
+
+
+def test_total_least_squares_bears_a_noisy_yaw_rate() -> None:
+    """Least squares then reads the damping too low; total least squares knows why."""
+    clean = data(4000.0, noise=4.0)
+    noise = np.random.default_rng(2).normal(0.0, 0.03, len(clean.samples))
+    noisy = replace(clean, samples=replace(clean.samples, yaw_rate=clean.samples.yaw_rate + noise))
+    assert worst(LeastSquares(), noisy) > 2.0
+    assert worst(TotalLeastSquares(rate_noise=0.03), noisy) < 0.5 * worst(LeastSquares(), noisy)
 
 
 @pytest.mark.parametrize("baseline", [RecursiveLeastSquares(forgetting=0.98), AdaptiveIdentifier()])
