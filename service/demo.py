@@ -24,19 +24,20 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput
+from service.demo_report import HEAD, Failed, line, played, summary
 from service.output import add_json_argument, emit
+from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Health, IterationReport, Keys, decode
 
 SPEED = 25.0
 """757 s of the vehicle's time then take half a minute."""
-PAPER = {"V1": ("IncSVR1", 3.26, 4.36, 60), "V2": ("IncSVR2", 3.52, 4.61, 60)}
-"""Table I: regressor, MAE and RMSE [N m], active support vectors, by validation run."""
 COMPARED = ("--compare", "14", "25")
 """The last iterations without and with the hull, for the viewer's page Before and after (Fig. 8)."""
 KEYS = Keys("leng/yaw")
 _LONGEST_START = 30.0
 _LONGEST_STOP = 10.0
+_LONGEST_TABLE = 120.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,12 +63,8 @@ def run(args: argparse.Namespace) -> int:
         return 1
     result["seconds"] = round(time.monotonic() - began, 1)
     (args.out / "report.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-    emit(args, result, _summary(result, args.out))
+    emit(args, result, summary(result, args.out))
     return 0
-
-
-class Failed(Exception):
-    """A process of the demo did not do its part; the message is one sentence."""
 
 
 def _interrupt(*_: object) -> None:
@@ -85,7 +82,7 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
     if subprocess.run(_command(*runs), check=False).returncode:
         raise Failed("the simulator could not write the experiment")
     hull_comes = _last_time(out / "T1.csv")
-    validation = [f"validation.{name}={out / name}.csv" for name in PAPER]
+    validation = [f"validation.{name}={out / name}.csv" for name in ("V1", "V2")]
     with ExitStack() as stack:
         # A state of its own, gone afterwards: the demo begins with nothing learned and touches no other's.
         state = stack.enter_context(TemporaryDirectory())
@@ -104,16 +101,22 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
             )
             _wait_until_ready(viewer, out / "view.log")
         player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed)))
+        table = _table_of_this_run(stack, out)
         print(f"learner at {endpoint}; playing T1 and T2 at {speed:g} times the vehicle's pace", file=people)
-        print(_HEAD, file=people)
-        history = []
+        print(HEAD, file=people, flush=True)
+        history: list[IterationReport] = []
         for report in _iterations(session, reports, player, learner):
+            if report.t > hull_comes and all(each.t <= hull_comes for each in history):
+                print(f"— the hull is mounted at {hull_comes:.0f} s —", file=people)
             history.append(report)
-            print(_line(report, hull_comes), file=people, flush=True)
+            print(line(report), file=people, flush=True)
         counters = _health(session).counters
         if viewer is not None:
             _end(viewer)
-    result = _result(history, hull_comes)
+        if table is not None and table.wait(_LONGEST_TABLE):
+            raise Failed("the table could not be made; see table1.log")
+    result = played(history, hull_comes)
+    result["table1"] = None if table is None else json.loads((out / "table1.json").read_text(encoding="utf-8"))
     result["rejected"] = {name: count for name, count in counters.items() if name.startswith("rejected:")}
     if recording.exists():
         size, verified = recording.stat().st_size, _verify(recording, people)
@@ -121,6 +124,14 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
     elif viewer is not None:
         raise Failed("the viewer recorded nothing; see view.log")
     return result
+
+
+def _table_of_this_run(stack: ExitStack, out: Path) -> subprocess.Popen[bytes] | None:
+    """Table I of the same experiment, made beside the rest; None where that is not installed."""
+    if find_spec("benchmarks") is None or find_spec("sklearn") is None:
+        return None
+    words = ("--seeds", "1", "--first-seed", str(Simulation().seed), "--quick", "--json", str(out / "table1.json"))
+    return stack.enter_context(_process(out, "table1", *words))
 
 
 def _iterations(
@@ -215,75 +226,3 @@ def _verify(recording: Path, people: Any) -> bool:
     if done.returncode:
         print(done.stdout + done.stderr, file=people)
     return done.returncode == 0
-
-
-_COLUMNS = ("new", "discarded_tube", "discarded_near", "forgotten", "outliers", "support")
-_HEAD = (
-    "iteration    time [s]    new  tube  near  forgotten  outliers  vectors   ms     bound   fresh    V1    V2  [N m]"
-)
-
-
-def _line(report: IterationReport, hull_comes: float) -> str:
-    """One iteration: its counts, training time, certificate, and errors on the fresh batch, on V1 and on V2."""
-    widths = (5, 5, 5, 10, 9, 8)
-    counts = " ".join(f"{report.counts[name]:{width}d}" for name, width in zip(_COLUMNS, widths, strict=True))
-    error = {each.name: each.mae for each in report.validation}
-    fresh = "    –" if report.progressive_mae is None else f"{report.progressive_mae:5.1f}"
-    first, last = report.time_span
-    return (
-        f"{report.iteration:9d} {first:5.0f}–{last:<5.0f} {counts} {report.training_ms:5.1f} "
-        f"{report.certified_error or 0.0:8.0e}   {fresh} {error['V1']:5.1f} {error['V2']:5.1f}"
-        f"{'  hull' if report.t > hull_comes else ''}{'  ' + report.change if report.change else ''}"
-    )
-
-
-def _result(history: list[IterationReport], hull_comes: float) -> dict[str, Any]:
-    rows = []
-    bare = [report for report in history if report.t <= hull_comes]
-    for name, part in (("V1", bare), ("V2", history[len(bare) :])):
-        if not part:
-            raise Failed("an experiment ended before its first iteration; see serve.log")
-        regressor, mae, rmse, vectors = PAPER[name]
-        error = next(each for each in part[-1].validation if each.name == name)
-        rows.append(
-            {
-                "regressor": regressor,
-                "validation": name,
-                "mae": error.mae,
-                "rmse": error.rmse,
-                "support_vectors": part[-1].counts["support"],
-                "paper": {"mae": mae, "rmse": rmse, "support_vectors": vectors},
-            }
-        )
-    return {
-        "iterations": len(history),
-        "iterations_without_hull": len(bare),
-        "rows": rows,
-        "mae_per_iteration": {
-            name: [next(each.mae for each in report.validation if each.name == name) for report in history]
-            for name in PAPER
-        },
-        "vehicle_seconds": history[-1].t,
-        "recording": None,
-    }
-
-
-def _summary(result: dict[str, Any], out: Path) -> str:
-    lines = ["", "Table I            MAE    RMSE [N m]   support vectors      (the paper's)"]
-    for row in result["rows"]:
-        paper = row["paper"]
-        name = f"{row['regressor']} on {row['validation']}"
-        reached = f"{row['mae']:6.2f}  {row['rmse']:6.2f} {row['support_vectors']:17d}"
-        lines.append(f"{name}  {reached}      ({paper['mae']:.2f}, {paper['rmse']:.2f}, {paper['support_vectors']})")
-    refused = ", ".join(f"{count} {name.removeprefix('rejected:')}" for name, count in result["rejected"].items())
-    lines.append(f"rejected: {refused or 'nothing'}")
-    file = result["recording"]
-    if file is None:
-        lines.append("no recording: the viewer is not installed (pip install '.[viewer]')")
-    else:
-        state = "verified" if file["verified"] else "NOT whole"
-        extent = f"{result['iterations']} iterations, {result['vehicle_seconds']:.0f} s of the vehicle"
-        lines.append(f"recording: {file['file']}, {file['bytes'] / 1e6:.1f} MB, {extent}, {state}")
-        lines.append(f"           open it with `incsvr view {file['file']}`")
-    lines.append(f"{result['seconds']} s in all; the report is {out / 'report.json'}")
-    return "\n".join(lines)

@@ -108,7 +108,7 @@ def report(
             parts={name: tuple(values.tolist()) for name, values in batch.parts.items()},
         ),
         certified_error=_finite(iteration.model.certified_error),
-        progressive_mae=iteration.progressive_mae,
+        progressive_mae=None if predicted is None else float(np.mean(np.abs(predicted - batch.damping))),
         sigma=_finite(iteration.model.sigma),
         validation=tuple(_error_on(name, samples, served.model) for name, samples in validation.items()),
         learned=learned,
@@ -123,6 +123,7 @@ def _error_on(name: str, samples: Samples, model: Model) -> wire.Validation:
         mae=float(np.mean(np.abs(residual))),
         rmse=math.sqrt(float(np.mean(residual**2))),
         samples=len(samples),
+        untrained=float(np.mean(np.abs(samples.damping))),
     )
 
 

@@ -128,6 +128,7 @@ class Validation(Form):
     mae: float  # N m
     rmse: float  # N m
     samples: int
+    untrained: float | None = None  # MAE of a model that has learned nothing, d = 0 [N m]
 
 
 class WaterMade(Form):

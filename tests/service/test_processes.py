@@ -214,13 +214,19 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     )
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
-    assert [row["regressor"] for row in result["rows"]] == ["IncSVR1", "IncSVR2"]
     assert result["iterations_without_hull"] == 14
     assert result["iterations"] == 25
     assert len(result["mae_per_iteration"]["V1"]) == 25
-    for row in result["rows"]:
-        assert row["mae"] < 1.5 * row["paper"]["mae"]
-    assert "IncSVR2 on V2" in done.stderr
+    rows = {(row["regressor"], row["validation"]): row for row in result["table1"]["rows"]}
+    for served, regressor in zip(result["served"], ("IncSVR1", "IncSVR2"), strict=True):
+        row = rows[regressor, served["validation"]]
+        assert served["mae"] < 1.5 * row["paper"]["mae"]
+        # The learner on the bus is the table's; what it serves only differs where it continues beyond its range.
+        assert served["mae"] == pytest.approx(row["mae"], rel=0.03)
+        assert f"{regressor} on {served['validation']}" in done.stderr
+        assert f"{regressor} (weighted) on {served['validation']}" in done.stderr
+    assert "B1 on V2" in done.stderr
+    assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80
     assert not still_running(str(tmp_path))
 
 
