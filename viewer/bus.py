@@ -35,6 +35,7 @@ log = logging.getLogger(__name__)
 WAITING = 100_000  # messages in the queue at most; beyond, the oldest go
 PAGE = 100  # iterations asked for at a time
 PATIENCE_S = 5.0
+KEPT = 50  # models that came by themselves: a learner without a state can tell but its latest
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +61,20 @@ class Bus:
         self._session, self._keys = session, keys
         self._queue: deque[tuple[str, bytes, float] | Presence] = deque(maxlen=WAITING)
         self._filled = threading.Event()
+        self._arrived: deque[bytes] = deque(maxlen=KEPT)
+        self._models: dict[tuple[str, int], ModelSnapshot] = {}
         self._declared: list[Any] = [
             session.declare_subscriber(key, self._put)
-            for key in (keys.rate, keys.torque, keys.any_channel, keys.iteration, keys.health, keys.effects)
+            for key in (
+                keys.rate,
+                keys.torque,
+                keys.any_channel,
+                keys.iteration,
+                keys.health,
+                keys.effects,
+            )
         ]
+        self._declared.append(session.declare_subscriber(keys.model, self._put_model))
         self._declared.append(session.liveliness().declare_subscriber(keys.alive, self._presence, history=True))
 
     def close(self) -> None:
@@ -96,9 +107,11 @@ class Bus:
             if after >= history.latest_revision:
                 return
 
-    def model(self, revision: int) -> ModelSnapshot | None:
-        """The model of a revision; None where the learner does not have it any more."""
-        return self._ask(self._keys.model, f"revision={revision}", ModelSnapshot)
+    def model(self, report: IterationReport) -> ModelSnapshot | None:
+        """The model that an iteration made, as it came or as the learner still has it; None where neither is."""
+        self._keep()
+        kept = self._models.get((report.boot, report.revision))
+        return kept or self._ask(self._keys.model, f"revision={report.revision}", ModelSnapshot)
 
     def latest(self) -> ModelSnapshot | None:
         """The model that is served now; None before there is one."""
@@ -121,6 +134,21 @@ class Bus:
             except BadInput as error:
                 log.warning("%s: %s", selector, error)
         return None
+
+    def _keep(self) -> None:
+        """Takes in the models that arrived: each comes before the iteration that made it, which asks for it."""
+        for _ in range(len(self._arrived)):
+            try:
+                snapshot = decode(ModelSnapshot, self._arrived.popleft())
+            except BadInput as error:
+                log.debug("%s: %s", self._keys.model, error)
+                continue
+            self._models[snapshot.boot, snapshot.revision] = snapshot
+        while len(self._models) > KEPT:
+            del self._models[next(iter(self._models))]
+
+    def _put_model(self, sample: zenoh.Sample) -> None:
+        self._arrived.append(sample.payload.to_bytes())
 
     def _put(self, sample: zenoh.Sample) -> None:
         self._queue.append((str(sample.key_expr), sample.payload.to_bytes(), time.time()))

@@ -1,4 +1,7 @@
-"""The page Before and after, Fig. 8: two revisions of the model in one plot, each with its support vectors."""
+"""The page Before and after, Fig. 8: two revisions of the model in one plot, each with its support vectors.
+
+Where both are chosen, with the samples of both experiments, too: those up to the first, and those from there on.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,8 @@ from viewer.plate import Entry, Plate
 from viewer.recorder import Recorder
 from viewer.table import quantity
 
+SAMPLES = 1000  # of each of the two at most: the newest
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
@@ -32,7 +37,8 @@ class Choice:
             after = ["learning/uncertainty", "learning/function", "learning/extrapolation", "learning/support"]
         else:
             after = ["learning/after/function", "learning/after/support"]
-        return ["learning/compare_axes", "learning/before/function", "learning/before/support", *after]
+        samples = [] if self.after is None else ["learning/before/samples", "learning/after/samples"]
+        return ["learning/compare_axes", *samples, "learning/before/function", "learning/before/support", *after]
 
 
 class ComparePage:
@@ -41,7 +47,11 @@ class ComparePage:
     def __init__(self, rec: Recorder, palette: Palette, choice: Choice) -> None:
         self._rec, self._palette, self._choice = rec, palette, choice
         self._chosen: dict[str, Frame] = {}
+        self._samples = {"before": np.empty((0, 2)), "after": np.empty((0, 2))}
         self._plate: Plate | None = None
+        for name, colour in (("before", palette.before), ("after", palette.support)):
+            dots = rr.Points2D.from_fields(colors=(*colour, 110), radii=Radius.ui_points(1.8), draw_order=4.0)
+            rec.log(f"learning/{name}/samples", dots, static=True)
         for name, colour in (("before", palette.before), ("after", palette.function)):
             style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(2.0), draw_order=26.0)
             rec.log(f"learning/{name}/function", style, static=True)
@@ -56,9 +66,10 @@ class ComparePage:
 
     def log(self, frame: Frame, plate: Plate) -> None:
         """One iteration on the axes of the page Learning, at the clocks that are set."""
+        number, choice = frame.report.iteration, self._choice
+        self._take(frame)
         if frame.model is None:
             return
-        number, choice = frame.report.iteration, self._choice
         changed = set()
         if "before" not in self._chosen or number == choice.before:
             changed.add("before")
@@ -77,8 +88,18 @@ class ComparePage:
 
     def remember(self, frame: Frame) -> None:
         """An iteration that is recorded already: it may have been the one to compare with."""
+        self._take(frame)
         if frame.model is not None and ("before" not in self._chosen or frame.report.iteration == self._choice.before):
             self._chosen["before"] = frame
+
+    def _take(self, frame: Frame) -> None:
+        """The iteration's samples, where both revisions are chosen: any other after would be drawn without end."""
+        number, choice, batch = frame.report.iteration, self._choice, frame.report.batch
+        if choice.before is None or choice.after is None or number > choice.after:
+            return
+        name = "before" if number <= choice.before else "after"
+        new = np.column_stack((batch.rate, batch.damping))
+        self._samples[name] = np.concatenate((self._samples[name], new))[-SAMPLES:]
 
     def _draw(self, name: str, frame: Frame, plate: Plate) -> None:
         curve, at = curve_of(frame, plate), positions(frame.report.support)
@@ -88,6 +109,8 @@ class ComparePage:
         lines = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
         self._rec.log(f"learning/{name}/function", strips(lines))
         self._rec.log(f"learning/{name}/support", *samples)
+        if self._choice.after is not None:
+            self._rec.log(f"learning/{name}/samples", points(self._samples[name]))
 
     def _picture(self) -> Plate:
         """The axes of the page Learning with this page's words."""
@@ -98,11 +121,17 @@ class ComparePage:
             (Entry("dashes", palette.before, "Before"), Entry("frame", palette.before, "Its support vectors")),
             (Entry("line", palette.function, "After"), Entry("disc", palette.support, "Its support vectors")),
         )
-        last = (
-            Entry("band", palette.band, "95 % of samples, after"),
-            Entry("dashes", palette.function, "After, extrapolated"),
-        )
-        return replace(self._plate, legend=(*rows, last if self._choice.after is None else ()))
+        if self._choice.after is None:
+            last = (
+                Entry("band", palette.band, "95 % of samples, after"),
+                Entry("dashes", palette.function, "After, extrapolated"),
+            )
+        else:
+            last = (
+                Entry("speck", palette.before, "Samples before"),
+                Entry("speck", palette.support, "Samples after"),
+            )
+        return replace(self._plate, legend=(*rows, last))
 
 
 def curve_of(frame: Frame, plate: Plate) -> Floats:

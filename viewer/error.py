@@ -1,4 +1,7 @@
-"""The error curve, Fig. 7: how far the learned damping is off, iteration by iteration."""
+"""The error curve, Fig. 7: how far the served damping is off, iteration by iteration, from the untrained model on.
+
+Every curve is of one predictor: what is served, with its continuation beyond the learned rates.
+"""
 
 from __future__ import annotations
 
@@ -54,6 +57,9 @@ class ErrorPage:
         values = {check.name: check.mae for check in report.validation}
         if report.progressive_mae is not None:
             values[PROGRESSIVE] = report.progressive_mae
+        for check in report.validation:
+            if report.iteration == 1 and check.untrained is not None:
+                self._curves[check.name] = [(0.0, check.untrained)]
         for name, value in values.items():
             curve = self._curves.setdefault(name, [])
             # Whoever replays the past may repeat some of it.
@@ -64,10 +70,11 @@ class ErrorPage:
     def _follow(self, iteration: int, curves: dict[str, Floats]) -> Plate:
         """Widens the axes where the curves need it; a new curve gets its line style.
 
-        One wild error, as on the first batch with a new range, must not press all others flat: what lies beyond
-        twice the median runs along the frame. Its figure stands in the table.
+        One wild error, as that of the untrained model or on the first batch with a new range, must not press all others
+        flat: what lies beyond twice the median runs along the frame. Its figure stands in the table.
         """
-        values = np.concatenate([points[:, 1] for points in curves.values()]) if curves else np.ones(1)
+        learned = [points[points[:, 0] > 0.0, 1] for points in curves.values()]
+        values = np.concatenate(learned) if learned else np.ones(1)
         highest = min(values.max(), 2.0 * float(np.median(values)))
         plate, shown = self._plate, {entry.text for row in (self._plate.legend if self._plate else ()) for entry in row}
         names = {name: _words(name) for name in self._curves}
@@ -87,7 +94,7 @@ class ErrorPage:
         reach = 25.0 * 2.0 ** max(0, ceil(log2(iteration / 25.0)))
         self._plate = Plate(
             axis_for(0.0, reach, "Iteration"),
-            axis_for(0.0, 1.3 * highest or 1.0, "Mean absolute error [N m]", ticks=4),
+            axis_for(0.0, 1.3 * highest or 1.0, _label(self._curves), ticks=4),
             WIDTH,
             HEIGHT,
             legend=tuple(tuple(entries[k : k + 3]) for k in range(0, len(entries), 3)),
@@ -104,3 +111,9 @@ def thinned(curve: Sequence[tuple[float, float]]) -> Floats:
 
 def _words(name: str) -> str:
     return "Each new batch" if name == PROGRESSIVE else f"Validation {name}"
+
+
+def _label(curves: dict[str, list[tuple[float, float]]]) -> str:
+    """The axis' label, with the errors of the untrained model, at which no axis reaches."""
+    begins = [f"{curve[0][1]:.0f}" for curve in curves.values() if curve[0][0] == 0.0]
+    return "Mean absolute error [N m]" + (f"; untrained: {', '.join(begins)}" if begins else "")

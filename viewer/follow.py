@@ -132,7 +132,7 @@ class Follower:
             self._anew()
         # A learner that changes over to other effects says its last batch again, and that may end some samples earlier.
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
-        frame = Frame(report, self._bus.model(report.revision), seen)
+        frame = Frame(report, self._bus.model(report), seen)
         if report.revision <= self._recorded:
             self._chapter.remember(frame)
         else:

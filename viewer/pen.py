@@ -12,6 +12,7 @@ from viewer.palette import Colour, Palette
 
 Mark = Literal[
     "dots",
+    "speck",
     "disc",
     "halo",
     "square",
@@ -72,6 +73,8 @@ class Pen:
         """The sign of a set or curve, as the data show it (`marks`)."""
         unit = self.size / 30
         match mark:
+            case "speck":
+                self.disc(x, y, 3.5 * unit, colour)
             case "disc":
                 self.disc(x, y, 7 * unit, colour)
             case "square":

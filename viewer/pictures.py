@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from viewer.experiment import draw
 from viewer.screen import Screen
 
 ITERATIONS = (1, 5, 12, 15, 22)
@@ -26,7 +27,7 @@ def main() -> int:
 
 
 def pictures(recording: Path, folder: Path) -> None:
-    """One picture for each of ITERATIONS, one for each other page.
+    """One picture for each of ITERATIONS, one for each other page, and the experiment's runs (Fig. 4).
 
     Raises:
         BadInput: there is no such recording or iteration, or no Vulkan driver.
@@ -40,6 +41,8 @@ def pictures(recording: Path, folder: Path) -> None:
         for page in ("Before and after", "Signals", "Health"):
             screen.show(page)
             _save(screen, folder / f"{page.lower().replace(' ', '-')}.png")
+    draw(recording.parent, folder / "experiment.png")
+    print(folder / "experiment.png")
 
 
 def _save(screen: Screen, path: Path) -> None:

@@ -120,9 +120,10 @@ class House:
     folder: Path
     endpoint: str
 
-    def serve(self) -> Process:
-        """Starts the learner, on the state it left."""
-        where = ("--set", f"bus.listen={self.endpoint}", "--set", f"state={self.folder / 'state'}")
+    def serve(self, *, durable: bool = True) -> Process:
+        """Starts the learner, on the state it left, or with none."""
+        state = self.folder / "state" if durable else "null"
+        where = ("--set", f"bus.listen={self.endpoint}", "--set", f"state={state}")
         learner = self._start(["serve", *where])
         learner.wait_for("ready")
         return learner

@@ -70,6 +70,22 @@ def test_late_killed_and_restarted_it_loses_no_iteration(house: House, run: Run,
     assert recording
 
 
+def test_no_curve_is_missing_where_the_learner_keeps_no_state(house: House, run: Run, tmp_path: Path) -> None:
+    """The learner can tell its latest model alone, and by the time that it is asked has often made the next."""
+    path = tmp_path / "run.rrd"
+    house.serve(durable=False)
+    viewer = house.view("--headless", "--save", str(path))
+    viewer.wait_for("the learner is here")
+    last = run.iterations[-1][0]
+    publish(house.client(), run.part(0.0, last.t + 1.5))
+    viewer.wait_for(f"iteration {last.iteration} ")
+    assert viewer.end() == 0
+    for number, (text,) in rows(path, "TextDocument:text")["/learning/table"].items():
+        assert "curve is missing" not in text, f"iteration {number}"
+    logged = rows(path, "LineStrips2D:strips")["/learning/function"]
+    assert set(logged) == {report.iteration for report, _ in run.iterations}
+
+
 def test_it_waits_for_the_learner_says_so_and_begins_anew_with_it(house: House, run: Run, tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     viewer = house.view("--headless", "--save", str(path))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from service.wire import SETS, EffectsLedger, Health, Measurement, Points
+from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Validation
 from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, series, shown
 from viewer import archive
@@ -87,6 +88,26 @@ def test_the_errors_are_there(run: Run, recorded: Path) -> None:
     assert logged == expected
 
 
+def test_the_error_on_a_batch_is_that_of_what_was_served_before_it(run: Run) -> None:
+    for (_, served), (report, _) in pairwise(run.iterations):
+        said = served.model().predict(report.batch.rate).damping
+        assert report.progressive_mae == pytest.approx(np.mean(np.abs(said - report.batch.damping)), rel=1e-6)
+
+
+def test_the_curve_of_errors_begins_at_the_untrained_model(run: Run, tmp_path: Path) -> None:
+    report, snapshot = run.iterations[0]
+    check = Validation(name="V1", mae=5.0, rmse=6.0, samples=100, untrained=48.0)
+    path = tmp_path / "run.rrd"
+    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    first = report.model_copy(update={"validation": (check,)})
+    Chapter(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
+    recorder.close()
+    (strip,) = rows(path, "LineStrips2D:strips", "/error")["/error/curve/V1"][1]
+    (begins, error), (iteration, mae) = points(strip)
+    assert (begins, iteration, mae) == (0.0, 1.0, 5.0)
+    assert mae < error <= 48.0  # it runs along the frame
+
+
 def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path) -> None:
     tables = rows(recorded, "TextDocument:text")
     for report, _ in run.iterations:
@@ -108,6 +129,11 @@ def test_two_chosen_revisions_stand_still(run: Run, tmp_path: Path) -> None:
         found = points(shown(logged[f"/learning/{name}/support"], last))
         assert np.array_equal(found, positions(report.support).astype(np.float32))
         assert snapshot.iteration == chosen
+    for name, numbers in (("before", (1, 2)), ("after", (3, 4))):
+        batches = [run.iterations[number - 1][0].batch for number in numbers]
+        expected = np.concatenate([np.column_stack((batch.rate, batch.damping)) for batch in batches])
+        found = points(shown(logged[f"/learning/{name}/samples"], last))
+        assert np.array_equal(found, expected.astype(np.float32))
 
 
 def test_a_recording_is_verified_and_optimising_keeps_every_number(run: Run, recorded: Path, tmp_path: Path) -> None:
