@@ -102,7 +102,7 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
             _wait_until_ready(viewer, out / "view.log")
         player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed)))
         table = _table_of_this_run(stack, out)
-        print(f"learner at {endpoint}; playing T1 and T2 at {speed:g} times the vehicle's pace", file=people)
+        print(f"learner at {endpoint}; playing T1 and T2, {speed:g} times as fast", file=people)
         print(HEAD, file=people, flush=True)
         history: list[IterationReport] = []
         for report in _iterations(session, reports, player, learner):

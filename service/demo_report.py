@@ -12,9 +12,9 @@ from service.wire import IterationReport
 WIDTH = 80
 HEAD = """\
 iter: of the learner, 50 samples each; t: the vehicle's time at its end. Samples
-that were new, or told nothing new: in the tube, near a vector. Vectors that were
-forgotten, outliers, and those served. ms: training. Mean absolute error [N m] of
-what is served: on the new batch before it is learned, on V1 (no hull), V2 (hull).
+that were new, or told nothing new: in the tube, near a vector. Forgotten vectors,
+outliers, and vectors served. ms: training. Mean absolute error [N m] of what is
+served: on the batch before it is learned, on V1 (no hull), on V2 (the hull).
 
 iter   t s   new  tube  near forgot  outliers  vectors     ms  batch   V1   V2"""
 _COUNTS = {"new": 5, "discarded_tube": 5, "discarded_near": 5, "forgotten": 7, "outliers": 9, "support": 8}
@@ -102,7 +102,11 @@ def _table(table: Mapping[str, Any] | None) -> list[str]:
             f"{each['mae']:.2f}  {each['rmse']:.2f}  {each['support_vectors']:4.0f}" if each else "" for each in figures
         ]
         lines.append(f"{f'{key[0]} on {key[1]}':26s}" + "".join(f"{cell:20s}" for cell in cells).rstrip())
-    lines.append("B: offline, all samples at once; IncSVR: the learner after its last iteration.")
+    lines += [
+        "B: offline, all samples at once; IncSVR: the learner after its last iteration.",
+        "All by the sum of kernels alone; V1 and V2 above by what is served, which goes",
+        "on beyond the learned rates.",
+    ]
     if published is not None and published["why"]:
         lines += [line for part in published["why"].splitlines() for line in textwrap.wrap(part, WIDTH)]
     return [*lines, ""]

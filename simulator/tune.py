@@ -46,6 +46,8 @@ def run(args: argparse.Namespace) -> int:
     judged: Judged = "last" if args.last else "every"
     if (args.simulated is None) == (not args.recordings):
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
+    if args.write is not None and (args.write.is_dir() or not args.write.parent.is_dir()):
+        raise BadInput(f"{args.write} cannot be written; name a file in a folder that is there with --write")
     config = read_config(args.config)
     name, samples, settings, grid, config = (
         _simulated(args, config) if args.recordings == [] else _recorded(args, config)
@@ -194,13 +196,14 @@ def _configured(recording: Recording, signals: SignalSettings, settings: Setting
     return Config.model_validate(
         {
             "vehicle": {
-                "name": re.sub(r"[^A-Za-z0-9_-]+", "-", Path(recording.name).stem)[:64],
+                "name": re.sub(r"[^A-Za-z0-9_-]+", "-", recording.name.partition(".csv")[0])[:64],
                 "inertia": signals.inertia,
                 "rate_range": (low, high),
                 "rate_limit": float(f"{2.0 * high:.2g}"),
                 "torque_limit": float(f"{MARGIN * torque:.2g}"),
             },
-            "signals": _fields(signals, type(Config().signals).model_fields),
+            # Lateness and gap suit a file; on the bus the defaults do.
+            "signals": _fields(signals, ("sample_period", "smoothing")),
             "learner": _fields(settings, type(Config().learner).model_fields),
         }
     )

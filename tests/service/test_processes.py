@@ -221,8 +221,10 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     for served, regressor in zip(result["served"], ("IncSVR1", "IncSVR2"), strict=True):
         row = rows[regressor, served["validation"]]
         assert served["mae"] < 1.5 * row["paper"]["mae"]
-        # The learner on the bus is the table's; what it serves only differs where it continues beyond its range.
-        assert served["mae"] == pytest.approx(row["mae"], rel=0.03)
+        # The learner on the bus is the table's; what it serves differs where it continues beyond its range, for the
+        # better, by up to a twentieth.
+        assert 0.92 * row["mae"] < served["mae"] < 1.02 * row["mae"]
+        assert served["support_vectors"] == row["support_vectors"]
         assert f"{regressor} on {served['validation']}" in done.stderr
         assert f"{regressor} (weighted) on {served['validation']}" in done.stderr
     assert "B1 on V2" in done.stderr

@@ -81,7 +81,10 @@ def test_the_grid_follows_the_vehicle(runs: tuple[Path, Path], capsys: pytest.Ca
         (["RUN", "--simulated", "1"], "give recordings to tune on"),
         (["RUN"], "the inertia is not known; give --inertia"),
         (["RUN", "--inertia", "-1"], "give a number above 0"),
-        (["RUN", "--inertia", "350", "--write", "no/such/folder.yaml"], "name another file with --write"),
+        (
+            ["RUN", "--inertia", "350", "--write", "no/such/folder.yaml"],
+            "name a file in a folder that is there with --write",
+        ),
     ],
 )
 def test_bad_input_is_told(
