@@ -12,9 +12,9 @@ from service.wire import IterationReport
 WIDTH = 80
 HEAD = """\
 iter: of the learner, 50 samples each; t: the vehicle's time at its end. Samples
-that were new, or told nothing new: in the tube, near a vector. Forgotten vectors,
-outliers, and vectors served. ms: training. Mean absolute error [N m] of what is
-served: on the batch before it is learned, on V1 (no hull), on V2 (the hull).
+that were new, or told nothing new: in the tube, near a vector. Vectors
+forgotten, outliers, vectors served. ms: training. Mean absolute error [N m] of
+what is served: on the batch before it is learned, on V1 (no hull), V2 (hull).
 
 iter   t s   new  tube  near forgot  outliers  vectors     ms  batch   V1   V2"""
 _COUNTS = {"new": 5, "discarded_tube": 5, "discarded_near": 5, "forgotten": 7, "outliers": 9, "support": 8}
@@ -75,7 +75,7 @@ def summary(result: Mapping[str, Any], out: Path) -> str:
         lines.append("no recording: the viewer is not installed (pip install '.[viewer]')")
     else:
         state = "verified" if file["verified"] else "NOT whole"
-        extent = f"{result['iterations']} iterations, {result['vehicle_seconds']:.0f} s of the vehicle"
+        extent = f"{result['iterations']} iterations, {result['vehicle_seconds']:.0f} s"
         lines.append(f"recording: {file['file']}, {file['bytes'] / 1e6:.1f} MB, {extent}, {state}")
         lines.append(f"           open it with `incsvr view {file['file']}`")
     lines.append(f"{result['seconds']} s in all; the report is {out / 'report.json'}")
@@ -91,7 +91,7 @@ def _table(table: Mapping[str, Any] | None) -> list[str]:
     seeds = "" if published is None else f"mean of {published['seeds']} seeds"
     lines = [
         "Table I: mean absolute and root-mean-square error [N m], support vectors",
-        f"{'':26s}{'the paper':20s}{'this run':20s}{seeds}".rstrip(),
+        f"{'':25s}{'the paper':19s}{'this run':19s}{seeds}".rstrip(),
     ]
     for row in table["rows"]:
         if row["paper"] is None or ("(" in row["regressor"] and row["learner"] != "weighted"):
@@ -101,7 +101,7 @@ def _table(table: Mapping[str, Any] | None) -> list[str]:
         cells = [
             f"{each['mae']:.2f}  {each['rmse']:.2f}  {each['support_vectors']:4.0f}" if each else "" for each in figures
         ]
-        lines.append(f"{f'{key[0]} on {key[1]}':26s}" + "".join(f"{cell:20s}" for cell in cells).rstrip())
+        lines.append(f"{f'{key[0]} on {key[1]}':25s}" + "".join(f"{cell:19s}" for cell in cells).rstrip())
     lines += [
         "B: offline, all samples at once; IncSVR: the learner after its last iteration.",
         "All by the sum of kernels alone; V1 and V2 above by what is served, which goes",
