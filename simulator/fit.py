@@ -13,6 +13,7 @@ import numpy as np
 
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
+from incsvr.learning import guarded
 from incsvr.learning.coefficients import coefficients
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.inertia import InertiaEstimate, identify
@@ -20,14 +21,14 @@ from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings, synchronise
-from incsvr.signals.checks import YOUNG, Verdict, told
+from incsvr.signals.checks import YOUNG, Vehicle, Verdict, told
 from incsvr.signals.raw import HEADING
 from incsvr.traced_motion import traced_free_run_rmse
 from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
-from simulator.online import Errors, checked, foreign_inertia, learner_for, pauses, remarks, signals_for
+from simulator.online import Errors, foreign_inertia, learner_for, pauses, remarks, signals_for
 from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording, Streams, read, sequence
 
@@ -136,8 +137,9 @@ class Fit:
         errors: list[Errors | None] = []
         verdicts: list[Verdict] = []
         validation, more = _samples(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
+        vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, believed=learner is not None)
         with progress("learning", len(samples) // settings.batch) as advance:
-            for verdict, iteration in checked(samples, settings, signals, learner is not None):
+            for verdict, iteration in guarded.follow(settings, vehicle, samples):
                 verdicts.append(verdict)
                 if iteration is not None:
                     iterations.append(iteration)

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning import guarded as guard
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
-from incsvr.signals.checks import Vehicle, Verdict
 from simulator.recordings import Recording
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
@@ -43,22 +41,6 @@ def learn(samples: Samples, settings: Settings) -> Iterator[Iteration]:
     for first in range(0, len(samples) - settings.batch + 1, settings.batch):
         state, iteration = step(settings, state, samples.take(slice(first, first + settings.batch)))
         yield iteration
-
-
-def checked(
-    samples: Samples, settings: Settings, signals: SignalSettings, configured: bool
-) -> Iterator[tuple[Verdict, Iteration | None]]:
-    """What the checks say of each full batch, and its iteration where it is learned: the same as live.
-
-    Args:
-        configured: the settings are the vehicle's own, not scaled to these samples.
-    """
-    vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, configured)
-    guarded = guard.begin(settings)
-    for first in range(0, len(samples) - settings.batch + 1, settings.batch):
-        batch = samples.take(slice(first, first + settings.batch))
-        guarded, verdict, iteration = guard.learn(settings, vehicle, guarded, batch)
-        yield verdict, iteration
 
 
 def signals_for(recordings: Sequence[Recording], inertia: float, rate_limit: float) -> SignalSettings:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -14,7 +15,8 @@ from incsvr.tracer.run import Run, distinct
 from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
 from service.output import add_json_argument, emit
-from simulator.recordings import read
+from simulator.recordings import Recording, read
+from simulator.trace_sensors import believed, examined, notes
 
 LENG_INERTIA = 350.0
 """I about yaw of the AUV Leng, dry and added mass [kg m²] (Section IV-A)."""
@@ -38,9 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     inertia = _inertia(args.inertia)
-    runs, unseen = _runs(args.recordings), _runs(args.validate)
-    distinct([*runs, *unseen])
-    found = trace(runs, inertia=inertia, validate=unseen, torque=args.torque)
+    recordings = [read(path) for path in (*args.recordings, *args.validate)]
+    distinct(_runs(recordings))
+    sensors = examined(recordings, inertia)
+    runs = _runs(believed(recordings, sensors))
+    fitted = len(args.recordings)
+    found = trace(runs[:fitted], inertia=inertia, validate=runs[fitted:], torque=args.torque)
+    found = replace(found, notes=(*found.notes, *notes(recordings, sensors, found.verdict != "none")))
     if args.report:
         import_module(REPORT_WRITER).write(found, args.report)
     emit(args, found.to_dict(), text(found))
@@ -62,10 +68,9 @@ def _inertia(given: float | str) -> float:
     return inertia
 
 
-def _runs(paths: Sequence[Path]) -> list[Run]:
+def _runs(recordings: Sequence[Recording]) -> list[Run]:
     runs = []
-    for path in paths:
-        recording = read(path)
+    for recording in recordings:
         columns = dict(recording.columns)
         runs.append(Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns))
     return runs

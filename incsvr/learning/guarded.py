@@ -8,8 +8,9 @@ was learned from batches after which another was sound.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks import Curve, Vehicle, Verdict, check
+from incsvr.signals.checks import Curve, Served, Vehicle, Verdict, check
 from incsvr.signals.checks import State as Checks
 
 
@@ -81,6 +82,21 @@ def learn(
     return Guarded(learner, guarded.checks, guarded.learner), verdict, iteration
 
 
+def follow(
+    settings: Settings, vehicle: Vehicle, samples: Samples, rest: bool = False
+) -> Iterator[tuple[Verdict, Iteration | None]]:
+    """What the checks say of each full batch of whole recordings, and its iteration where it is learned.
+
+    Args:
+        rest: what is left over at the end is a batch as well.
+    """
+    guarded = begin(settings)
+    for first in range(0, len(samples) if rest else len(samples) - settings.batch + 1, settings.batch):
+        batch = samples.take(slice(first, first + settings.batch))
+        guarded, verdict, iteration = learn(settings, vehicle, guarded, batch)
+        yield verdict, iteration
+
+
 def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) -> Iteration:
     """The iteration that leads back to what was learned before the last batch."""
     model, nothing = before.model, Samples.empty()
@@ -108,4 +124,11 @@ def curve(model: Model) -> Callable[[Array], Curve] | None:
     known = model.trained_range
     if known is None or not known[0] < known[1]:
         return None
-    return lambda rate: Curve.of(lambda at: model.predict(at).damping, rate, known, model.sigma)
+    # where the water moves the vehicle, a sample scatters by that as well
+    sigma = float(np.hypot(model.sigma, np.sqrt(model.water.moment)))
+    return lambda rate: Curve.of(partial(_served, model), rate, known, sigma)
+
+
+def _served(model: Model, rate: Array) -> Served:
+    said = model.predict(rate)
+    return Served(said.damping, said.curve_sigma, ~said.extrapolated)

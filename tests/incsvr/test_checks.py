@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from numpy.typing import NDArray
 from incsvr.learning import guarded
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings
-from incsvr.samples import Array
+from incsvr.samples import Array, Samples
 from incsvr.signals import synchronise
 from incsvr.signals.checks import Decision, Vehicle, Verdict, told
+from incsvr.signals.checks.power import drives
 from simulator import leng
 
 SETTINGS = Settings(policy="weighted")
@@ -189,3 +191,26 @@ def test_a_compass_that_counts_clockwise_is_said_and_learning_goes_on() -> None:
 def test_a_heading_in_degrees_is_said() -> None:
     _, verdicts = guided(heading(1.0, 0.0, unit=180.0 / np.pi))
     assert any("give it in rad" in finding.sentence for verdict in verdicts for finding in verdict.findings)
+
+
+def test_a_controller_that_answers_the_water_does_not_reverse_a_sign() -> None:
+    """Σ d·r < 0 where a controller holds a vehicle in the water; with a sign reversed ṙ goes against the torque too."""
+    rng = np.random.default_rng(8)
+    rate, torque, water, heading = np.zeros(2000), np.zeros(2000), 0.0, 0.0
+    for k in range(1, rate.size):
+        water += 0.1 * (-water / 3.0) + 0.8 * rng.normal()
+        rate[k] = rate[k - 1] + 0.1 * (torque[k - 1] + water - 50.0 * rate[k - 1]) / leng.INERTIA
+        heading += 0.1 * rate[k]
+        torque[k] = -60.0 * heading - 300.0 * rate[k]
+    taken = slice(None, None, 15)
+    slope = np.gradient(rate, 0.1)[taken]
+    time: Array = 0.1 * np.arange(rate.size, dtype=np.float64)[taken]
+    shown = torque[taken]
+    held = Samples(time, rate[taken], shown - leng.INERTIA * slope, raw={"torque": shown})
+    assert float(held.damping @ held.yaw_rate) < -0.5 * float(np.abs(held.damping * held.yaw_rate).sum())
+    largest = float(np.abs(rate).max())
+    assert not drives(held, leng.INERTIA, largest)
+    driven = synchronise(leng.SIGNALS, streams({}))[0].take(slice(0, 50))
+    turned = -driven.raw["torque"]
+    reversed_ = replace(driven, damping=driven.damping + 2.0 * turned, raw={**driven.raw, "torque": turned})
+    assert drives(reversed_, leng.INERTIA, 0.25)

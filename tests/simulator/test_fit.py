@@ -12,9 +12,10 @@ import pytest
 from incsvr.learning.learner import Settings
 from service.cli import main
 from simulator import leng
+from simulator.fit import Fit
 from simulator.missions import Mission, play
-from simulator.online import learn
-from simulator.recordings import Recording, write
+from simulator.online import learn, signals_for
+from simulator.recordings import RATE_LIMIT, Recording, write
 
 
 @pytest.fixture(scope="module")
@@ -209,3 +210,17 @@ def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_no
     estimated = fit(capsys, path, "--inertia", "estimate")
     assert any("closed loop" in remark for remark in estimated["remarks"])
     assert estimated["inertia_standard_error"] is None
+
+
+@pytest.mark.parametrize(
+    "mission",
+    [Mission("survey", "rov", 5101), Mission("transit", "auv", 5003), Mission("waypoints", "rov", 5007)],
+    ids=lambda mission: f"{mission.kind} {mission.vehicle}",
+)
+def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(mission: Mission) -> None:
+    """The water moves the vehicle for most of the time, and a controller answers it: no sensor fails by that."""
+    outcome = play(mission)
+    signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
+    fit = Fit.of([outcome.recording], [], signals, None)
+    assert fit.put_aside == 0
+    assert not [remark for remark in fit.remarks if "excitation" not in remark]

@@ -9,9 +9,8 @@ judge and found clean: a check that cannot tell (a sign on a straight leg) ends 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,10 +18,11 @@ from incsvr.samples import Array, Samples
 from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
-from incsvr.signals.checks.misfit import RESPONSE, UNCLEAR, Scales, could_tell, misfit
+from incsvr.signals.checks.misfit import RESPONSE, UNCLEAR, Scales, could_tell, late_since_then, misfit
 from incsvr.signals.checks.outliers import outliers
 from incsvr.signals.checks.power import MOVING, drives, turns
 from incsvr.signals.checks.response import Left, agrees, causes
+from incsvr.signals.checks.state import UNKNOWN, State, Vehicle
 from incsvr.signals.checks.stuck import CALLED, stuck
 from incsvr.signals.checks.unit import unit
 from incsvr.signals.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
@@ -34,8 +34,6 @@ KEPT = 0.9
 """The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""
 OUT_OF_NOISE = 2.0
 """The learned damping over a batch, in noise levels, from which on it is its own drag that moves a vehicle."""
-UNKNOWN = 1.0 / 0.25**2
-"""How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""
 KNOWN = 1.0 / 0.15**2
 """How sure the usual lag must be to tell another from it [s⁻²]."""
 SURE = 1.0 / 0.1**2
@@ -51,94 +49,6 @@ JOINED = 2.0
 """Batches' durations within which two batches are looked at together."""
 Learned = Callable[[Array], Curve]
 """What is learned, at any yaw rates (n,) [rad/s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Vehicle:
-    """What the checks must know.
-
-    Attributes:
-        inertia: as declared [kg m²].
-        rate_range: the lowest and highest yaw rate [rad/s].
-        smoothing: standard deviation of the filter [s].
-        believed: the range was configured; else it is what the recording shows, be it water that turns a vehicle.
-    """
-
-    inertia: float
-    rate_range: tuple[float, float]
-    smoothing: float
-    believed: bool = True
-
-    @property
-    def largest_rate(self) -> float:
-        return max(abs(rate) for rate in self.rate_range)
-
-
-@dataclass(frozen=True, slots=True)
-class State:
-    """What is remembered between two batches; at most a batch.
-
-    Attributes:
-        paused_since: the time [s] of the first sample that was put aside; None where learning goes on.
-        paused_by: the checks that paused it.
-        kinds: the kinds of what they found.
-        learned: batches of turning that were learned, as far as they count.
-        usual: how far each stream scatters within a window, in its unit.
-        reach: how far each stream goes within a batch, in its unit.
-        periods: between two stamps of each stream [s].
-        lag, precision: how much later than the yaw rate the torque usually comes [s], and how sure that is [s⁻²].
-        before: the last batch, to be looked at together with the next; None where it is not to be.
-        agreeing: batches put aside, one after the other, that fit each other and not what is learned.
-        told: when the last change was told [s].
-    """
-
-    paused_since: float | None = None
-    paused_by: frozenset[str] = frozenset()
-    kinds: frozenset[str] = frozenset()
-    learned: int = 0
-    usual: Mapping[str, float] = field(default_factory=dict)
-    reach: Mapping[str, float] = field(default_factory=dict)
-    periods: Mapping[str, float] = field(default_factory=dict)
-    lag: float = 0.0
-    precision: float = UNKNOWN
-    before: Samples | None = None
-    agreeing: int = 0
-    told: float | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain data, exact to the bit in JSON."""
-        return {
-            "paused_since": self.paused_since,
-            "paused_by": sorted(self.paused_by),
-            "kinds": sorted(self.kinds),
-            "learned": self.learned,
-            "usual": dict(self.usual),
-            "reach": dict(self.reach),
-            "periods": dict(self.periods),
-            "lag": self.lag,
-            "precision": self.precision,
-            "before": None if self.before is None else _plain(self.before),
-            "agreeing": self.agreeing,
-            "told": self.told,
-        }
-
-    @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> State:
-        before = data["before"]
-        return State(
-            data["paused_since"],
-            frozenset(data["paused_by"]),
-            frozenset(data["kinds"]),
-            data["learned"],
-            dict(data["usual"]),
-            dict(data["reach"]),
-            dict(data["periods"]),
-            data["lag"],
-            data["precision"],
-            None if before is None else _samples(before),
-            data["agreeing"],
-            data["told"],
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,8 +73,7 @@ def check(
         learned: the curve that is learned, at any rates; None before anything is.
         older: the same from before the last batch: a curve follows what is wrong, and hides it by that.
     """
-    if state.learned < YOUNG:
-        learned = None
+    learned, older = _trusted(state, vehicle, learned), _trusted(state, vehicle, older)
     known = None if learned is None else learned(batch.yaw_rate)
     saw = {
         "stuck": _stuck(state, vehicle, batch, known),
@@ -192,21 +101,41 @@ def check(
         if not left:
             after = replace(after, paused_since=None, kinds=frozenset(), agreeing=0)
         return after, Verdict(tuple(findings), learn=False, suspect=False, span=_span(batch))
-    told_by = min(state.learned + turns(batch, vehicle.largest_rate), YOUNG)
-    after = replace(state, paused_since=None, paused_by=frozenset(), kinds=frozenset(), learned=told_by)
+    turning = turns(batch, vehicle.largest_rate)
+    after = replace(
+        state,
+        paused_since=None,
+        paused_by=frozenset(),
+        kinds=frozenset(),
+        learned=min(state.learned + turning, YOUNG),
+        rates=state.counted(vehicle, batch.yaw_rate) if turning else state.rates,
+    )
     verdict = Verdict(tuple(findings), learn=True, suspect=False, span=_span(batch))
     if any(f.kind == CHANGE for f in warnings):
         # the curve moves now, and how far apart the streams usually seem to be goes by it
-        return replace(after, learned=0, lag=0.0, precision=UNKNOWN, before=None, told=float(batch.time[-1])), verdict
+        moved = replace(after, learned=0, rates=State().rates, lag=0.0, precision=UNKNOWN, before=None)
+        return replace(moved, told=float(batch.time[-1])), verdict
     drifts = any(saw["pace"].findings)
     return _usual(after, batch, known, drifts), verdict
+
+
+def _trusted(state: State, vehicle: Vehicle, learned: Learned | None) -> Learned | None:
+    """The curve where it was learned well enough to judge a batch by."""
+    if learned is None or state.learned < YOUNG:
+        return None
+
+    def curve(rate: Array) -> Curve:
+        known = learned(rate)
+        return replace(known, inside=known.inside & state.near(vehicle, rate))
+
+    return curve
 
 
 def _reconsidered(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, pausing: str | None) -> State:
     """How many batches in a row speak against what is learned, and for each other; a straight leg says nothing."""
     if known is None or state.paused_since is None or not turns(batch, vehicle.largest_rate):
         return state
-    foreign = pausing in (None, "response") and state.kinds <= {RESPONSE, UNCLEAR}
+    foreign = pausing in (None, RESPONSE) and state.kinds <= {RESPONSE, UNCLEAR}
     return replace(state, agreeing=state.agreeing + 1 if foreign and agrees(batch, known.sigma) else 0)
 
 
@@ -220,7 +149,9 @@ def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> t
         kinds=kinds | (state.kinds - {UNCLEAR}),
         before=batch if kinds == {UNCLEAR} else None,
     )
-    return after, Verdict(tuple(findings), learn=False, suspect=not was and kinds != {UNCLEAR}, span=_span(batch))
+    # what was unclear until now may have begun in the batch before that as well
+    suspect = kinds != {UNCLEAR} and (not was or state.kinds == {UNCLEAR})
+    return after, Verdict(tuple(findings), learn=False, suspect=suspect, span=_span(batch))
 
 
 def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> _Saw:
@@ -245,10 +176,12 @@ def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -
 
 
 def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None) -> _Saw:
-    """Of the batch by what is learned, then by what was learned before the last batch, then of both together."""
+    """Of the batch and of its second half by what is learned, then of the batch by what was learned before the last
+    one, then of both together: what begins within a batch is told by the half of it that is wrong throughout."""
     if learned is None or older is None:
         return _Saw([], state.learned < YOUNG)
-    windows = [(batch, learned), (batch, older)]
+    half = batch.take(slice(len(batch) // 2, None))
+    windows = [(batch, learned), (half, learned), (batch, older)]
     if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
         windows.append((Samples.concatenate((state.before, batch)), older))
     could = False
@@ -264,12 +197,17 @@ def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned |
         if found is None:
             continue
         scales = Scales(vehicle.largest_rate, known.largest, known.sigma, _least_lag(state, vehicle))
-        findings = misfit(seen, found, scales, state.kinds)
+        if samples is half:
+            first = batch.take(slice(0, len(batch) // 2))
+            until_then = Left.of(first, function(first.yaw_rate), state.lag).deviation
+            findings = late_since_then(seen, found, scales, until_then)
+        else:
+            findings = misfit(seen, found, scales, state.kinds)
         if not vehicle.believed:  # of a curve for unknown rates nobody says what is much
             findings = [finding for finding in findings if finding.kind != UNCLEAR]
         if findings:
             return _Saw(findings, True)
-        could |= could_tell(found, scales)
+        could |= samples is not half and could_tell(found, scales)
     return _Saw([], could)
 
 
@@ -307,15 +245,3 @@ def _usual(state: State, batch: Samples, known: Curve | None, drifts: bool) -> S
 
 def _span(batch: Samples) -> tuple[float, float]:
     return float(batch.time[0]), float(batch.time[-1])
-
-
-def _plain(samples: Samples) -> dict[str, Any]:
-    raw = {name: samples.raw[name].tolist() for name in (TORQUE,)}
-    columns = {"time": samples.time, "yaw_rate": samples.yaw_rate, "damping": samples.damping}
-    return {name: values.tolist() for name, values in columns.items()} | {"raw": raw}
-
-
-def _samples(data: Mapping[str, Any]) -> Samples:
-    time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
-    raw = {name: np.array(values, dtype=np.float64) for name, values in data["raw"].items()}
-    return Samples(time, rate, damping, raw=raw)

@@ -9,12 +9,17 @@ from incsvr.signals.checks.verdict import CHANGE, Decision, Finding
 
 CERTAIN = 6.0
 """Standard deviations from which on a cause is believed: with five causes and two windows each batch, once in years."""
+CERTAIN_LAG = 5.0
+"""The same for a lag alone: in 48 hours without a fault the largest was 4.3."""
 BEYOND = 2.0
 """How many times larger it is than what an error of the learned curve may feign."""
 STILL = 2.0
 """Standard deviations from which on it is believed to last."""
 AHEAD = 15.0
 """Variances by which a sensor's fault must explain more than any change of the vehicle; twice the ln of the odds."""
+CALM = 0.5
+"""The part of what is left over in the second half of a batch that the first may have where something began between:
+half of its own samples may be at fault already. A curve that errs, or an inertia declared wrong, errs in both."""
 ZERO = 0.08
 """Least shift of the curve along the yaw rate, as a part of the largest: the learned curve itself errs by some."""
 TOLD = 0.25
@@ -30,8 +35,11 @@ PLAIN = 2.0
 OF_LARGEST = 0.15
 """The part of the largest damping that it leaves over at least: a rough sea stays below."""
 
-UNCLEAR, RESPONSE = "unclear", "response"
-"""Kinds of findings: the vehicle changed or a sensor failed; torque and yaw rate do not belong together."""
+UNCLEAR, RESPONSE, UNDRIVEN = "unclear", "response", "driveless"
+"""Kinds of findings: the vehicle changed or a sensor failed; torque and yaw rate do not belong together; what turns the
+vehicle is not the torque."""
+OF_THE_MODEL = frozenset({CHANGE, UNCLEAR, RESPONSE, UNDRIVEN})
+"""Kinds of what the learned curve does not explain, and no single sensor either."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +83,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str])
     if gain is not None and not DRIVELESS < gain < BOUNDLESS:
         return [
             Finding(
-                RESPONSE if gain > 0.0 else "driveless",
+                RESPONSE if gain > 0.0 else UNDRIVEN,
                 Decision.PAUSE,
                 f"since {since:.10g} s the vehicle would have {100.0 * gain:+.0f} % of damping, far more than one can "
                 "change by: check the torque's sensor, its sign and its unit",
@@ -88,11 +96,26 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str])
     return [Finding(CHANGE, Decision.WARN, sentence)]
 
 
+def late_since_then(seen: Left, found: Causes, scales: Scales, until_then: float) -> list[Finding]:
+    """Findings on the second half of a batch: whether the streams came apart within the batch.
+
+    Args:
+        until_then: robust deviation of what the curve leaves over in its first half [N m].
+    """
+    lag = found.each["lag"]
+    if not _large("lag", lag, scales, lasts=False) or found.lead("lag") < 0.0 or until_then > CALM * found.left:
+        return []
+    sentence = _late(lag.size, began(seen, "lag", lag.size))
+    if found.best == "lag" and found.lead("lag") > AHEAD:
+        return [Finding("lag", Decision.PAUSE, sentence)]
+    return [_unclear(f"{sentence}, or the vehicle changed")]
+
+
 def _large(cause: str, estimate: Estimate, scales: Scales, lasts: bool) -> bool:
     """Whether a sensor's fault is larger than what is forgiven, and certain."""
-    least = {"zero": ZERO * scales.largest_rate, "lag": scales.least_lag}[cause]
+    least, certain = {"zero": (ZERO * scales.largest_rate, CERTAIN), "lag": (scales.least_lag, CERTAIN_LAG)}[cause]
     least = max(least, BEYOND * estimate.bias)
-    return abs(estimate.size) > least and estimate.certainty > (STILL if lasts else CERTAIN)
+    return abs(estimate.size) > least and estimate.certainty > (STILL if lasts else certain)
 
 
 def _unclear(sentence: str) -> Finding:

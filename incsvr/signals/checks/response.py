@@ -27,7 +27,7 @@ SENSOR = ("zero", "lag")
 TRIMMED = 3.5
 """Robust deviations beyond which a sample has no part in an estimate."""
 CURVE = 0.3
-"""Noise levels by which the learned curve itself errs, in a shape that may be any cause's."""
+"""Noise levels by which the learned curve itself errs at least, in a shape that may be any cause's."""
 DELAY_STEP = 0.125
 """Between two delays of the torque that are tried [s]."""
 DELAYS: Array = DELAY_STEP * np.arange(-32.0, 33.0, dtype=np.float64)
@@ -46,6 +46,7 @@ class Left:
         time: (n,) [s].
         left: (n,) d − f(r), free of the usual lag [N m].
         damping, slope: (n,) f(r) [N m] and f'(r) [N m s/rad].
+        doubt: (n,) standard deviation of f(r) [N m].
         torque: (n,) τ [N m].
         around: (m,) stamps [s] and torque [N m] of all samples of the batch, at any rates.
         lag: how much later than the yaw rate the torque usually comes [s], negative where earlier.
@@ -55,6 +56,7 @@ class Left:
     left: Array
     damping: Array
     slope: Array
+    doubt: Array
     torque: Array
     around: tuple[Array, Array]
     lag: float
@@ -69,6 +71,7 @@ class Left:
             batch.damping - known.damping[inside],
             known.damping[inside],
             known.slope[inside],
+            known.doubt[inside],
             batch.raw[TORQUE],
             around,
             lag,
@@ -90,6 +93,11 @@ class Left:
         }
         found: Array = size * np.asarray(shapes[cause])
         return found
+
+    @property
+    def deviation(self) -> float:
+        """Robust deviation of what is left over [N m]; infinite where the curve knows none of the rates."""
+        return _deviation(self.left) if self.left.size else np.inf
 
     @property
     def agility(self) -> float:
@@ -167,17 +175,18 @@ def causes(seen: Left, sigma: float) -> Causes | None:
     colour = _correlation(rests[min(costs, key=lambda cause: costs[cause])])
     worth = (1.0 - colour) / (1.0 + colour)
     nothing = _cost(seen.left, level)
+    errs = float(np.sum(np.maximum(seen.doubt, CURVE * sigma) ** 2))
 
     def estimate(cause: str) -> Estimate:
         power = seen.agility if cause == "lag" else float(np.sum(seen.shape(cause, 1.0) ** 2))
         doubt = level / np.sqrt(worth * power) if power > 0.0 else np.inf
-        bias = CURVE * sigma * np.sqrt(seen.time.size / power) if power > 0.0 else np.inf
+        bias = np.sqrt(errs / power) if power > 0.0 else np.inf
         certainty = np.sqrt(max(worth * (nothing - costs[cause]), 0.0))
         return Estimate(
             sizes[cause], float(certainty), float(doubt), float(bias), _deviation(rests[cause]), worth * costs[cause]
         )
 
-    return Causes(_deviation(seen.left), {cause: estimate(cause) for cause in sizes})
+    return Causes(seen.deviation, {cause: estimate(cause) for cause in sizes})
 
 
 def _rest(seen: Left, cause: str, size: float) -> Array:

@@ -1,0 +1,56 @@
+"""What the checks say of the sensors over whole recordings, for whoever takes a recording as it is: the tracer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from incsvr.learning import guarded
+from incsvr.learning.iteration import Settings
+from incsvr.samples import Samples
+from incsvr.signals.checks import OF_THE_MODEL, Finding, Vehicle, Verdict, told
+
+IMPOSSIBLE = frozenset({"yaw_rate stuck", "sign"})
+"""Kinds of findings after which nothing that a recording says of the vehicle is right. A torque that stands still is
+not among them: a moment that nobody declared may turn a vehicle whose torque is held."""
+REVERSED = "heading reversed"
+MOST = 0.5
+"""The part of the batches that could tell, at least, of which a heading counts the other way: a compass is mounted for
+good."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """What is to be said of the sensors of one recording.
+
+    Attributes:
+        remarks: a sentence for each thing that a sensor or a clock does wrong.
+        of_the_model: a sentence for each thing by which the motion differs from what was learned until then; it may be
+            the vehicle's, a sensor's, or what a tracer looks for.
+        refusal: why nothing is to be concluded from the recording; None where something is.
+        heading_reversed: the heading counts in the other direction than the yaw rate.
+    """
+
+    remarks: tuple[str, ...]
+    of_the_model: tuple[str, ...]
+    refusal: str | None
+    heading_reversed: bool
+
+
+def examine(samples: Samples, settings: Settings, vehicle: Vehicle) -> Sensors:
+    """Follows the checks over the samples of one recording; what is learned on the way is forgotten."""
+    verdicts = [verdict for verdict, _ in guarded.follow(settings, vehicle, samples, rest=True)]
+    findings = [finding for verdict in verdicts for finding in verdict.findings]
+    impossible = [finding.sentence for finding in findings if finding.kind in IMPOSSIBLE]
+    turned = sum(any(finding.kind == REVERSED for finding in verdict.findings) for verdict in verdicts)
+    return Sensors(
+        tuple(_only(verdicts, lambda finding: finding.kind not in OF_THE_MODEL)),
+        tuple(_only(verdicts, lambda finding: finding.kind in OF_THE_MODEL)),
+        impossible[0] if impossible else None,
+        turned > MOST * len(verdicts),
+    )
+
+
+def _only(verdicts: Sequence[Verdict], wanted: Callable[[Finding], bool]) -> list[str]:
+    """The sentences of some findings; nothing is put aside."""
+    return told(replace(verdict, findings=tuple(filter(wanted, verdict.findings)), learn=True) for verdict in verdicts)

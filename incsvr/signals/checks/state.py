@@ -1,0 +1,140 @@
+"""What the checks must know of a vehicle, and what they remember between two batches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.raw import TORQUE
+
+UNKNOWN = 1.0 / 0.25**2
+"""How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""
+BINS = 40
+"""Of the range of yaw rates, in which learned samples are counted: narrower than any kernel that spans it."""
+ENOUGH = 5
+"""Samples learned in a bin and the two beside it from which on the curve is judged by there: a kernel that bridges what
+was only passed through errs by far more than it doubts itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """What the checks must know.
+
+    Attributes:
+        inertia: as declared [kg m²].
+        rate_range: the lowest and highest yaw rate [rad/s].
+        smoothing: standard deviation of the filter [s].
+        believed: the range was configured; else it is what the recording shows, be it water that turns a vehicle.
+    """
+
+    inertia: float
+    rate_range: tuple[float, float]
+    smoothing: float
+    believed: bool = True
+
+    @property
+    def largest_rate(self) -> float:
+        return max(abs(rate) for rate in self.rate_range)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """What is remembered between two batches; at most a batch.
+
+    Attributes:
+        paused_since: the time [s] of the first sample that was put aside; None where learning goes on.
+        paused_by: the checks that paused it.
+        kinds: the kinds of what they found.
+        learned: batches of turning that were learned, as far as they count.
+        usual: how far each stream scatters within a window, in its unit.
+        reach: how far each stream goes within a batch, in its unit.
+        periods: between two stamps of each stream [s].
+        lag, precision: how much later than the yaw rate the torque usually comes [s], and how sure that is [s⁻²].
+        before: the last batch, to be looked at together with the next; None where it is not to be.
+        agreeing: batches put aside, one after the other, that fit each other and not what is learned.
+        told: when the last change was told [s].
+        rates: (BINS,) learned samples of turning in each part of the range of yaw rates.
+    """
+
+    paused_since: float | None = None
+    paused_by: frozenset[str] = frozenset()
+    kinds: frozenset[str] = frozenset()
+    learned: int = 0
+    usual: Mapping[str, float] = field(default_factory=dict)
+    reach: Mapping[str, float] = field(default_factory=dict)
+    periods: Mapping[str, float] = field(default_factory=dict)
+    lag: float = 0.0
+    precision: float = UNKNOWN
+    before: Samples | None = None
+    agreeing: int = 0
+    told: float | None = None
+    rates: tuple[int, ...] = (0,) * BINS
+
+    def near(self, vehicle: Vehicle, rate: Array) -> NDArray[np.bool_]:
+        """(n,) whether enough was learned near each yaw rate (n,) [rad/s]."""
+        counted = np.convolve(self.rates, np.ones(3), mode="same")
+        return np.asarray(counted[_bins(vehicle, rate)] >= ENOUGH)
+
+    def counted(self, vehicle: Vehicle, rate: Array) -> tuple[int, ...]:
+        """`rates` with learned ones (n,) [rad/s]."""
+        return tuple((np.array(self.rates) + np.bincount(_bins(vehicle, rate), minlength=BINS)).tolist())
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data, exact to the bit in JSON."""
+        return {
+            "paused_since": self.paused_since,
+            "paused_by": sorted(self.paused_by),
+            "kinds": sorted(self.kinds),
+            "learned": self.learned,
+            "usual": dict(self.usual),
+            "reach": dict(self.reach),
+            "periods": dict(self.periods),
+            "lag": self.lag,
+            "precision": self.precision,
+            "before": None if self.before is None else _plain(self.before),
+            "agreeing": self.agreeing,
+            "told": self.told,
+            "rates": list(self.rates),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> State:
+        before = data["before"]
+        return State(
+            data["paused_since"],
+            frozenset(data["paused_by"]),
+            frozenset(data["kinds"]),
+            data["learned"],
+            dict(data["usual"]),
+            dict(data["reach"]),
+            dict(data["periods"]),
+            data["lag"],
+            data["precision"],
+            None if before is None else _samples(before),
+            data["agreeing"],
+            data["told"],
+            tuple(data["rates"]),
+        )
+
+
+def _bins(vehicle: Vehicle, rate: Array) -> NDArray[np.int64]:
+    """(n,) the bin of each rate; what is beyond the range falls into its last ones."""
+    low, high = vehicle.rate_range
+    return np.clip((BINS * (rate - low) / (high - low)).astype(np.int64), 0, BINS - 1)
+
+
+def _plain(samples: Samples) -> dict[str, Any]:
+    raw = {name: samples.raw[name].tolist() for name in (TORQUE,)}
+    columns = {"time": samples.time, "yaw_rate": samples.yaw_rate, "damping": samples.damping}
+    return {name: values.tolist() for name, values in columns.items()} | {"raw": raw}
+
+
+def _samples(data: Mapping[str, Any]) -> Samples:
+    time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
+    raw = {name: np.array(values, dtype=np.float64) for name, values in data["raw"].items()}
+    return Samples(time, rate, damping, raw=raw)

@@ -1,0 +1,67 @@
+"""The sensors of recordings that are to be traced: refused, mended or remarked before their motion is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from incsvr.errors import BadInput
+from incsvr.learning.sensors import Sensors, examine
+from incsvr.signals import REQUIRED, synchronise
+from incsvr.signals.checks import Vehicle
+from incsvr.signals.raw import HEADING
+from simulator.online import learner_for, signals_for
+from simulator.recordings import RATE_LIMIT, Recording
+
+
+def examined(recordings: Sequence[Recording], inertia: float) -> list[Sensors]:
+    """What the checks say of the sensors of each recording, with the settings of `incsvr fit` scaled to it.
+
+    Args:
+        inertia: as declared [kg m²].
+    """
+    return [_examined(recording, inertia) for recording in recordings]
+
+
+def believed(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> list[Recording]:
+    """The recordings, each with a heading that counts as its yaw rate does.
+
+    Raises:
+        BadInput: a recording after whose sensors nothing is to be concluded; it says what to leave out.
+    """
+    for recording, said in zip(recordings, sensors, strict=True):
+        if said.refusal is not None:
+            raise BadInput(f"{recording.name}: {said.refusal}, and leave these rows out")
+    return [
+        replace(recording, columns={**recording.columns, HEADING: -recording.columns[HEADING]})
+        if said.heading_reversed
+        else recording
+        for recording, said in zip(recordings, sensors, strict=True)
+    ]
+
+
+def notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained: bool) -> list[str]:
+    """What a reader must know of the sensors.
+
+    Args:
+        explained: the tracer found what moves the vehicle otherwise than the declared model; else it is said here.
+    """
+    sentences = []
+    for recording, said in zip(recordings, sensors, strict=True):
+        of_it = [*said.remarks, *(() if explained else said.of_the_model)]
+        if said.heading_reversed:
+            of_it.append("the heading was taken with its sign turned")
+        sentences += [f"{recording.name}: {sentence}" for sentence in of_it]
+    return sentences
+
+
+def _examined(recording: Recording, inertia: float) -> Sensors:
+    try:
+        signals = signals_for([recording], inertia, RATE_LIMIT)
+        streams = recording.streams()
+        wanted = [*REQUIRED, *(name for name in (HEADING,) if name in streams and streams[name][0].size)]
+        samples, _ = synchronise(signals, {name: streams[name] for name in wanted})
+        settings = learner_for(samples)
+    except BadInput:  # too short, or at rest: the tracer says so itself
+        return Sensors((), (), None, False)
+    return examine(samples, settings, Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False))
