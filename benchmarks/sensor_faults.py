@@ -1,6 +1,6 @@
 """Sensors that fail: when the checks name it, and what the learner serves meanwhile and afterwards.
 
-    python -m benchmarks.sensor_faults [--first-seed N] [--seeds N] [--hours H] [--policy P] [--workers N]
+    python -m benchmarks.sensor_faults [--first-seed N] [--seeds N] [--hours H] [--policies P…] [--workers N]
 
 The pure path from streams to models: synchroniser → checks → learner, no bus. Each fault lasts ten minutes within a run
 of the paper's sinusoid; then the sensor is sound again. Beside it runs a control, the same vehicle without the fault.
@@ -18,6 +18,7 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ import numpy as np
 
 from benchmarks import sensor_scenarios as scenarios
 from benchmarks.provenance import provenance
-from benchmarks.tables import table
+from benchmarks.sensor_report import Limits, markdown
 from incsvr.learning import guarded
 from incsvr.learning.learner import Settings
 from incsvr.samples import Array, Samples
@@ -48,6 +49,7 @@ ALLOWED = 1.5
 """The served error may be so many times the control's."""
 SOON = 60.0
 """Within which a fault is to be named [s]."""
+POLICIES = ("paper", "weighted")
 HULL_AT = 450.0
 """In the combinations the hull is mounted then [s], within the fault."""
 
@@ -121,17 +123,24 @@ def sailed(case: Case) -> tuple[scenarios.Voyage, float, float]:
     return scenarios.Voyage(streams, voyage.hull), begins, ends
 
 
+@cache
+def control(heading: bool, more: bool, seed: int, settings: Settings) -> float:
+    """The largest error [N m] of the same vehicle without a fault, from when one would begin."""
+    voyage, begins, _ = sailed(Case("none", heading, more, seed))
+    return float(np.max([look.error for look in follow(voyage, settings) if look.at > begins]))
+
+
 def judged(case: Case, settings: Settings) -> dict[str, Any]:
     """A case beside its control."""
     voyage, begins, ends = sailed(case)
-    control, _, _ = sailed(Case("none", case.heading, case.more, case.seed))
-    looks, sound = list(follow(voyage, settings)), list(follow(control, settings))
-    usual = float(np.max([look.error for look in sound if look.at > begins]))
+    looks = list(follow(voyage, settings))
+    usual = control(case.heading, case.more, case.seed, settings)
     since = [look for look in looks if look.at > begins]
     named = next((look for look in since if look.kinds), None)
     served = [look.error for look in since if not look.paused]
     at_end = [look for look in looks if look.at > ends + AFTER - 60.0]
-    return asdict(case) | {
+    record = asdict(case) | {
+        "policy": settings.policy,
         "named_after": None if named is None else named.at - begins,
         "kinds": sorted({kind for look in since if look.at <= ends + 30.0 for kind in look.kinds}),
         "paused": float(np.mean([look.paused for look in since if look.at <= ends])),
@@ -141,6 +150,15 @@ def judged(case: Case, settings: Settings) -> dict[str, Any]:
         "at_end": at_end[-1].error / usual if at_end else None,
         "paused_at_end": bool(at_end and at_end[-1].paused),
     }
+    return record | {"right": right(record)}
+
+
+def right(record: dict[str, Any]) -> bool:
+    """Named soon; while it learned, and at the end, as good as the control; a changed vehicle is to be named alone."""
+    soon = record["named_after"] is not None and record["named_after"] <= SOON
+    if scenarios.FAULTS[record["fault"]].changes_vehicle:
+        return soon
+    return soon and record["worst_while_learning"] <= ALLOWED and (record["at_end"] or np.inf) <= ALLOWED
 
 
 def quiet(seed: int, hours: float, heading: bool, settings: Settings) -> dict[str, Any]:
@@ -154,6 +172,7 @@ def quiet(seed: int, hours: float, heading: bool, settings: Settings) -> dict[st
     looks = list(follow(scenarios.Voyage(streams, voyage.hull), settings))
     pauses = [look for before, look in pairwise(looks) if look.paused and not before.paused]
     return {
+        "policy": settings.policy,
         "seed": seed,
         "heading": heading,
         "hours": hours,
@@ -179,79 +198,11 @@ def paper(seed: int, settings: Settings) -> dict[str, Any]:
             state, verdict, _ = guarded.learn(settings, vehicle, state, batch)
             paused += not verdict.learn
             said |= {finding.kind for finding in verdict.findings}
-    return {"seed": seed, "paused_batches": paused, "said": sorted(said)}
-
-
-def passes(record: dict[str, Any]) -> bool:
-    """Named soon; while it learned, and at the end, as good as the control; a changed vehicle is to be named alone."""
-    soon = record["named_after"] is not None and record["named_after"] <= SOON
-    if scenarios.FAULTS[record["fault"]].changes_vehicle:
-        return soon
-    return soon and record["worst_while_learning"] <= ALLOWED and (record["at_end"] or np.inf) <= ALLOWED
-
-
-def markdown(found: dict[str, Any]) -> str:
-    """The tables for people."""
-    rows = []
-    for fault in scenarios.FAULTS:
-        records = [record for record in found["faults"] if record["fault"] == fault]
-        named = [record["named_after"] for record in records]
-        kinds = sorted({kind for record in records for kind in record["kinds"]})
-        changes = scenarios.FAULTS[fault].changes_vehicle
-        rows.append(
-            [
-                fault,
-                f"{sum(map(passes, records))} of {len(records)}",
-                "never" if None in named else f"{np.median(named):.0f}, {max(named):.0f}",
-                ", ".join(kinds),
-                f"{100 * np.mean([record['paused'] for record in records]):.0f} %",
-                "learned" if changes else f"{max(record['worst_while_learning'] for record in records):.2f}",
-                f"{max(record['at_end'] or 0.0 for record in records):.2f}",
-            ]
-        )
-    control = np.mean([record["control"] for record in found["faults"]])
-    head = ["fault", "right", "named after s: median, worst", "as", "paused", "error / control: worst", "at the end"]
-    days = [
-        [
-            f"{record['hours']:g} h, seed {record['seed']}{', heading' * record['heading']}",
-            str(record["false_pauses"]),
-            f"{100 * record['paused']:.1f} %",
-            ", ".join(f"{kind} {count}" for kind, count in record["said"].items()),
-            f"{record['error']:.2f}",
-            f"{record['processor_s']:.0f}",
-        ]
-        for record in found["days"]
-    ]
-    pauses = sum(record["paused_batches"] for record in found["paper"])
-    return "\n".join(
-        [
-            "# Sensors that fail",
-            "",
-            f"`{found['command']}`, {found['date']}, {found['processor']}, policy {found['policy']}. Fresh seeds from "
-            f"{found['first_seed']} on.",
-            "",
-            f"Each fault lasts {LASTS:.0f} s from within a batch; with and without a heading, alone and with 2 % "
-            f"outliers and the hull in the middle of it. Right: named within {SOON:.0f} s, and at every look either "
-            f"paused or of at most {ALLOWED:g} times the control's largest error ({control:.2f} N m over "
-            f"±0.22 rad/s), at the end of "
-            f"{AFTER:.0f} s after it as well. What no two streams tell from a changed vehicle is to be named alone.",
-            "",
-            table(head, rows),
-            "",
-            "## Nothing fails",
-            "",
-            "Hull on and off every two hours, drop-outs, 2 % outliers, swell, 40 minutes of straight driving:",
-            "",
-            table(["", "false pauses", "of the time", "said, in pieces of 5 s", "mean error N m", "processor s"], days),
-            "",
-            f"The paper's experiment, {len(found['paper'])} seeds: {pauses} batches put aside.",
-            "",
-        ]
-    )
+    return {"policy": settings.policy, "seed": seed, "paused_batches": paused, "said": sorted(said)}
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    settings = Settings() if args.policy is None else Settings(policy=args.policy)
+    learners = [Settings(policy=policy) for policy in args.policies]
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     cases = [
         Case(fault, heading, more, seed)
@@ -260,18 +211,24 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         for more in (False, True)
         for seed in seeds
     ]
-    with ProcessPoolExecutor(args.workers) as pool, progress("faults", len(cases)) as advance:
+    with ProcessPoolExecutor(args.workers) as pool, progress("faults", len(learners) * len(cases)) as advance:
         days = [
-            pool.submit(quiet, args.first_seed + 1000 + k, args.hours, bool(k % 2), settings) for k in range(args.days)
+            pool.submit(quiet, args.first_seed + 1000 + k, args.hours, bool(k % 2), settings)
+            for settings in learners
+            for k in range(args.days)
         ]
-        papers = [pool.submit(paper, seed, settings) for seed in range(args.first_seed, args.first_seed + args.papers)]
-        faults = [pool.submit(judged, case, settings) for case in cases]
+        papers = [
+            pool.submit(paper, seed, settings)
+            for settings in learners
+            for seed in range(args.first_seed, args.first_seed + args.papers)
+        ]
+        faults = [pool.submit(judged, case, settings) for settings in learners for case in cases]
         records = []
         for future in faults:
             records.append(future.result())
             advance()
         return {
-            "policy": settings.policy,
+            "policies": args.policies,
             "first_seed": args.first_seed,
             "faults": records,
             "days": [future.result() for future in days],
@@ -286,14 +243,16 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--hours", type=float, default=24.0, help="of a day without faults (default: %(default)s)")
     parser.add_argument("--days", type=int, default=2, help="how many of them (default: %(default)s)")
     parser.add_argument("--papers", type=int, default=20, help="seeds of the paper's experiment (default: %(default)s)")
-    parser.add_argument("--policy", choices=("paper", "weighted"), help="of the learner (default: its own)")
+    parser.add_argument(
+        "--policies", nargs="+", choices=POLICIES, default=POLICIES, help="of the learner (default: both)"
+    )
     parser.add_argument("--faults", nargs="+", choices=list(scenarios.FAULTS), help="only these")
     parser.add_argument("--workers", type=int, default=1, help="processes (default: %(default)s)")
     parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER", help="where the results go")
     args = parser.parse_args(words)
     command = shlex.join(["python", "-m", "benchmarks.sensor_faults", *(sys.argv[1:] if words is None else words)])
     found = provenance(command) | run(args)
-    text = markdown(found)
+    text = markdown(found, Limits(LASTS, AFTER, SOON, ALLOWED))
     (args.out / "sensor_faults.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     (args.out / "sensor_faults.md").write_text(text, encoding="utf-8")
     print(text)
