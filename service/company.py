@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -22,21 +23,50 @@ REMEMBERED = 5.0
 """How long another learner counts as there after its last health [s]; it comes once a second."""
 
 
-def refuse_company(session: zenoh.Session, prefix: str, stop: threading.Event) -> None:
-    """Waits until nobody is alive under this prefix.
+SETTLED = 0.5
+"""How long a client of a hub waits for others that start in the same moment [s]; their tokens are seen in milliseconds,
+over a slow link in tenths of a second."""
+COMING, STAYS = "1", "0"
+"""With what a name on `…/coming/*` begins: who stays comes before all who are coming."""
+
+
+def take_prefix(session: zenoh.Session, prefix: str, stop: threading.Event, hub: bool) -> Any:
+    """Waits until nobody else is alive under this prefix, and returns a token that is to be held as long as we are.
+
+    Of several that start in the same moment, each has said so before it looks, and looks until it has SETTLED: so all
+    see each other, and the one with the smallest name stays.
+
+    Args:
+        hub: other learners may be clients of the same hub; who listens itself has its port alone.
 
     Raises:
-        BadInput: somebody stays.
+        BadInput: somebody else stays.
     """
-    until = time.monotonic() + LEAVING
-    while list(session.liveliness().get(wire.Keys(prefix).alive, timeout=LEAVING)):
-        if time.monotonic() >= until:
+    keys, name = wire.Keys(prefix), uuid.uuid4().hex
+    liveliness = session.liveliness()
+    coming: Any = liveliness.declare_token(keys.coming(COMING + name))
+    began = time.monotonic()
+    while (taken := _taken(session, keys, name)) or (hub and time.monotonic() < began + SETTLED):
+        if taken and time.monotonic() >= began + LEAVING:
+            coming.undeclare()
             raise BadInput(
                 f"another learner has the prefix {prefix} on this bus; end it, give this one another --prefix, or "
                 "set bus.allow_second to run both"
             )
-        if stop.wait(0.2):
-            return
+        if stop.wait(0.1):
+            break
+    token = liveliness.declare_token(keys.coming(STAYS + name))
+    coming.undeclare()
+    return token
+
+
+def _taken(session: zenoh.Session, keys: wire.Keys, name: str) -> bool:
+    """Whether a learner is alive, or one that comes is to stay rather than we."""
+    if any(reply.ok is not None for reply in session.liveliness().get(keys.alive, timeout=LEAVING)):
+        return True
+    replies = session.liveliness().get(keys.coming("*"), timeout=LEAVING)
+    names = {str(reply.ok.key_expr).rpartition("/")[2] for reply in replies if reply.ok is not None}
+    return any(other < COMING + name for other in names)
 
 
 class Company:

@@ -11,7 +11,7 @@ import threading
 
 from incsvr.errors import BadInput
 from service import notify
-from service.company import refuse_company
+from service.company import take_prefix
 from service.config import Config, add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
@@ -66,9 +66,8 @@ def serve(config: Config, stop: threading.Event) -> None:
         raise
     configs = config.each()
     try:
-        for each in configs:
-            if not each.bus.allow_second:
-                refuse_company(session, each.prefix, stop)
+        hub = config.bus.connect is not None or config.bus.zenoh_file is not None
+        taken = [take_prefix(session, each.prefix, stop, hub) for each in configs if not each.bus.allow_second]
         hosts = [Host(session, each, len(configs)) for each in configs]
         with Crew(hosts, lambda: notify.tell(notify.ALIVE), notify.stroke_period()):
             for each in configs:
@@ -80,6 +79,7 @@ def serve(config: Config, stop: threading.Event) -> None:
                 pass
             log.info("stopping")
             notify.tell(notify.STOPPING)
+        del taken  # who comes sees the tokens until here
     finally:
         in_time(session.close)
     # All is saved and said. To drop what the hosts declared, Zenoh would wait ten seconds for a client that does not

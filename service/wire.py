@@ -69,6 +69,10 @@ class Keys:
     def alive(self) -> str:
         return f"{self.prefix}/alive"
 
+    def coming(self, name: str) -> str:
+        """Where a learner that starts says so."""
+        return f"{self.prefix}/coming/{name}"
+
     def stream(self, name: str) -> str:
         """The key of an input stream: `yaw_rate`, `torque`, else a further channel of that name."""
         return {"yaw_rate": self.rate, "torque": self.torque}.get(name, f"{self.prefix}/channel/{name}")
