@@ -1,98 +1,19 @@
-"""What travels on the bus: the key names and the forms of CONTRACT, Section 2, and nothing else.
-
-Everybody who speaks with the learner imports this module: the learner itself, the player, the viewer, the demo. A form
-is a frozen pydantic model; `encode` gives the UTF-8 JSON bytes that are put, `decode` reads them or raises `BadInput`.
-Readers ignore fields that they do not know, so that a newer learner may say more.
-
-Besides the contract's forms: a get on `…/iteration?after=REVISION;limit=N` answers with an `IterationHistory`, so that
-a viewer that starts late draws what happened before.
-"""
+"""What goes out after an iteration: the served model, what the iteration did, the ledger of traced effects."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from incsvr.errors import BadInput
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
-
-Numbers = tuple[float, ...]
+from service.wire.form import Form, Numbers
 
 #: The sets of points of one iteration (Fig. 5-6), in the order in which they are drawn.
 SETS = ("old", "new", "support", "forgotten", "discarded_tube", "discarded_near", "outliers")
-
-
-@dataclass(frozen=True, slots=True)
-class Keys:
-    """The key names below a prefix such as `leng/yaw`."""
-
-    prefix: str
-
-    @property
-    def rate(self) -> str:
-        return f"{self.prefix}/rate"
-
-    @property
-    def torque(self) -> str:
-        return f"{self.prefix}/torque"
-
-    @property
-    def any_channel(self) -> str:
-        return f"{self.prefix}/channel/*"
-
-    @property
-    def model(self) -> str:
-        return f"{self.prefix}/model"
-
-    @property
-    def iteration(self) -> str:
-        return f"{self.prefix}/iteration"
-
-    @property
-    def damping(self) -> str:
-        return f"{self.prefix}/damping"
-
-    @property
-    def health(self) -> str:
-        return f"{self.prefix}/health"
-
-    @property
-    def effects(self) -> str:
-        return f"{self.prefix}/effects"
-
-    @property
-    def alive(self) -> str:
-        return f"{self.prefix}/alive"
-
-    def coming(self, name: str) -> str:
-        """Where a learner that starts says so."""
-        return f"{self.prefix}/coming/{name}"
-
-    def stream(self, name: str) -> str:
-        """The key of an input stream: `yaw_rate`, `torque`, else a further channel of that name."""
-        return {"yaw_rate": self.rate, "torque": self.torque}.get(name, f"{self.prefix}/channel/{name}")
-
-
-class Form(BaseModel):
-    """A payload: finite numbers only, immutable, unknown fields ignored."""
-
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False, extra="ignore")
-
-
-class Measurement(Form):
-    """One measured value, or arrays of equal length, of one stream: the vehicle's time [s] and SI units.
-
-    `seq` numbers the messages of a stream; where it is given, what was lost on the way is counted.
-    """
-
-    t: float | Numbers
-    value: float | Numbers
-    seq: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
 class Points(Form):
@@ -193,8 +114,8 @@ class Batch(Form):
     rate: Numbers = ()  # rad/s
     damping: Numbers = ()  # N m
     predicted: Numbers | None = None  # N m
-    channels: dict[str, tuple[float | None, ...]] = {}
-    parts: dict[str, Numbers] = {}  # N m
+    channels: dict[str, tuple[float | None, ...]] = Field(default_factory=dict)
+    parts: dict[str, Numbers] = Field(default_factory=dict)  # N m
 
 
 class IterationReport(Form):
@@ -236,69 +157,6 @@ class IterationHistory(Form):
     latest_revision: int  # ask again with the last report's revision until it is this
 
 
-class DampingReply(Form):
-    """`…/damping`: the model at the asked rates, in their order."""
-
-    rate: Numbers  # rad/s
-    damping: Numbers  # N m
-    sigma: Numbers  # N m, one standard deviation of a sample there
-    extrapolated: tuple[bool, ...]
-    iteration: int
-    revision: int
-
-
-class ErrorReply(Form):
-    """The error reply to a query."""
-
-    error: str
-    error_type: str
-
-
-class DampingQuery(Form):
-    """The payload of a damping query, in place of the parameter `rate`."""
-
-    rate: Annotated[Numbers, Field(min_length=1)]
-
-
-class StreamHealth(Form):
-    """How one input stream does."""
-
-    received: int = 0  # samples
-    lost: int = 0  # messages, by their `seq`
-    age_s: float | None = None  # since the last message, wall time
-    t: float | None = None  # newest stamp, the vehicle's time [s]
-    value: float | None = None  # newest value
-    period_s: float | None = None  # between its stamps, in the median of the latest
-    held: int = 0  # values that wait for the other streams, or for their clock to be believed
-
-
-class Learning(Form):
-    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence."""
-
-    state: Literal["learning", "starved", "paused"] = "learning"
-    since: float = 0.0
-    why: str = ""
-
-
-Level = Literal["OK", "WARN", "ERROR", "STALE"]
-
-
-class Health(Form):
-    """`…/health`. Counters begin with the start of the process; `rejected:<reason>` counts samples, by reason."""
-
-    level: Level
-    reasons: tuple[str, ...] = ()  # sentences, the gravest first
-    counters: dict[str, int] = {}
-    learned: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # part of the rate range covered by fresh data
-    boot: str
-    revision: int = 0
-    iteration: int = 0
-    t: float | None = None  # newest synchronised sample, the vehicle's time [s]
-    uptime_s: float = 0.0
-    streams: dict[str, StreamHealth] = {}
-    learning: Learning = Learning()
-
-
 class EffectsLedger(Form):
     """`…/effects`: the traced effects that the served model holds, and every step that led there.
 
@@ -309,27 +167,3 @@ class EffectsLedger(Form):
     effects: tuple[dict[str, Any], ...] = ()
     history: tuple[dict[str, Any], ...] = ()
     batch: Batch | None = None
-
-
-FormType = TypeVar("FormType", bound=Form)
-
-
-def encode(form: Form) -> bytes:
-    """The payload of `form`: UTF-8 JSON, floats to the last bit."""
-    return form.model_dump_json().encode()
-
-
-def decode(form: type[FormType], payload: bytes) -> FormType:
-    """Reads a payload; BadInput says which field is wrong."""
-    try:
-        return form.model_validate_json(payload)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the payload"
-        reason = first["msg"].removeprefix("Value error, ")
-        raise BadInput(f"this is no {form.__name__}: {where}: {reason}") from error
-
-
-def measurement(t: float | Numbers, value: float | Numbers, seq: int | None = None) -> bytes:
-    """The payload of a measurement."""
-    return Measurement(t=t, value=value, seq=seq).model_dump_json(exclude_none=True).encode()

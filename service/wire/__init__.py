@@ -1,0 +1,59 @@
+"""What travels on the bus: the key names and the forms of CONTRACT, Section 2, and nothing else.
+
+Everybody who speaks with the learner imports this package: the learner itself, the player, the viewer, the demo. A form
+is a frozen pydantic model; `encode` gives the UTF-8 JSON bytes that are put, `decode` reads them or raises `BadInput`.
+Readers ignore fields that they do not know, so that a newer learner may say more.
+
+Besides the contract's forms: a get on `…/iteration?after=REVISION;limit=N` answers with an `IterationHistory`, so that
+a viewer that starts late draws what happened before.
+"""
+
+from __future__ import annotations
+
+from service.wire.answered import DampingQuery, DampingReply, ErrorReply
+from service.wire.form import Form, FormType, Numbers, decode, encode
+from service.wire.health import Health, Learning, Level, StreamHealth
+from service.wire.keys import Keys
+from service.wire.learned import (
+    SETS,
+    Batch,
+    EffectsLedger,
+    IterationHistory,
+    IterationReport,
+    Kernel,
+    ModelSnapshot,
+    Points,
+    Support,
+    Validation,
+    WaterMade,
+)
+from service.wire.measured import Measurement, measurement
+
+__all__ = [
+    "SETS",
+    "Batch",
+    "DampingQuery",
+    "DampingReply",
+    "EffectsLedger",
+    "ErrorReply",
+    "Form",
+    "FormType",
+    "Health",
+    "IterationHistory",
+    "IterationReport",
+    "Kernel",
+    "Keys",
+    "Learning",
+    "Level",
+    "Measurement",
+    "ModelSnapshot",
+    "Numbers",
+    "Points",
+    "StreamHealth",
+    "Support",
+    "Validation",
+    "WaterMade",
+    "decode",
+    "encode",
+    "measurement",
+]

@@ -1,0 +1,36 @@
+"""What all payloads have in common, and how they are written and read."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from incsvr.errors import BadInput
+
+Numbers = tuple[float, ...]
+
+
+class Form(BaseModel):
+    """A payload: finite numbers only, immutable, unknown fields ignored."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False, extra="ignore")
+
+
+FormType = TypeVar("FormType", bound=Form)
+
+
+def encode(form: Form) -> bytes:
+    """The payload of `form`: UTF-8 JSON, floats to the last bit."""
+    return form.model_dump_json().encode()
+
+
+def decode(form: type[FormType], payload: bytes) -> FormType:
+    """Reads a payload; BadInput says which field is wrong."""
+    try:
+        return form.model_validate_json(payload)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the payload"
+        reason = first["msg"].removeprefix("Value error, ")
+        raise BadInput(f"this is no {form.__name__}: {where}: {reason}") from error

@@ -1,0 +1,48 @@
+"""How a learner does."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from service.wire.form import Form
+
+
+class StreamHealth(Form):
+    """How one input stream does."""
+
+    received: int = 0  # samples
+    lost: int = 0  # messages, by their `seq`
+    age_s: float | None = None  # since the last message, wall time
+    t: float | None = None  # newest stamp, the vehicle's time [s]
+    value: float | None = None  # newest value
+    period_s: float | None = None  # between its stamps, in the median of the latest
+    held: int = 0  # values that wait for the other streams, or for their clock to be believed
+
+
+class Learning(Form):
+    """Whether samples are made and learned, since when in the vehicle's time [s], and why not in one sentence."""
+
+    state: Literal["learning", "starved", "paused"] = "learning"
+    since: float = 0.0
+    why: str = ""
+
+
+Level = Literal["OK", "WARN", "ERROR", "STALE"]
+
+
+class Health(Form):
+    """`…/health`. Counters begin with the start of the process; `rejected:<reason>` counts samples, by reason."""
+
+    level: Level
+    reasons: tuple[str, ...] = ()  # sentences, the gravest first
+    counters: dict[str, int] = Field(default_factory=dict)
+    learned: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # part of the rate range covered by fresh data
+    boot: str
+    revision: int = 0
+    iteration: int = 0
+    t: float | None = None  # newest synchronised sample, the vehicle's time [s]
+    uptime_s: float = 0.0
+    streams: dict[str, StreamHealth] = Field(default_factory=dict)
+    learning: Learning = Learning()
