@@ -13,6 +13,7 @@ from benchmarks.hold.day import day
 from benchmarks.hold.kills import kills
 from benchmarks.hold.restarts import restarts
 from benchmarks.hold.row import Row
+from benchmarks.hold.sensors import sensors
 from benchmarks.hold.strangers import flood, junk, stopped_client
 from benchmarks.provenance import provenance
 
@@ -40,6 +41,7 @@ def _studies(part: float, seed: int) -> dict[str, Callable[[], list[Row]]]:
         "junk": lambda: [junk(of(10_000), seed)],
         "flood": lambda: [flood(max(30.0 * part, 3.0))],
         "stopped": lambda: stopped_client(of(10)),
+        "sensors": lambda: sensors(of(1), seed),
         "day": lambda: [day(max(24.0 * part, 0.5))],
     }
 
