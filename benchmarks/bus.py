@@ -7,7 +7,6 @@ both see the same machine at the same moment.
 
 from __future__ import annotations
 
-import itertools
 import json
 import subprocess
 import sys
@@ -24,8 +23,8 @@ import psutil
 import zenoh
 
 from incsvr.samples import Array
-from service.ingest import RING, places
-from service.session import connecting, free_endpoint, listening, open_session
+from service.ingest import RING
+from service.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
 from simulator import leng
 from simulator.player import messages, play, wait_for_learner
@@ -33,7 +32,9 @@ from simulator.player import messages, play, wait_for_learner
 KEYS = Keys("leng/yaw")
 QUESTIONS = 1500
 """Asked of each, in turn."""
-_PATIENCE = 30.0
+PATIENCE = 30.0
+PARTNERS = "benchmarks.bus_partners"
+"""The module whose processes speak with a learner."""
 BLOCK = zenoh.CongestionControl.BLOCK
 """What is sent waits for room: a benchmark counts what the learner loses, not what the sender never sent."""
 
@@ -47,7 +48,7 @@ class Learner:
     session: zenoh.Session
 
     def health(self, keys: Keys = KEYS) -> Health:
-        for reply in self.session.get(keys.health, timeout=_PATIENCE):
+        for reply in self.session.get(keys.health, timeout=PATIENCE):
             if reply.ok is not None:
                 return decode(Health, reply.ok.payload.to_bytes())
         raise RuntimeError("the learner does not answer")
@@ -78,8 +79,8 @@ def learner(**settings: Any) -> Iterator[Learner]:
         chosen = {"state": state, "bus.listen": endpoint, **settings}
         words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json.dumps(value)}")]
         served = stack.enter_context(process("service.cli", "serve", *words))
-        session = stack.enter_context(open_session(connecting(endpoint), _PATIENCE))
-        wait_for_learner(session, KEYS, _PATIENCE, threading.Event())
+        session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+        wait_for_learner(session, KEYS, PATIENCE, threading.Event())
         yield Learner(psutil.Process(served.pid), endpoint, session)
 
 
@@ -113,13 +114,13 @@ def latency() -> dict[str, Any]:
     echo_endpoint = free_endpoint()
     with (
         learner() as subject,
-        process("benchmarks.bus", "echo", echo_endpoint) as echoing,
-        open_session(connecting(echo_endpoint), _PATIENCE) as echo,
+        process(PARTNERS, "echo", echo_endpoint) as echoing,
+        open_session(connecting(echo_endpoint), PATIENCE) as echo,
     ):
         _until_it_says_so(echoing)
         _teach(subject)
         idle = _ask_in_turn(subject.session, echo)
-        with process("benchmarks.bus", "feed", subject.endpoint) as feeder:
+        with process(PARTNERS, "feed", subject.endpoint) as feeder:
             _until_it_says_so(feeder)
             before, began = subject.health().iteration, time.perf_counter()
             training = _ask_in_turn(subject.session, echo)
@@ -249,7 +250,7 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
         quick = {"sample_period": 0.2, "smoothing": 0.12, "gap": 0.2, "lateness": 0.2}
         with (
             learner(signals=quick, also=[{"prefix": prefix} for prefix in prefixes[1:]]) as subject,
-            process("benchmarks.bus", "many", subject.endpoint, *prefixes) as feeder,
+            process(PARTNERS, "many", subject.endpoint, *prefixes) as feeder,
         ):
             _until_it_says_so(feeder)
             time.sleep(3.0)
@@ -267,63 +268,5 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
     return table
 
 
-def _echo(endpoint: str) -> None:
-    """A bare echo: nothing but the bus."""
-    with open_session(listening(endpoint)) as session:
-        queryable = session.declare_queryable("echo", zenoh.handlers.RingChannel(256), complete=True)
-        print("ready", flush=True)
-        while True:
-            with queryable.recv() as query:
-                query.reply("echo", b"0123456789")
-
-
-def _router(endpoint: str) -> None:
-    """Nothing but a router, as a vehicle may have one."""
-    with open_session(listening(endpoint)):
-        print("ready", flush=True)
-        threading.Event().wait()
-
-
-def _feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
-    """Sends Leng's run again and again: `often` batches of samples a second, each in so many messages of a stream."""
-    streams, pace = leng.recording("T1", seed=1).streams(), float(often)
-    span, length = 50 * leng.SIGNALS.sample_period, 425.0
-    with open_session(connecting(endpoint), _PATIENCE) as session:
-        began = time.perf_counter()
-        for number in itertools.count():
-            lap, at = divmod(number * span, length)
-            for name, (t, value) in streams.items():
-                inside = np.flatnonzero((t >= at) & (t < min(at + span, length)))
-                for part in np.array_split(inside, int(messages_each)) if inside.size else ():
-                    stamps = t[part] + 500.0 + lap * length
-                    session.put(KEYS.stream(name), measurement(tuple(stamps.tolist()), tuple(value[part].tolist())))
-            if number == 50:
-                print("ready", flush=True)
-            time.sleep(max(0.0, began + number / pace - time.perf_counter()))
-
-
-def _many(endpoint: str, *prefixes: str) -> None:
-    """Both streams of many learners at 10 Hz, until the process is ended; first what has used every place of a ring."""
-    with open_session(connecting(endpoint), _PATIENCE) as session:
-        keys = [Keys(prefix) for prefix in prefixes]
-        for _ in range(places(len(keys))):
-            for each in keys:
-                session.put(each.rate, b"", congestion_control=BLOCK)
-                session.put(each.torque, b"", congestion_control=BLOCK)
-        print("ready", flush=True)
-        began = time.perf_counter()
-        for number in itertools.count():
-            t = 0.1 * number
-            rate = float(0.2 * np.sin(0.5 * t))
-            for each in keys:
-                session.put(each.rate, measurement(t, rate))
-                session.put(each.torque, measurement(t, 400.0 * rate))
-            time.sleep(max(0.0, began + t - time.perf_counter()))
-
-
 if __name__ == "__main__":
-    role, *words = sys.argv[1:]
-    if role == "measure":
-        print(json.dumps(measure(), indent=2))
-    else:
-        {"echo": _echo, "feed": _feed, "many": _many, "router": _router}[role](*words)
+    print(json.dumps(measure(), indent=2))

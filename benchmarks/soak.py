@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bus import KEYS, Learner, learner, process
+from benchmarks.bus import KEYS, PARTNERS, Learner, learner, process
 from benchmarks.provenance import provenance
 
 RESULT = Path(__file__).parent / "results" / "soak.json"
@@ -33,7 +33,7 @@ def soak(minutes: float, pace: float) -> dict[str, Any]:
     """Feeds `pace` batches of samples a second for so long, and looks at the learner every few seconds."""
     looks: list[tuple[float, float, int]] = []
     waits: list[float] = []
-    with learner() as subject, process("benchmarks.bus", "feed", subject.endpoint, str(pace), str(MESSAGES)) as feeder:
+    with learner() as subject, process(PARTNERS, "feed", subject.endpoint, str(pace), str(MESSAGES)) as feeder:
         assert feeder.stdout is not None
         feeder.stdout.readline()
         began = time.perf_counter()

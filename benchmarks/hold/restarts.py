@@ -7,7 +7,7 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-from benchmarks.bus import process
+from benchmarks.bus import PARTNERS, process
 from benchmarks.hold.row import Row
 from benchmarks.hold.subject import Subject, fed
 from service.session import free_endpoint
@@ -20,7 +20,7 @@ def restarts(times: int) -> list[Row]:
     with ExitStack() as stack:
         state = stack.enter_context(tempfile.TemporaryDirectory())
         router = stack.enter_context(ExitStack())
-        router.enter_context(process("benchmarks.bus", "router", endpoint))
+        router.enter_context(process(PARTNERS, "router", endpoint))
         subject = stack.enter_context(Subject(Path(state), router=endpoint))
         stack.enter_context(fed(endpoint))
         for turn in range(2 * times):
@@ -33,7 +33,7 @@ def restarts(times: int) -> list[Row]:
                 before = max(subject.published)
             else:
                 router.close()
-                router.enter_context(process("benchmarks.bus", "router", endpoint))
+                router.enter_context(process(PARTNERS, "router", endpoint))
             subject.wait_for(before + 1)
             rows["learner" if turn % 2 else "router"].append(time.monotonic() - began)
         lost, wrong = subject.wrong_answers(sorted(subject.published))

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import zenoh
 
-from benchmarks.bus import KEYS, process
+from benchmarks.bus import KEYS, PARTNERS, process
 from incsvr.errors import BadInput
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
@@ -146,5 +146,5 @@ def same(one: Form, other: Form) -> bool:
 @contextmanager
 def fed(endpoint: str, pace: float = 5.0) -> Iterator[subprocess.Popen[bytes]]:
     """Leng's run comes again and again, so many batches of samples a second, and goes on whatever happens."""
-    with process("benchmarks.bus", "feed", endpoint, str(pace), "25") as feeder:
+    with process(PARTNERS, "feed", endpoint, str(pace), "25") as feeder:
         yield feeder
