@@ -18,7 +18,7 @@ from incsvr.samples import Array, Samples
 from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
-from incsvr.signals.checks.misfit import RESPONSE, UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.signals.checks.misfit import RESPONSE, STILL, UNCLEAR, Scales, could_tell, late_since_then, misfit
 from incsvr.signals.checks.outliers import outliers
 from incsvr.signals.checks.power import MOVING, drives, turns
 from incsvr.signals.checks.response import Left, agrees, causes
@@ -116,7 +116,7 @@ def check(
         moved = replace(after, learned=0, rates=State().rates, lag=0.0, precision=UNKNOWN, before=None)
         return replace(moved, told=float(batch.time[-1])), verdict
     drifts = any(saw["pace"].findings)
-    return _usual(after, batch, known, drifts), verdict
+    return _usual(after, vehicle, batch, known, drifts), verdict
 
 
 def _trusted(state: State, vehicle: Vehicle, learned: Learned | None) -> Learned | None:
@@ -223,7 +223,7 @@ def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding
     return [f for f in findings if f.kind != CHANGE or not recently]
 
 
-def _usual(state: State, batch: Samples, known: Curve | None, drifts: bool) -> State:
+def _usual(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, drifts: bool) -> State:
     """What is usual, with a batch that is learned; while a clock drifts, the lag that it makes is not."""
     usual, reach, periods = {}, {}, {}
     for name in CALLED:
@@ -237,9 +237,14 @@ def _usual(state: State, batch: Samples, known: Curve | None, drifts: bool) -> S
     found = None if known is None or drifts else causes(Left.of(batch, known, state.lag), known.sigma)
     if found is None or not np.isfinite(found.each["lag"].resolved):
         return state
-    more = min(1.0 / found.each["lag"].resolved ** 2, SURE)
-    total = max(KEPT * state.precision, UNKNOWN) + more
-    usually = float(np.clip(state.lag + found.each["lag"].size * more / total, -LONGEST, LONGEST))
+    lag = found.each["lag"]
+    if lag.certainty < STILL and abs(lag.size) > LAG * vehicle.smoothing:
+        return state  # of several that explain next to nothing, the best is any
+    more = min(1.0 / lag.resolved**2, SURE)
+    # it is not forgotten over straight legs, which tell nothing new
+    kept = state.precision if more < (1.0 - KEPT) * state.precision else max(KEPT * state.precision, UNKNOWN)
+    total = min(kept + more, SURE / (1.0 - KEPT))
+    usually = float(np.clip(state.lag + lag.size * more / total, -LONGEST, LONGEST))
     return replace(state, lag=usually, precision=total)
 
 
