@@ -153,9 +153,10 @@ class Fit:
         foreign = None if model.is_trained else foreign_inertia(runs, samples, signals)
         if foreign is not None:
             raise BadInput(f"{joined.name}: {foreign}")
-        if not model.is_trained or not joined.streams()[TORQUE][1].any():
-            idle = Excitation(0, excitation.samples, excitation.fastest, None)
-            made = (idle if model.is_trained else excitation).sentence
+        idle = not joined.streams()[TORQUE][1].any()
+        if idle or not model.is_trained or 2 * excitation.driven < settings.batch:
+            undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
+            made = (undriven_at_all if idle else excitation).sentence
             raise BadInput(f"{joined.name}: too little motion to learn from: {made}; {MANOEUVRE}")
         if compensation is None:
             tests = [motion for one in unseen for motion in motions(one.streams(), signals.longest_pause)]
