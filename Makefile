@@ -4,7 +4,8 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 tuning policy trace-table missions sensor-faults soak hold recording pictures clean
+.PHONY: demo test lint bench table1 tuning policy coverage trace-table missions sensor-faults soak hold recording pictures \
+	clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -27,6 +28,9 @@ tuning: .venv/ready  ## which point the search of Section IV-B chooses
 
 policy: .venv/ready
 	$(BIN)/python -m benchmarks.policy_study
+
+coverage: .venv/ready  ## how often the bands of 95 % hold what they should
+	$(BIN)/python -m benchmarks.coverage
 
 bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt

@@ -78,6 +78,10 @@ def _one_side(r: Array, k: Array) -> Array:
     return np.asarray(1.0 + 0.15 * (k >= FIRST) * (r > 0.0))
 
 
+def _bump(r: Array, k: Array) -> Array:
+    return np.asarray(1.0 + 0.25 * (k >= FIRST) * np.exp(-(((r - 0.12) / 0.03) ** 2)))
+
+
 def _offset(k: Array) -> Array:
     return np.where(k >= FIRST, 6.0, 0.0)
 
@@ -95,6 +99,13 @@ SCENARIOS: Mapping[str, Scenario] = {
     "hull off": Scenario("the hull's 11.5 % go", factor=_step(-leng.HULL)),
     "outliers": Scenario("20 % outliers, and the hull", outliers=0.2, factor=_step(leng.HULL)),
     "correlated": Scenario("noise correlated at 0.8, and the hull", correlation=0.8, factor=_step(leng.HULL)),
+    "correlated at 0.95": Scenario("noise correlated at 0.95, and the hull", correlation=0.95, factor=_step(leng.HULL)),
+    "bump": Scenario("+25 % within 0.03 rad/s of 0.12 rad/s alone", factor=_bump),
+    "hull at low speed": Scenario(
+        "the hull, met at |r| ≤ 0.06 rad/s alone, judged over all rates",
+        amplitude=lambda k: np.where(k < FIRST, 0.24, 0.06),
+        factor=_step(leng.HULL),
+    ),
     "low speed": Scenario(
         "1,000 samples at |r| ≤ 0.06 rad/s, judged over all rates",
         samples=FIRST + 1000,

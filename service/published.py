@@ -51,6 +51,8 @@ def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
         certified_error=_finite(model.certified_error),
         correlation=model.correlation,
         water=wire.WaterMade(**asdict(model.water)),
+        spread=wire.NoiseByRate(**asdict(model.spread)),
+        widening=model.widening,
     )
 
 

@@ -84,6 +84,8 @@ def _believable(model: Model, settings: Settings) -> None:
         raise BadInput("its model holds a weight beyond C times the samples that it stands for")
     if not 0.0 <= model.correlation < 1.0 or min(model.water.to_list()) < 0.0:
         raise BadInput("its model holds noise that cannot be")
+    if not model.spread.possible or not 1.0 <= model.widening < math.inf:
+        raise BadInput("its model holds a doubt that cannot be")
     if model.sigma < 0.0 or not model.certified_error >= 0.0:
         raise BadInput("its model holds a negative error")
 

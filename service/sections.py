@@ -98,7 +98,7 @@ class Learner(Section):
     gamma: float = Field(default=10.0, gt=0.0, le=1e6, description="kernel width [(rad/s)⁻²]")
     C: float = Field(default=1000.0, gt=0.0, le=1e9, description="bound of a vector's weight [N m]")
     epsilon: float = Field(default=0.1, ge=0.0, le=1e6, description="half height of the tube [N m]")
-    capacity: int = Field(default=60, ge=2, le=60, description="support vectors served at most")
+    capacity: int = Field(default=60, ge=2, le=600, description="support vectors served at most")
     batch: int = Field(default=50, ge=2, le=1000, description="samples of one iteration")
     near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
     near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")

@@ -42,6 +42,9 @@ holds its station teaches half as much again; at 4 one that follows a pipeline l
 HELD = 1.0
 """Student's t below whose negative the motion about the mean is the water's. By chance in one window of six of noise
 alone; but at the crests of the paper's experiment, where the rate moves least, in two of a thousand."""
+TURNS = 0.2
+"""Share of a batch from which on, where all of it is evidence, held turns are what it consists of: in the paper's
+experiment up to 0.12 are taken for it by chance, in long circles half."""
 AT_REST = 0.25
 """A sample whose neighbourhood moves by less than this share of its window is at rest beside a turn, and no evidence;
 a straight pass through zero, as in the paper's experiment, has 0.26."""
@@ -120,10 +123,10 @@ def sift(batch: Samples, recent: Recent) -> Sifted:
     taken, told = _work(_without(level, rising), _without(about, rising), worth, HELD)
     held = told & (taken < 0.0)
     new = slice(recent.yaw_rate.size, None)
-    driven = (clear & (work > 0.0) & moves)[new]
+    driven, held = (clear & (work > 0.0) & moves)[new], held[new]
     if driven.mean() > MOSTLY:
-        return Sifted(np.ones(len(batch), dtype=bool), batch.yaw_rate, kept)
-    return Sifted(driven, np.where(held, mean, r)[new], kept)
+        driven, held = np.ones_like(driven), held & (held.mean() > TURNS)
+    return Sifted(driven, np.where(held, mean[new], batch.yaw_rate), kept)
 
 
 def _without(values: Array, others: Array) -> Array:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.learning.criteria import Mask
+from incsvr.learning.disagreement import Disagreement
 from incsvr.learning.driven import Recent, sift
 from incsvr.learning.dual import LARGEST
 from incsvr.learning.excitation import Water
@@ -31,7 +32,7 @@ from incsvr.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
 
-FORM = 2  # of the plain data; a state of another form is refused
+FORM = 3  # of the plain data; a state of another form is refused
 FEWEST = 5
 """A policy learns from no less than this part of a batch: from fewer samples no noise can be told."""
 
@@ -84,6 +85,7 @@ class State:
         recent: the last samples, for telling what the torque makes.
         waiting: samples that the torque made, fewer than the policy learns from.
         water: the motion that was no evidence.
+        disagreement: of fresh samples with what was served.
     """
 
     iterations: int
@@ -93,6 +95,7 @@ class State:
     recent: Recent
     waiting: Waiting
     water: Water
+    disagreement: Disagreement
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
@@ -105,6 +108,7 @@ class State:
             "recent": self.recent.to_dict(),
             "waiting": self.waiting.to_dict(),
             "water": self.water.to_list(),
+            "disagreement": self.disagreement.to_list(),
         }
 
     @staticmethod
@@ -122,6 +126,7 @@ class State:
             recent,
             waiting,
             Water.from_list(data["water"]),
+            Disagreement.from_list(data["disagreement"]),
         )
 
 
@@ -132,7 +137,7 @@ def start(settings: Settings) -> State:
     """The state before the first iteration: nothing learned."""
     model = Model.untrained(settings.gamma, settings.C, settings.epsilon)
     memory = _POLICIES[settings.policy].start(settings)
-    return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water())
+    return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water(), Disagreement())
 
 
 def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Iteration]:
@@ -155,9 +160,12 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     driven, rate, recent = sift(batch, state.recent)
     waiting = state.waiting.with_batch(Samples(batch.time, rate, batch.damping), driven)
     water = state.water.after(batch, driven)
-    samples, policy = waiting.samples, _POLICIES[settings.policy]
+    samples, policy, disagreement = waiting.samples, _POLICIES[settings.policy], state.disagreement
     if len(samples) and FEWEST * len(samples) >= min(settings.batch, len(batch)):
         predicted = before.evaluate(samples.yaw_rate) if before.is_trained else None
+        if before.is_trained:
+            fastest = max(abs(end) for end in settings.rate_range)
+            disagreement = disagreement.after(before, samples.yaw_rate, samples.damping, fastest)
         memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, waiting.place)
         waiting = Waiting.empty()
     else:
@@ -165,7 +173,14 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         waiting = Waiting(samples, waiting.place - len(batch))
     model = iteration.model
     if model is not before:
-        model = replace(model, correlation=memory.noise.correlation, water=water)
+        noise = memory.noise
+        model = replace(
+            model,
+            correlation=noise.correlation,
+            spread=noise.spread,
+            water=water,
+            widening=disagreement.widening,
+        )
     iteration = replace(
         iteration,
         model=model,
@@ -173,7 +188,7 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         undriven=batch.take(~driven),
         progressive_mae=_mean_error(before, batch),
     )
-    return State(number, iteration.model, state.policy, memory, recent, waiting, water), iteration
+    return State(number, iteration.model, state.policy, memory, recent, waiting, water, disagreement), iteration
 
 
 def _mean_error(model: Model, batch: Samples) -> float | None:

@@ -14,6 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Prediction, Table
+from incsvr.learning.spread import Spread
 from incsvr.samples import Array
 
 
@@ -26,10 +27,12 @@ class Model:
         C, epsilon: bound on |θ| [N m] and half height of the tube [N m], as configured.
         support_rate, support_damping, weight: (m,) the vectors [rad/s], [N m] and their θ [N m].
         count: (m,) how many samples each vector stands for.
-        sigma: noise level of a damping sample [N m].
+        sigma: noise level of a damping sample [N m], over all rates.
         certified_error: no exact solution differs from this one by more, at any rate [N m].
         correlation: of the noise of two samples that follow each other.
         water: the motion that was no evidence, because the water made it.
+        spread: how the noise follows the yaw rate.
+        widening: by how much fresh samples have disagreed with the curve, in its own doubt; at least 1.
     """
 
     gamma: float
@@ -43,6 +46,8 @@ class Model:
     certified_error: float
     correlation: float = 0.0
     water: Water = field(default_factory=Water)
+    spread: Spread = field(default_factory=lambda: Spread(1.0))
+    widening: float = 1.0
 
     @staticmethod
     def untrained(gamma: float, C: float, epsilon: float) -> Model:
@@ -92,6 +97,8 @@ class Model:
             "certified_error": self.certified_error,
             "correlation": self.correlation,
             "water": self.water.to_list(),
+            "spread": self.spread.to_dict(),
+            "widening": self.widening,
         }
 
     @staticmethod
@@ -108,4 +115,6 @@ class Model:
             certified_error=data["certified_error"],
             correlation=data["correlation"],
             water=Water.from_list(data["water"]),
+            spread=Spread.from_dict(data["spread"]),
+            widening=data["widening"],
         )

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
+from incsvr.learning.spread import KNOTS, UNSEEN, Spread
 from service.wire.form import Form, Numbers
 
 #: The sets of points of one iteration (Fig. 5-6), in the order in which they are drawn.
@@ -65,6 +66,14 @@ class WaterMade(Form):
     seen: float = 0.0  # samples that the means stand for
 
 
+class NoiseByRate(Form):
+    """The noise's variance as a share of sigma², at rates evenly from 0 to the fastest; alike to both sides."""
+
+    fastest: float = 1.0  # rad/s
+    variance: Numbers = (1.0,) * KNOTS
+    seen: Numbers = (UNSEEN,) * KNOTS  # samples that each stands for
+
+
 class ModelSnapshot(Form):
     """`…/model`: the served model after an iteration. `t` is the vehicle's time of the newest sample in it [s]."""
 
@@ -83,6 +92,8 @@ class ModelSnapshot(Form):
     certified_error: float | None = None  # N m, bound of sup |f − f*|
     correlation: float = 0.0  # of the noise of two samples that follow each other
     water: WaterMade = WaterMade()
+    spread: NoiseByRate = NoiseByRate()
+    widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
 
     def model(self) -> Model:
         """The model to predict with: damping, its uncertainty, and where it extrapolates."""
@@ -99,6 +110,8 @@ class ModelSnapshot(Form):
             certified_error=self.certified_error or 0.0,
             correlation=self.correlation,
             water=Water(**self.water.model_dump()),
+            spread=Spread(**self.spread.model_dump()),
+            widening=self.widening,
         )
 
 

@@ -8,6 +8,7 @@ from scipy.stats import multivariate_normal
 
 from incsvr.learning.policies.change import ALARM, Evidence, features, gather, prior, surprise, together, weigh
 from incsvr.learning.policies.noise import Noise
+from incsvr.learning.spread import Spread
 from incsvr.samples import Array
 
 
@@ -22,7 +23,7 @@ def test_surprise_is_the_density_of_the_residuals(rho: float) -> None:
     index = np.flatnonzero(rng.random(40) > 0.2)
     rate = rng.uniform(-0.2, 0.2, index.size)
     phi = features(rate / 0.25, 400.0 * rate)
-    noise = Noise(16.0, rho, 100.0)
+    noise = Noise(Spread(0.25), 16.0, rho, 100.0)
     residual = 4.0 * rng.normal(size=index.size)
     evidence = gather(rate, phi, residual, index, noise)
     sigma = covariance_of(index.astype(np.float64), rho, 4.0)
@@ -34,7 +35,7 @@ def test_surprise_is_the_density_of_the_residuals(rho: float) -> None:
 
 def test_evidence_adds_up() -> None:
     rng = np.random.default_rng(2)
-    noise = Noise(16.0, 0.0, 100.0)
+    noise = Noise(Spread(0.25), 16.0, 0.0, 100.0)
     rate = rng.uniform(-0.2, 0.2, 60)
     phi, residual = features(rate / 0.25, 400.0 * rate), rng.normal(size=60)
     parts = [
@@ -57,7 +58,7 @@ def batch(rng: np.random.Generator, gain: float, noise: Noise) -> Evidence:
 
 def test_a_gain_of_a_tenth_is_seen_and_noise_is_not() -> None:
     rng = np.random.default_rng(3)
-    noise = Noise(16.0, 0.0, 250.0)
+    noise = Noise(Spread(0.25), 16.0, 0.0, 250.0)
     free = prior(4.0)
     memory = together([batch(rng, 0.0, noise) for _ in range(10)]).information
     quiet = [weigh([batch(rng, 0.0, noise) for _ in range(4)], memory + free, free).log_factor for _ in range(50)]
@@ -69,13 +70,15 @@ def test_a_gain_of_a_tenth_is_seen_and_noise_is_not() -> None:
 
 def test_what_the_memory_does_not_know_is_no_change() -> None:
     free = prior(4.0)
-    evidence = batch(np.random.default_rng(4), 0.5, Noise(16.0, 0.0, 250.0))
+    evidence = batch(np.random.default_rng(4), 0.5, Noise(Spread(0.25), 16.0, 0.0, 250.0))
     assert weigh([evidence], free, free).log_factor == 0.0
 
 
 def test_a_batch_without_samples_says_nothing() -> None:
     nothing = np.empty(0)
-    evidence = gather(nothing, np.empty((0, 6)), nothing, np.empty(0, dtype=np.intp), Noise(16.0, 0.3, 100.0))
+    evidence = gather(
+        nothing, np.empty((0, 6)), nothing, np.empty(0, dtype=np.intp), Noise(Spread(0.25), 16.0, 0.3, 100.0)
+    )
     free = prior(4.0)
     assert surprise(evidence, free) == pytest.approx(0.0, abs=1e-12)
     assert weigh([evidence], 9.0 * free, free).log_factor == pytest.approx(0.0, abs=1e-12)

@@ -215,3 +215,10 @@ def test_a_state_of_another_policy_or_form_is_refused() -> None:
 def test_settings_that_make_no_sense_are_refused(wrong: dict[str, Any], cure: str) -> None:
     with pytest.raises(BadInput, match=cure):
         Settings(**wrong)
+
+
+@both
+def test_more_vectors_than_the_papers_may_be_kept(policy: str) -> None:
+    settings = Settings(policy=policy, capacity=150, epsilon=0.0)  # type: ignore[arg-type]
+    state, _ = run(settings, stream(77, 1000))
+    assert 60 < state.model.weight.size <= 150

@@ -7,12 +7,15 @@ import pytest
 
 from incsvr.learning.policies.noise import HORIZON, Noise
 
+STILL = Noise.start((-0.25, 0.25))
+"""Before the first batch."""
+
 
 def track(residual: np.ndarray[tuple[int], np.dtype[np.float64]], noise: Noise | None = None) -> Noise:
-    noise = noise or Noise()
+    noise = noise or STILL
     for first in range(0, residual.size, 50):
         part = residual[first : first + 50]
-        noise = noise.after(part, np.arange(part.size))
+        noise = noise.after(part, np.arange(part.size), np.zeros(part.size))
     return noise
 
 
@@ -47,11 +50,11 @@ def test_a_loud_time_is_forgotten() -> None:
 
 def test_missing_samples_are_no_neighbours() -> None:
     residual = np.tile([1.0, -1.0], 25)
-    assert Noise().after(residual, np.arange(50)).correlation == 0.0  # −1, bounded at 0
-    assert Noise().after(np.ones(50), np.arange(50)).correlation == pytest.approx(0.95)  # 1, bounded
-    assert Noise().after(np.ones(50), 2 * np.arange(50)).correlation == 0.0
+    assert STILL.after(residual, np.arange(50), np.zeros(50)).correlation == 0.0  # −1, bounded at 0
+    assert STILL.after(np.ones(50), np.arange(50), np.zeros(50)).correlation == pytest.approx(0.95)  # 1, bounded
+    assert STILL.after(np.ones(50), 2 * np.arange(50), np.zeros(50)).correlation == 0.0
 
 
 def test_before_the_first_batch_there_is_no_level() -> None:
-    assert np.isnan(Noise().sigma)
-    assert Noise().after(np.zeros(5), np.arange(5)).sigma > 0.0
+    assert np.isnan(STILL.sigma)
+    assert STILL.after(np.zeros(5), np.arange(5), np.zeros(5)).sigma > 0.0

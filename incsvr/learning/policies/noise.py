@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import exp, log
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.learning.criteria import quartiles
+from incsvr.learning.spread import Spread
 from incsvr.samples import Array
 
 NORMAL = 1.4826
@@ -32,11 +34,18 @@ class Noise:
         variance: σ² of a sample about the curve [N² m²].
         correlation: ρ of two samples that follow each other, in [0, 0.95].
         seen: samples that the means stand for; 0 before the first batch.
+        spread: how the noise follows the yaw rate.
     """
 
+    spread: Spread
     variance: float = 1.0
     correlation: float = 0.0
     seen: float = 0.0
+
+    @staticmethod
+    def start(rate_range: tuple[float, float]) -> Noise:
+        """Before the first batch, for a vehicle of this range [rad/s]."""
+        return Noise(Spread.start(rate_range))
 
     @property
     def sigma(self) -> float:
@@ -48,12 +57,13 @@ class Noise:
         """How many independent samples one sample is worth in a mean: (1 − ρ)/(1 + ρ)."""
         return (1.0 - self.correlation) / (1.0 + self.correlation)
 
-    def after(self, residual: Array, index: NDArray[np.intp]) -> Noise:
+    def after(self, residual: Array, index: NDArray[np.intp], rate: Array) -> Noise:
         """The noise after a batch.
 
         Args:
             residual: (n,) y − f(x) [N m], n ≥ 1.
             index: (n,) place of each in the stream, increasing; only neighbours tell of the correlation.
+            rate: (n,) yaw rate of each [rad/s].
         """
         n = residual.size
         level = max(NORMAL * quartiles(np.abs(residual))[1], SMALLEST)
@@ -66,12 +76,17 @@ class Noise:
         share = n / (seen + n)
         variance = exp((1.0 - share) * log(self.variance) + share * 2.0 * log(level))
         correlation = (1.0 - share) * self.correlation + share * colour
-        return Noise(variance, min(max(correlation, 0.0), LARGEST_CORRELATION), seen + n)
+        spread = self.spread.after(rate, residual, variance**0.5)
+        return Noise(spread, variance, min(max(correlation, 0.0), LARGEST_CORRELATION), seen + n)
 
-    def to_list(self) -> list[float]:
-        return [self.variance, self.correlation, self.seen]
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "spread": self.spread.to_dict(),
+            "variance": self.variance,
+            "correlation": self.correlation,
+            "seen": self.seen,
+        }
 
     @staticmethod
-    def from_list(data: Sequence[float]) -> Noise:
-        variance, correlation, seen = data
-        return Noise(variance, correlation, seen)
+    def from_dict(data: Mapping[str, Any]) -> Noise:
+        return Noise(Spread.from_dict(data["spread"]), data["variance"], data["correlation"], data["seen"])

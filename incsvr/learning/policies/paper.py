@@ -52,7 +52,7 @@ class Memory:
             "damping": self.vectors.damping.tolist(),
             "weight": self.weight.tolist(),
             "stays": self.stays.tolist(),
-            "noise": self.noise.to_list(),
+            "noise": self.noise.to_dict(),
         }
 
     @staticmethod
@@ -61,11 +61,11 @@ class Memory:
             np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "weight")
         )
         stays = np.array(data["stays"], dtype=np.bool_)
-        return Memory(Samples(time, rate, damping), weight, stays, Noise.from_list(data["noise"]))
+        return Memory(Samples(time, rate, damping), weight, stays, Noise.from_dict(data["noise"]))
 
 
 def start(settings: Settings) -> Memory:
-    return Memory(Samples.empty(), np.empty(0), np.empty(0, dtype=np.bool_), Noise())
+    return Memory(Samples.empty(), np.empty(0), np.empty(0, dtype=np.bool_), Noise.start(settings.rate_range))
 
 
 def learn(
@@ -112,7 +112,7 @@ def learn(
         )
         memory = Memory(vectors, weight[~wild], stays, memory.noise)
         model = _served(settings, memory)
-        noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), place)
+        noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), place, batch.yaw_rate)
         memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
     else:
         forgotten = Samples.empty()  # no training takes place, so nothing has to make room

@@ -69,19 +69,19 @@ class Memory:
     def to_dict(self) -> dict[str, Any]:
         return {
             "vectors": self.vectors.to_dict(),
-            "noise": self.noise.to_list(),
+            "noise": self.noise.to_dict(),
             "watch": self.watch.to_dict(),
         }
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Memory:
         return Memory(
-            Vectors.from_dict(data["vectors"]), Noise.from_list(data["noise"]), Watch.from_dict(data["watch"])
+            Vectors.from_dict(data["vectors"]), Noise.from_dict(data["noise"]), Watch.from_dict(data["watch"])
         )
 
 
 def start(settings: Settings) -> Memory:
-    return Memory(Vectors.empty(), Noise(), Watch())
+    return Memory(Vectors.empty(), Noise.start(settings.rate_range), Watch())
 
 
 def learn(
@@ -107,7 +107,7 @@ def learn(
         # There is no curve yet by which to call a sample an outlier, only the batch's own.
         wild = np.zeros(len(batch), dtype=bool)
         own = _served(settings, Vectors.of(batch, information=1.0), noise)
-        noise = noise.after(batch.damping - own.evaluate(batch.yaw_rate), place)
+        noise = noise.after(batch.damping - own.evaluate(batch.yaw_rate), place, batch.yaw_rate)
         kept = batch
     else:
         residual = batch.damping - predicted
@@ -124,7 +124,8 @@ def learn(
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
         told = trained & (change is None)
-        noise = noise.after(np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate)), place)
+        left = np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate))
+        noise = noise.after(left, place, kept.yaw_rate)
     served = replace(served, sigma=noise.sigma)
     return Memory(vectors, noise, watch), Iteration(
         number=number,

@@ -1,0 +1,91 @@
+"""How far fresh samples lie from what was served, beyond what their noise and the curve's own doubt allow.
+
+The doubt that a curve has of itself knows noise that is independent of the motion. Water that lasts for minutes, a
+correction that was a false alarm, vectors of a vehicle that has changed: none of them is in it, and all of them show in
+the next batches. So the samples of a batch are grouped by rate, before they are learned; the mean residual m of each
+group is noise of variance s² and the curve's error. Over some batches Σ(m² − s²)/ΣV tells by how much the error exceeds
+the variance V that the curve had claimed. Where that is more than one, the curve's doubt is widened by its root; it is
+never narrowed, since what is common to all batches does not show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from incsvr.learning.model import Model
+from incsvr.samples import Array
+
+CELLS = 5
+"""Groups of a batch to each side, over the vehicle's rates."""
+FEWEST_SAMPLES = 4
+"""Of a group that tells anything."""
+FEWEST_GROUPS = 5.0
+"""From which on they are believed."""
+HORIZON = 40.0
+"""Groups that the sums stand for, at most: of some ten batches."""
+FARTHEST = 4.0
+"""Deviations that a group counts for, at most: a few outliers must not be the curve's error."""
+
+
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """Running sums over groups.
+
+    Attributes:
+        excess: Σ(m² − s²) [N² m²].
+        claimed: ΣV [N² m²].
+        groups: that both stand for.
+    """
+
+    excess: float = 0.0
+    claimed: float = 0.0
+    groups: float = 0.0
+
+    @property
+    def widening(self) -> float:
+        """By how much the curve's own doubt is to be multiplied, at least 1."""
+        if self.groups < FEWEST_GROUPS or not self.excess > self.claimed > 0.0:
+            return 1.0
+        return sqrt(self.excess / self.claimed)
+
+    def after(self, model: Model, rate: Array, damping: Array, fastest: float) -> Disagreement:
+        """With samples that a trained model has not learned from.
+
+        Args:
+            rate, damping: (n,) of them [rad/s], [N m].
+            fastest: the vehicle's largest |r| [rad/s].
+        """
+        said = model.predict(rate)
+        cell = 2 * np.minimum((CELLS * np.abs(rate) / fastest).astype(np.intp), CELLS - 1) + (rate > 0.0)
+        sizes = np.bincount(cell[~said.extrapolated], minlength=2 * CELLS)
+        known = (~said.extrapolated) & (sizes[cell] >= FEWEST_SAMPLES)
+        there = np.flatnonzero(sizes >= FEWEST_SAMPLES)
+        if there.size == 0:
+            return self
+
+        def mean(values: Array) -> Array:
+            return np.asarray(np.bincount(cell[known], values[known], 2 * CELLS)[there] / sizes[there])
+
+        worth = (1.0 - model.correlation) / (1.0 + model.correlation)
+        noise = mean(said.noise**2) / (worth * sizes[there])
+        claimed = mean(said.curve_sigma**2) / model.widening**2
+        square = np.minimum(mean(damping - said.damping) ** 2, FARTHEST**2 * (noise + claimed))
+        before = min(self.groups, max(HORIZON - there.size, 0.0))
+        kept = before / self.groups if self.groups else 0.0
+        return Disagreement(
+            kept * self.excess + float((square - noise).sum()),
+            kept * self.claimed + float(claimed.sum()),
+            before + there.size,
+        )
+
+    def to_list(self) -> list[float]:
+        return [self.excess, self.claimed, self.groups]
+
+    @staticmethod
+    def from_list(data: Sequence[float]) -> Disagreement:
+        excess, claimed, groups = data
+        return Disagreement(excess, claimed, groups)

@@ -1,0 +1,83 @@
+"""How the noise of a damping sample follows the yaw rate.
+
+Rotors shake a gyro the more the faster they turn, and the water is rough where a vehicle is fast. So beside the level
+of the noise its variance is tracked at five rates, as shares of that level, straight between them and alike to both
+sides. What nobody has seen yet is as loud as the level says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.samples import Array
+
+KNOTS = 5
+"""Rates at which the variance is known, evenly from rest to the fastest."""
+UNSEEN = 10.0
+"""Samples for which "as loud as the level says" stands at each of them."""
+HORIZON = 100.0
+"""Samples that each of them stands for, at most: some ten batches."""
+FARTHEST = 2.5
+"""Deviations that a sample counts for, at most: an outlier must not be the noise."""
+_LEFT = 0.97750
+"""Mean square of what FARTHEST leaves of a normal deviate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """The noise's variance over the level's, by rate.
+
+    Attributes:
+        fastest: the vehicle's largest |r| [rad/s].
+        variance: (KNOTS,) at |r| from 0 to the fastest, as shares of the level's.
+        seen: (KNOTS,) samples that each stands for.
+    """
+
+    fastest: float
+    variance: tuple[float, ...] = (1.0,) * KNOTS
+    seen: tuple[float, ...] = (UNSEEN,) * KNOTS
+
+    @staticmethod
+    def start(rate_range: tuple[float, float]) -> Spread:
+        """Before the first sample, for a vehicle of this range [rad/s]."""
+        return Spread(max(abs(end) for end in rate_range))
+
+    @property
+    def possible(self) -> bool:
+        """Whether every number is one that learning can have led to."""
+        parts = np.array((self.variance, self.seen))
+        return (
+            parts.shape == (2, KNOTS) and bool(np.isfinite(parts).all() and parts.min() >= 0.0) and self.fastest > 0.0
+        )
+
+    def at(self, rate: Array) -> Array:
+        """(n,) standard deviation over the level's, at (n,) rates [rad/s]."""
+        knots = np.linspace(0.0, self.fastest, KNOTS)
+        return np.asarray(np.sqrt(np.interp(np.abs(rate), knots, self.variance)))
+
+    def after(self, rate: Array, residual: Array, level: float) -> Spread:
+        """With n ≥ 1 samples more.
+
+        Args:
+            rate: (n,) [rad/s].
+            residual: (n,) what the curve leaves over [N m].
+            level: the noise's standard deviation [N m], above 0.
+        """
+        place = np.minimum(np.abs(rate) / self.fastest, 1.0) * (KNOTS - 1)
+        near = np.maximum(1.0 - np.abs(place - np.arange(KNOTS)[:, None]), 0.0)
+        square = np.minimum((residual / level) ** 2, (FARTHEST * self.at(rate)) ** 2) / _LEFT
+        new, total = near.sum(axis=1), near @ square
+        seen = np.minimum(np.array(self.seen), np.maximum(HORIZON - new, 0.0))
+        variance = (seen * np.array(self.variance) + total) / np.maximum(seen + new, 1e-12)
+        return Spread(self.fastest, tuple(variance.tolist()), tuple((seen + new).tolist()))
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"fastest": self.fastest, "variance": list(self.variance), "seen": list(self.seen)}
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Spread:
+        return Spread(data["fastest"], tuple(data["variance"]), tuple(data["seen"]))
