@@ -142,7 +142,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--runs", type=int, default=3, help="of each kind and vehicle, nothing hidden")
     parser.add_argument("--hidden-runs", type=int, default=3, help=f"of each effect and vehicle, in a {TURNING}")
     parser.add_argument("--other-runs", type=int, default=1, help="of each effect and other kind of mission")
-    parser.add_argument("--only", choices=("learner", "tracer"))
+    parser.add_argument("--only", choices=("learner", "tracer"), help="one alone, into files of its own")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
     parser.add_argument("--vehicles", nargs="+", choices=tuple(VEHICLES), default=tuple(VEHICLES))
     parser.add_argument("--processes", type=int, default=2)
@@ -150,7 +150,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Writes missions.json and missions.md."""
+    """Writes missions.json and missions.md; for the learner or the tracer alone missions_learner or missions_tracer."""
+    name = "missions" if args.only is None else f"missions_{args.only}"
     began = time.perf_counter()
     records = study(list(cases(args)), args.processes)
     document = provenance(shlex.join(["python", "-m", "benchmarks.missions", *sys.argv[1:]])) | {
@@ -164,8 +165,8 @@ def run(args: argparse.Namespace) -> int:
     lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
     head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
     args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "missions.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
-    (args.out / "missions.md").write_text(text, encoding="utf-8")
+    (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
+    (args.out / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)
     return 0
 

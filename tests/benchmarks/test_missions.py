@@ -107,11 +107,11 @@ def test_the_tracer_is_judged_by_what_was_hidden(outcome: Outcome) -> None:
 def test_a_small_study_of_the_learner(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--only", "learner", "--runs", "1", "--kinds", "rate_control", "station", "--vehicles", "auv")
     assert run(wanted(*options, "--first-seed", "2000", "--processes", "1", "--out", str(tmp_path))) == 0
-    document = json.loads((tmp_path / "missions.json").read_text(encoding="utf-8"))
+    document = json.loads((tmp_path / "missions_learner.json").read_text(encoding="utf-8"))
     assert [record["policy"] for record in document["records"]] == ["paper", "weighted"] * 2
     driven = [record for record in document["records"] if record["kind"] == "rate_control"]
     assert all(record["near"] > 0.8 for record in driven)
-    text = (tmp_path / "missions.md").read_text(encoding="utf-8")
+    text = (tmp_path / "missions_learner.md").read_text(encoding="utf-8")
     assert "| rate_control | auv | 1 |" in text
     assert document["command"] in text
     assert text.strip() in capsys.readouterr().out

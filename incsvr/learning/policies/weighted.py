@@ -113,7 +113,8 @@ def learn(
         residual = batch.damping - predicted
         trained = vectors.within(batch.yaw_rate, NEAR * radius) * noise.variance >= TRAINED
         alone = np.minimum(np.abs(residual), np.abs(residual - _beside(batch.yaw_rate, residual)))
-        wild = outliers(residual) & trained & (alone > CLEAR * noise.sigma)
+        spread = noise.spread.at(batch.yaw_rate)  # where the noise is loud, far is farther
+        wild = outliers(residual / spread) & trained & (alone > CLEAR * noise.sigma * spread)
         index = np.flatnonzero(~wild)
         kept, residual, trained, place = batch.take(index), residual[index], trained[index], place[index]
         vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, predicted[index], place)
