@@ -62,6 +62,8 @@ def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
         _believable(guarded.before.model, settings)
     if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW:
         raise BadInput("its account of what moves the vehicle cannot be")
+    if min(state.disagreement.claimed, state.disagreement.groups) < 0.0:
+        raise BadInput("its account of how fresh samples disagreed cannot be")
     json.dumps(guarded.to_dict(), allow_nan=False)
     covered = np.array([-math.inf if t is None else float(t) for t in memory["covered"]])
     if covered.size != settings.bins or np.isnan(covered).any():
