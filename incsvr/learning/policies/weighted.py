@@ -7,7 +7,7 @@ and weighs as many: Cᵢ = C nᵢ, and a tube as wide as the noise of its mean, 
    curve has been trained, and where the batch itself does not say the same at the rates beside it: what came first has
    no privilege, and many samples that disagree alike are a change.
 2. Change (watch.py): where a smooth correction of the curve is likelier than the curve, all vectors
-   move by it.
+   move by it. Only samples at rates where the curve has been trained are asked.
 3. Inclusion: a sample joins the vector beside it or becomes one.
 4. Forgetting: while there are more than `capacity`, the two closest neighbours become one.
 5. Training on what is kept, and that is served.
@@ -117,7 +117,10 @@ def learn(
         wild = outliers(residual / spread) & trained & (alone > CLEAR * noise.sigma * spread)
         index = np.flatnonzero(~wild)
         kept, residual, trained, place = batch.take(index), residual[index], trained[index], place[index]
-        vectors, watch, change = follow(settings, watch, vectors, model, noise, kept, predicted[index], place)
+        # Between two turns that were held the curve has guessed: that it guessed wrongly is no change.
+        vectors, watch, change = follow(
+            settings, watch, vectors, model, noise, kept.take(trained), predicted[index][trained], place[trained]
+        )
     each = 1.0 / noise.variance
     included = vectors.absorb(kept, radius=radius, each=each, most=MOST * each)
     vectors = included.condense(settings.capacity, most=MOST * each)
