@@ -23,9 +23,11 @@ class Doubted:
         """Whether a value with this stamp [s] is among them: the same again proves nothing."""
         return any(stamp == time for stamp, _ in self.values)
 
-    def followed_by(self, time: float, lateness: float) -> bool:
-        """Whether a value with this stamp [s] may be of the same clock; with none before it, it is."""
-        return len(self.values) < DOUBTED and time >= self._newest() - lateness
+    def followed_by(self, time: float, lateness: float, pause: float) -> bool:
+        """Whether a value with this stamp [s] may be of the same clock, after a pause [s] of at most so long; with none
+        before it, it is."""
+        newest = self._newest() if self.values else time
+        return len(self.values) < DOUBTED and newest - lateness <= time <= newest + pause
 
     def add(self, time: float, value: float) -> None:
         self.advanced += time > self._newest()

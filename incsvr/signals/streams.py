@@ -236,7 +236,9 @@ class Stream:
         if self._doubted.has(time):
             self.refuse("duplicate")
             return
-        if not self._doubted.followed_by(time, self.lateness):
+        # Of yaw rate and torque a first clock is told by stamps near each other: two alone may be one of them wrong.
+        first = not isfinite(self.newest) and self.believed == BELIEVED
+        if not self._doubted.followed_by(time, self.lateness, JUMP if first else inf):
             self._refuse_doubted()
         self._doubted.add(time, value)
         if self._doubted.advanced >= (self.believed if isfinite(self.newest) else FIRST_BELIEVED):

@@ -192,6 +192,13 @@ def test_a_refusal_is_counted_by_its_reason(message: Message, reason: str) -> No
     assert push_all([*REGULAR, message]).rejected == {reason: 1}
 
 
+def test_a_wrong_second_stamp_is_not_the_first_clock() -> None:
+    synchroniser = push_all([(5.0, 0.0), (500.0, 0.0), *((5.1 + 0.1 * k, 0.0) for k in range(20))])
+    assert synchroniser.newest("yaw_rate") == pytest.approx(7.0)
+    assert synchroniser.rejected == {"clock_jump": 2}
+    assert not synchroniser.readings["yaw_rate"].began_anew
+
+
 def test_the_size_of_the_blocks_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """They only bound the memory."""
     whole, _ = synchronise(SETTINGS, sine(60.0))
