@@ -82,7 +82,7 @@ def depth(time: Array, _scale: float, random: np.random.Generator) -> Array:
     """[m] Down, along, up, along."""
     duration = float(time[-1])
     legs = between_levels(time, (0.02 * duration, 0.08 * duration), (0.02 * duration, 0.08 * duration), random)
-    return 6.0 + 18.0 * legs + 0.1 * wandering(time.size, 4.0, random)
+    return 9.0 + 14.0 * legs + 0.1 * wandering(time.size, 4.0, random)
 
 
 def temperature(time: Array, _scale: float, random: np.random.Generator) -> Array:

@@ -68,14 +68,15 @@ def coupling(plant: Plant, here: Setting, channel: str) -> tuple[Plant, Paramete
 def modulation(plant: Plant, here: Setting, channel: str) -> tuple[Plant, Parameters]:
     """A power of the channel scales thrust or drag: of the voltage the square, or whatever else its effect needs.
 
-    The power is that by which one deviation of the channel makes 12 to 20 %. At the channel's mean nothing is scaled.
+    The power is that by which one deviation of the channel makes about 12 to 20 %. At the channel's mean nothing is
+    scaled.
     """
     values = here.channels[channel]
     mean, spread = float(np.mean(values)), float(np.std(values))
     share = here.size * here.between(0.12, 0.2)
     if MODULATING[channel] == "drag":
         share = here.either_sign(share)
-    power = np.log1p(share) / np.log1p(spread / mean)
+    power = share * mean / spread
     factor = np.clip(values / mean, 0.05, None) ** power
     parameters: Parameters = {"coefficient": share / spread, "reference": mean, "shape": MODULATING[channel]}
     if MODULATING[channel] == "thrust":

@@ -20,7 +20,7 @@ def drag_drift(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:
     """Weed catches in clumps: the drag grows by many small steps, of sizes and at times of their own."""
     fraction = here.size * here.between(0.3, 0.5)
     clumps = int(here.random.integers(8, 15))
-    times = here.time[-1] * here.random.uniform(0.0, 1.0, clumps)
+    times = here.time[-1] * (np.arange(clumps) + here.random.uniform(0.0, 1.0, clumps)) / clumps
     sizes = here.random.uniform(0.5, 1.5, clumps)
     sizes *= fraction / sizes.sum()
     grown = np.sum(np.where(here.time[:, None] >= times, sizes, 0.0), axis=1)

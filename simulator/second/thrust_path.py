@@ -8,15 +8,12 @@ from dataclasses import replace
 
 from simulator.second.plant import STEP, Parameters, Plant, Setting, Stage
 
-USUAL = 0.5
-"""Of the full torque: the usual command."""
-
 
 def torque_lag(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:
     """The motor's lag before the propeller's, or a rotor that a given shaft torque drives against its quadratic load.
 
     The second is slow where it turns slowly: J ṅ = Q − k n|n| has the time constant J/(2 k n). The parameter is the
-    mean delay of the first, and the time constant of the second at the usual thrust.
+    mean delay of the first, and the time constant of the second at a quarter of the full thrust, half of its speed.
     """
     constant = here.size * here.time_scale * here.between(0.15, 0.28)
     full = here.full_torque
@@ -37,7 +34,7 @@ def torque_lag(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:
 
     def loaded_rotor() -> Stage:
         speed = 0.0
-        rate = STEP / (2.0 * math.sqrt(USUAL) * constant)
+        rate = STEP / constant
 
         def stage(command: float) -> float:
             nonlocal speed
@@ -97,7 +94,7 @@ def dead_zone(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:
         return math.copysign(soft * beyond, command)
 
     def stiction(command: float) -> float:
-        ratio = (abs(command) / (width * (1.0 + math.copysign(skew, command)))) ** 6
+        ratio = (abs(command) / (width * (1.0 + math.copysign(skew, command)))) ** 12
         return command * ratio / (1.0 + ratio)
 
     stage: Stage = gear if play_in_gear else stiction
@@ -106,19 +103,17 @@ def dead_zone(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:
 
 
 def torque_asymmetry(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:
-    """Astern the blades meet the flow with their thin edge, and lose more the harder they work."""
-    lost = here.size * here.between(0.2, 0.36)
-    level = USUAL * here.full_torque
-    weak_side = here.either_sign(1.0)
+    """Astern the blades meet the flow with their thin edge and lose more the harder they work; or they were built in
+    the other way round, and gain."""
+    gained = here.size * here.either_sign(here.between(0.2, 0.36))
 
     def astern(command: float) -> float:
-        if command * weak_side >= 0.0:
+        if command >= 0.0:
             return command
-        load = abs(command) / level
-        return command * (1.0 - lost * 1.3 * load / (load + 0.3))
+        load = abs(command) / here.full_torque
+        return command * (1.0 + gained * 1.3 * load / (load + 0.15))
 
-    parameters: Parameters = {"reverse_efficiency": 1.0 - lost if weak_side > 0.0 else 1.0 / (1.0 - lost)}
-    return replace(plant, stages=(*plant.stages, lambda: astern)), parameters
+    return replace(plant, stages=(*plant.stages, lambda: astern)), {"reverse_efficiency": 1.0 + gained}
 
 
 def torque_saturation(plant: Plant, here: Setting) -> tuple[Plant, Parameters]:

@@ -13,12 +13,22 @@ import pytest
 
 from benchmarks.second_cases import KINDS, TORQUES, case
 from simulator.recordings import Recording, read, write
-from simulator.second import BY_CHANNEL, CLOSED_LOOP, COMMANDS, EFFECTS, OPEN_LOOP, VEHICLES, Case, commands, play
+from simulator.second import (
+    BY_CHANNEL,
+    CLOSED_LOOP,
+    COMMANDS,
+    EFFECTS,
+    OPEN_LOOP,
+    VEHICLES,
+    Case,
+    commands,
+    play,
+)
 from simulator.second.commands import computer_period, pilot_of
 from simulator.second.hidden import hide
 from simulator.second.motion import Motion, motion_of
 from simulator.second.plant import STEP, Array, Plant, Setting
-from simulator.second.play import chance, water
+from simulator.second.play import chance
 from simulator.second.sensors import clocked
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -67,23 +77,6 @@ def test_an_effect_of_size_zero_is_none(name: str) -> None:
     recording = play(clean).recording
     assert same(recording, play(replace(clean, effects=(name,), size=0.0)).recording)
     assert not same(recording, play(replace(clean, effects=(name,))).recording)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_an_effect_is_of_realistic_size_and_half_of_it_is_less(name: str) -> None:
-    shares = [moment_of(replace(USUAL, effects=(name,), size=size)) for size in (0.5, 1.0)]
-    assert 0.04 < shares[1] < 0.6
-    assert 0.3 < shares[0] / shares[1] < 0.8
-
-
-def moment_of(hidden: Case) -> float:
-    """What the declared vehicle leaves unexplained of its motion, over the usual command: root mean squares."""
-    vehicle, motion = VEHICLES[hidden.vehicle], play(hidden).motion
-    before = np.concatenate([[0.0], motion.yaw_rate[:-1]])
-    drag = np.array([vehicle.drag()(r) for r in (0.5 * (before + motion.yaw_rate)).tolist()])
-    pushed = held(motion) + water(vehicle, before.size, chance(hidden, "water"))
-    left = vehicle.inertia * (motion.yaw_rate - before) / STEP + drag - pushed
-    return float(np.sqrt(np.mean(left**2) / np.mean(motion.command**2)))
 
 
 @pytest.mark.parametrize("vehicle", sorted(VEHICLES))
