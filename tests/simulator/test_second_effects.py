@@ -66,7 +66,8 @@ def textbook_moment(name: str, hidden: Case, played: Played) -> Array:
     """(n,) the moment of an effect as CONTRACT words it, with the parameters that the simulator tells [N m]."""
     told = {key: float(value) for key, value in played.truth[name].items() if not isinstance(value, str)}
     motion, u, r, heading = played.motion, held(played.motion), played.motion.yaw_rate, played.motion.heading
-    time, (inertia, drag) = STEP * np.arange(r.size), (VEHICLES[hidden.vehicle].inertia, drag_of(hidden, r))
+    time, drag = STEP * np.arange(r.size, dtype=np.float64), drag_of(hidden, r)
+    inertia = VEHICLES[hidden.vehicle].inertia
     kind, _, channel = name.partition(":")
 
     def late(seconds: float) -> Array:
