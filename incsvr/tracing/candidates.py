@@ -5,20 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.effects import Effect, Signals, Term, candidates
 from incsvr.tracing.equations import Part
+
+Array = NDArray[np.float64]
+
+OF_HEADING = ("heading_current", "tether")
+"""What, beside a moment from outside, turns a vehicle whose thrusters do not: the rest only shapes a motion."""
 
 SLIGHT = 0.02
 """Part of the size that physics allows, at which the tangent of a thrust effect is taken."""
 
 
-def admissible(names: Sequence[str]) -> tuple[Effect, ...]:
-    """The catalogue's effects for these channels; of forms that differ only where the torque is noisy, the plain
-    one."""
+def admissible(names: Sequence[str], torque: Array) -> tuple[Effect, ...]:
+    """The catalogue's effects for these channels; of forms that differ only where the torque is noisy, the plain one.
+    Of a vehicle whose torque (n,) never changes, those that turn it without."""
     left_out = {"torque_lag/rotor speed, commanded", "torque_asymmetry/before a limit"}
     left_out |= {f"modulation:{name}/thrust, own level" for name in names}
-    return tuple(effect for effect in candidates(names) if effect.key not in left_out)
+    effects = tuple(effect for effect in candidates(names) if effect.key not in left_out)
+    if float(np.ptp(torque)) > 0.0:
+        return effects
+    return tuple(effect for effect in effects if effect.acts == "outside" or effect.name in OF_HEADING)
 
 
 def starts(effect: Effect, signals: Signals) -> Iterator[Part]:

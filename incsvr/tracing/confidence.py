@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from incsvr.evidence import NORMAL_95
 from incsvr.tracing.equations import Part, assumed_inertia, columns, predicted, thrust
-from incsvr.tracing.fit import Fit, assemble
+from incsvr.tracing.fit import Fit
 from incsvr.tracing.grid import Grid
+from incsvr.tracing.regression import assemble
 
 Array = NDArray[np.float64]
 

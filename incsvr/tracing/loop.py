@@ -1,4 +1,4 @@
-"""Does the torque answer the water, is it a command or a measurement, and do the recordings say anything at all?"""
+"""Does the torque answer the water, and is it a command or a measurement?"""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from incsvr.errors import BadInput
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.grid import Grid
-from incsvr.tracing.projection import Projection
-from incsvr.tracing.thresholds import ANSWERS, DRIVES, IDLE, IDLE_RATE, LEAST_KNOWN, LEAST_RATE, NOISY, REVERSED
+from incsvr.tracing.thresholds import ANSWERS, NOISY
 
 Array = NDArray[np.float64]
 
@@ -46,48 +44,6 @@ class Loop:
 def loop_of(grid: Grid, base: Fit) -> Loop:
     """How the torque came about, as the declared model's innovations tell."""
     return Loop(_answer(grid, base))
-
-
-def refuse_opposite_signs(grid: Grid, base: Fit) -> None:
-    """Raises BadInput where the vehicle turns against its thrust: then more than all of the torque seems lost, or the
-    damping drives the fastest turns both ways.
-    """
-    projection = Projection(grid, base)
-    seen = projection.seen(grid.signals.torque)
-    lost = float(projection.left @ seen) / max(float(seen @ seen), 1e-300)
-    ends = np.asarray(np.quantile(grid.signals.rate, [0.01, 0.99]), dtype=np.float64)
-    drives = np.min(-np.sign(ends) * base.model.damping_at(ends)) / np.sqrt(np.mean(grid.signals.torque**2))
-    if lost > REVERSED or (ends[0] < 0.0 < ends[1] and drives > DRIVES):
-        raise BadInput(
-            "torque and yaw rate count in opposite directions (the vehicle turns against its thrust): multiply torque "
-            "by −1, it must be positive the way yaw_rate is"
-        )
-
-
-def refuse_too_little_motion(grid: Grid, base: Fit) -> None:
-    """Raises BadInput where the vehicle hardly moves, or its torque hardly moves it: there anything explains
-    everything."""
-    s = grid.signals
-    if float(np.ptp(s.torque)) == 0.0:
-        return  # what turns a vehicle whose thrusters stand still is another question
-    fastest = float(np.quantile(np.abs(s.rate), 0.99))
-    scatter = 1.4826 * float(np.median(np.abs(np.diff(s.rate, 3)))) / np.sqrt(20.0)
-    unsure = _gain_error(grid, base)
-    idle = float(np.mean(np.abs(s.torque) < 0.02 * max(float(np.max(np.abs(s.torque))), 1e-300)))
-    least = IDLE_RATE if idle > IDLE else LEAST_RATE
-    if unsure > LEAST_KNOWN or fastest < least * scatter:
-        raise BadInput(
-            f"too little motion: 99 % of the yaw rates are below {fastest:.2g} rad/s where the gyro scatters by "
-            f"{scatter:.1g}, the torque is next to zero for {idle:.0%} of the time, and what it does would leave the "
-            f"inertia uncertain by {min(unsure, 9.99):.0%}; drive turns both ways with steps of a quarter, half and "
-            f"all of the torque, each held for {max(2.0 * s.scale, 5.0):.0f} s, for ten minutes"
-        )
-
-
-def _gain_error(grid: Grid, base: Fit) -> float:
-    """Relative standard error of the thrust's gain beside a free damping."""
-    seen = Projection(grid, base).seen(grid.signals.torque)
-    return float(base.sigma / np.sqrt(max(float(seen @ seen), 1e-300)))
 
 
 def _answer(grid: Grid, base: Fit) -> float:

@@ -14,7 +14,7 @@ are alike (L. Ljung, System Identification, 1999, ch. 4 and 13; U. Forssell, L. 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import atanh, exp, log, tanh
 
@@ -44,6 +44,10 @@ class Noise:
     def start(cell: float, scale: float) -> Noise:
         """Water that lasts for a time scale of the motion, and much of the gyro. Both in s."""
         return Noise(exp(-cell / scale), (-0.8, 0.0))
+
+    def within(self, cell: float, scale: float) -> Noise:
+        """The same with water that lasts no longer than the motion's time scale. Both in s."""
+        return replace(self, pole=min(self.pole, exp(-cell / scale)))
 
     @property
     def moving_average(self) -> tuple[float, float]:

@@ -10,8 +10,9 @@ from scipy.optimize import minimize_scalar
 
 from incsvr.tracing.candidates import SLIGHT, bracket, unit
 from incsvr.tracing.equations import Part, columns, predicted, thrust
-from incsvr.tracing.fit import Fit, assemble
+from incsvr.tracing.fit import Fit
 from incsvr.tracing.grid import Grid
+from incsvr.tracing.regression import assemble
 
 Array = NDArray[np.float64]
 

@@ -1,8 +1,9 @@
-"""What a search by the forward form found, as the result that everybody reads."""
+"""What a search found, as the result that everybody reads."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,37 +11,60 @@ from numpy.typing import NDArray
 from incsvr.evidence import p_value
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.sentences import sentence, streams
+from incsvr.tracing.adequacy import smooth_terms
 from incsvr.tracing.candidates import starts
 from incsvr.tracing.confidence import intervals
-from incsvr.tracing.equations import predicted
+from incsvr.tracing.equations import columns, predicted
+from incsvr.tracing.equivalence import rivals, separate
 from incsvr.tracing.fit import fit
 from incsvr.tracing.grid import Grid
-from incsvr.tracing.search import Found, Question
+from incsvr.tracing.question import Question
+from incsvr.tracing.refusals import doubts
+from incsvr.tracing.search import Found
 from incsvr.tracing.validation import model_of, residual, validate
 
 Array = NDArray[np.float64]
 
 
-def result_of(asked: Question, found: Found, unseen: Grid | None, ignored: Mapping[str, str]) -> Trace:
-    """The findings with their errors on unseen data."""
-    grid, best = asked.grid, found.best
-    validation = validate(grid, best.parts, best, found.base, unseen)
+def result_of(
+    asked: Question,
+    found: Found,
+    fine: Grid,
+    unseen: tuple[Grid, Grid] | None,
+    ignored: Mapping[str, str],
+    closed_loop: bool,
+) -> Trace:
+    """The findings with their errors on unseen data.
+
+    Args:
+        asked: which recordings were asked for what.
+        found: by the search.
+        fine: the recordings in cells of the streams' own period.
+        unseen: recordings for validation, as `validation.validate` takes them.
+        ignored: why some channels were no candidates.
+        closed_loop: whether the torque answers the rate.
+    """
+    grid = asked.grid
+    channels = [name for name in grid.signals.channels if name not in ignored]
+    best, unexplained = smooth_terms(asked, found.best, channels)
+    validation = validate(grid, fine, best, found.base, unseen)
     s = grid.signals
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     declared, model = model_of(grid, found.base), model_of(grid, best)
     size = max(round(model.block / grid.cell), 1)
-    error, change = validation.to_dict(model.sigma)
+    error, predictions, free_runs = validation.to_dict(model.sigma)
+    proof = predictions if closed_loop else free_runs
     return Trace(
         inertia=s.inertia,
-        verdict="effects" if best.parts else "none",
+        verdict="effects" if found.best.parts else "unexplained" if unexplained else "none",
         effects=tuple(_findings(asked, found)),
         rejected=tuple(_rejected(asked, found)),
-        unexplained=(),
+        unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(),
-        loop="closed",
-        proven=bool(best.parts) and change.high < 0.0,
+        notes=doubts(grid),
+        loop="closed" if closed_loop else "open",
+        proven=bool(found.best.parts) and proof.high < 0.0,
         declared_model=declared,
         model=model,
         pictures=Pictures(
@@ -69,13 +93,14 @@ def _findings(asked: Question, found: Found) -> list[Finding]:
     squares = [float(np.mean(fit(grid, parts[:k], found.base).innovation ** 2)) for k in range(len(parts))]
     squares.append(float(np.mean(best.innovation**2)))
     total = max(squares[0] - squares[-1], 1e-300)
-    findings = []
+    findings, model = [], model_of(grid, best)
     for k, part in enumerate(parts):
         parameters = part.effect.parameters(part.term, grid.signals.inertia)
         share = float(np.clip((squares[k] - squares[k + 1]) / total, 0.0, 1.0))
         linear = 0 if part.thrust else len(part.term.coefficients)
         looks = candidates * sum(1 for _ in starts(part.effect, predicted(grid, best.model).signals))
         gain = found.gains[k] + asked.price(part)
+        others = rivals(asked, best, k)
         findings.append(
             Finding(
                 effect=part.name,
@@ -84,34 +109,25 @@ def _findings(asked: Question, found: Found) -> list[Finding]:
                 interval=spans[k],
                 p_value=p_value(gain, linear + int(part.searched), looks),
                 share=share,
-                cannot_tell_from=found.rivals[k],
-                next_manoeuvre=_manoeuvre(grid, found.rivals[k]),
+                cannot_tell_from=tuple(other.parts[-1].name for other in others),
+                next_manoeuvre=separate(grid, model, best, others[0]) if others else "",
                 sentence=sentence(part.effect, parameters, spans[k], share),
             )
         )
     return findings
 
 
-def _manoeuvre(grid: Grid, rivals: tuple[str, ...]) -> str:
-    if not rivals:
-        return ""
-    s = grid.signals
-    top, hold = float(np.max(np.abs(s.torque))), max(4.0 * s.scale, 5.0)
-    return (
-        f"to tell it from {rivals[0]}, drive without the controller: steps of 25, 50, 75 and 100 % of {top:.3g} N m "
-        f"both ways with rests, {hold:.3g} s each"
-    )
-
-
 def _rejected(asked: Question, found: Found) -> list[Rejected]:
     """What was looked at and not added, the most telling first."""
     named, out = set(found.best.names()), list[Rejected]()
+    s = replace(predicted(asked.grid, found.best.model).signals, residual=found.best.innovation)
     for lead in found.leads:
         name = lead.part.name
         if name in named or name in {rejected.effect for rejected in out}:
             continue
         gain = lead.gain + asked.price(lead.part)
-        linear = 1 if lead.part.thrust else lead.part.effect.core
-        p = p_value(gain, linear, len({effect.name for effect in asked.effects}) * lead.part.effect.looks)
+        linear = 1 if lead.part.thrust else columns(lead.part, s).shape[0]
+        looks = len(asked.effects) * sum(1 for _ in starts(lead.part.effect, s))
+        p = p_value(gain, linear, looks)
         out.append(Rejected(name, p, found.refused.get(name, "beside what was found it brings too little")))
     return sorted(out, key=lambda rejected: rejected.p_value)

@@ -1,28 +1,26 @@
 """Which effects the model lacks: the best one is added, what no longer pays goes, neighbours are tried in its place.
 
-Every candidate is judged by 2 Δℓ of the forward form less the price of its parameters,
-
-    (free parameters) · ln(duration / 0.1 T_c) + 2 ln(values tried),
-
-Schwarz's criterion with the number of independent moments of a motion of time scale T_c for its n, and Bonferroni's
-correction for the search within the candidate.
+Every candidate is judged by 2 Δℓ of the forward form less the price of its parameters (question.py); in open loop the
+free run may veto it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.effects import Effect, Signals
+from incsvr.effects import Signals
 from incsvr.tracing.candidates import starts
 from incsvr.tracing.equations import Part, columns, predicted
 from incsvr.tracing.fit import Fit, fit
 from incsvr.tracing.grid import Grid
 from incsvr.tracing.projection import Lead, Projection
-from incsvr.tracing.thresholds import INDISTINGUISHABLE, MISFIT, RELEVANT, REQUIRED_GAIN
+from incsvr.tracing.question import Question
+from incsvr.tracing.thresholds import FREE_RUN_VETO, MISFIT, RELEVANT, REQUIRED_GAIN
+from incsvr.tracing.validation import free_run_error
 
 Array = NDArray[np.float64]
 
@@ -53,38 +51,6 @@ CLOSE = 0.01
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
-    """What is asked of which recordings.
-
-    Attributes:
-        grid: the recordings as cells.
-        effects: that may be named.
-        prices: by the effect's key, what its parameters cost in 2 Δℓ.
-    """
-
-    grid: Grid
-    effects: tuple[Effect, ...]
-    prices: Mapping[str, float]
-
-    @staticmethod
-    def of(grid: Grid, effects: Sequence[Effect], base: Fit) -> Question:
-        """The question whether these effects are missing beside `base`, the fit without any."""
-        s = Projection(grid, base).signals
-        moments = np.log(max(len(s) * grid.cell / (0.1 * s.scale), 2.0))
-        prices = {}
-        for effect in effects:
-            begun = list(starts(effect, s))
-            if begun:
-                linear = 0 if begun[0].thrust else columns(begun[0], s).shape[0]
-                free = linear + (1 if begun[0].searched else 0) + (1 if effect.shapes else 0)
-                prices[effect.key] = free * float(moments) + 2.0 * float(np.log(len(begun)))
-        return Question(grid, tuple(effect for effect in effects if effect.key in prices), prices)
-
-    def price(self, part: Part) -> float:
-        return self.prices[part.effect.key]
-
-
-@dataclass(frozen=True, slots=True)
 class Found:
     """What a search found.
 
@@ -92,7 +58,6 @@ class Found:
         base: without effects.
         best: with them.
         gains: for each, 2 Δℓ of the whole over the whole without it, less its price.
-        rivals: for each, the names of the effects that explain the recordings as well in its place.
         refused: name → why the nearest candidates are not among them.
         leads: the last scan, the most telling first.
     """
@@ -100,7 +65,6 @@ class Found:
     base: Fit
     best: Fit
     gains: tuple[float, ...]
-    rivals: tuple[tuple[str, ...], ...]
     refused: dict[str, str]
     leads: tuple[Lead, ...]
 
@@ -121,8 +85,7 @@ def search(asked: Question, base: Fit) -> Found:
         leads = scan(asked, best)
     base = base if best.parts or base.log_likelihood >= best.log_likelihood else best
     gains = tuple(gain_of(asked, best, k) for k in range(len(best.parts)))
-    rivals = tuple(_rivals(asked, best, k) for k in range(len(best.parts)))
-    return Found(base, best, gains, rivals, refused, tuple(leads))
+    return Found(base, best, gains, refused, tuple(leads))
 
 
 def required(fitted: Fit) -> float:
@@ -146,22 +109,24 @@ def gain_of(asked: Question, fitted: Fit, k: int) -> float:
 
 
 def scan(asked: Question, fitted: Fit) -> list[Lead]:
-    """The best start of each effect that is not in the fit, by 2 Δℓ less its price, the noise as it was.
+    """The best start of each effect that is not in the fit, by 2 Δℓ less its price, with the noise as it stands.
 
-    All innovations count alike: what an effect does for moments only, the fit without it takes for outliers.
+    All innovations count alike: what an effect does for moments only, the fit without it takes for outliers. And what
+    lasts, the fit without it takes for water that lasts: so each start is looked at beside water of the motion's own
+    time scale, too.
     """
     everywhere = replace(fitted, weight=np.ones_like(fitted.weight), sigma=float(np.std(fitted.innovation)))
-    projection = Projection(asked.grid, everywhere)
-    leads = []
+    views = [Projection(asked.grid, everywhere)]
+    shorter = fitted.noise.within(asked.grid.cell, asked.grid.signals.scale)
+    if shorter != fitted.noise:
+        views.append(Projection(asked.grid, fit(asked.grid, fitted.parts, replace(fitted, noise=shorter), search=0)))
+    leads = list[Lead]()
     for effect in asked.effects:
         if effect.name in fitted.names():
             continue
-        best: Lead | None = None
-        for part in starts(effect, projection.signals):
-            found = projection.try_start(part)
-            if best is None or found.gain > best.gain:
-                best = found
-        if best is not None:
+        begun = [view.try_start(part) for view in views for part in starts(effect, view.signals)]
+        if begun:
+            best = max(begun, key=lambda lead: lead.gain)
             leads.append(Lead(best.part, best.gain - asked.price(best.part)))
     return sorted(leads, key=lambda lead: -lead.gain)
 
@@ -206,13 +171,16 @@ def objection(grid: Grid, fitted: Fit, k: int) -> str:
     reason = part.effect.implausible(part.term, s) or part.effect.slight(part.term, s)
     if reason:
         return reason
-    if part.thrust and part.effect.lingers and abs(part.parameter) < max(grid.cell, grid.torque_period):
+    if part.thrust and part.effect.lingers and abs(part.parameter) < grid.resolution:
         return "it is less than a sample of the streams"
-    moved = float(np.sqrt(np.mean(loss_of(s, part) ** 2)))
-    usual = float(np.sqrt(np.mean(s.torque**2)))
-    if moved < RELEVANT * usual:
-        return f"it moves {moved / max(usual, 1e-300):.1%} of the torque, less than a thrust table is known"
+    if not is_relevant(s, part):
+        return f"it moves less than {RELEVANT:.0%} of the torque, less than a thrust table is known"
     return ""
+
+
+def is_relevant(signals: Signals, part: Part) -> bool:
+    """Whether it moves as much of the torque as matters; of a vehicle whose thrusters stand still, anything does."""
+    return bool(np.mean(loss_of(signals, part) ** 2) >= RELEVANT**2 * np.mean(signals.torque**2))
 
 
 def loss_of(signals: Signals, part: Part) -> Array:
@@ -236,6 +204,8 @@ def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str,
     for fitted in tried:
         gain = 2.0 * (fitted.log_likelihood - best.log_likelihood) - asked.price(fitted.parts[-1])
         reason, asked_gain = objection(asked.grid, fitted, len(fitted.parts) - 1), required(fitted)
+        if not reason and gain >= max(asked_gain, most) and not _free_run_bears(asked, fitted, best):
+            reason = "the free run gets worse with it"
         if reason or gain < asked_gain:
             name = fitted.parts[-1].name
             refused[name] = reason or f"it brings {gain:.3g} of the {asked_gain:.3g} that are asked"
@@ -244,6 +214,15 @@ def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str,
     if grown is not None:
         refused.pop(grown.parts[-1].name, None)
     return grown
+
+
+def _free_run_bears(asked: Question, fitted: Fit, less: Fit) -> bool:
+    """Whether the free run over these recordings bears the effect; True where a controller closed the loop, since a
+    free run proves nothing there."""
+    if asked.fine is None:
+        return True
+    with_effect, without_it = (free_run_error(asked.grid, asked.fine, each) for each in (fitted, less))
+    return with_effect < FREE_RUN_VETO * without_it
 
 
 def _pruned(asked: Question, best: Fit) -> Fit:
@@ -256,7 +235,10 @@ def _pruned(asked: Question, best: Fit) -> Fit:
         ]
         worst = int(np.argmin(gains))
         if gains[worst] >= required(best) and not objection(asked.grid, best, worst):
-            return best
+            idle = [k for k, fewer in enumerate(less) if len(less) > 1 and not _free_run_bears(asked, best, fewer)]
+            if not idle:
+                return best
+            worst = min(idle, key=lambda k: gains[k])
         best = less[worst]
     return best
 
@@ -273,17 +255,3 @@ def _swapped(asked: Question, best: Fit) -> Fit:
                 best = tried
                 break
     return best
-
-
-def _rivals(asked: Question, best: Fit, k: int) -> tuple[str, ...]:
-    """Names of the effects that explain these recordings as well in the k-th one's place."""
-    fewer, part = without(asked.grid, best, k), best.parts[k]
-    names = list[str]()
-    for lead in [lead for lead in scan(asked, fewer) if lead.part.name != part.name][:4]:
-        if lead.part.name in names:
-            continue
-        tried = settled(asked.grid, fewer, lead.part)
-        less = 2.0 * (best.log_likelihood - tried.log_likelihood) + asked.price(lead.part) - asked.price(part)
-        if less < INDISTINGUISHABLE and not objection(asked.grid, tried, len(tried.parts) - 1):
-            names.append(lead.part.name)
-    return tuple(names)

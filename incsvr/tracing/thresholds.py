@@ -13,7 +13,7 @@ SHIFT = 0.25
 
 REQUIRED_GAIN = 20.0
 """2 Δℓ above the price of its parameters that an effect must bring: a p-value of about 1e-5 for one parameter, so that
-a search over thirty candidates and a hundred missions still names next to nothing that is not there."""
+a search over thirty candidates and a hundred recordings still names next to nothing that is not there."""
 
 MISFIT = 2.0
 """Times what the commands still tell of the innovations that an effect must bring besides: of hidden effects of full
@@ -43,9 +43,11 @@ IDLE, IDLE_RATE = 0.85, 35.0
 deviations of the gyro's noise, above which it moved all the same: what the torque does for instants only, thrust curve,
 rotor and stamps explain alike."""
 
-REVERSED = 1.5
-"""Part of the torque that seems lost from which it counts the other way: twice is lost there, none where it is
-right."""
+BLOCKS_IN_SCALE, BLOCKS_IN_SETTLING = 12.0, 2.5
+"""Blocks in T_c, and in the time in which the vehicle follows its torque: longer ones lose what is fast in its motion,
+shorter ones hold more of the sensors' noise (development seeds: 8 and 15 in T_c do as well, 5 loses delays)."""
 
-DRIVES = 0.3
-"""Of the torque's root mean square, by which a damping that drives both ways is the torque's sign and no water."""
+FREE_RUN_VETO = 1.1
+"""Times the free run's error without an effect that the error with it may reach: an effect that predicts the next rise
+better and the free run by far worse is the shape of something else (development seeds: true effects up to 1.09, false
+ones from 1.3)."""

@@ -18,13 +18,14 @@ from incsvr.tracer.channels import usable
 from incsvr.tracer.findings import Trace
 from incsvr.tracer.run import Run, check
 from incsvr.tracer.weak_trace import weak_trace
-from incsvr.tracing.candidates import admissible
 from incsvr.tracing.equations import Part
 from incsvr.tracing.fit import Fit, fit
+from incsvr.tracing.forward_trace import forward_trace, read
 from incsvr.tracing.grid import Grid, cells
-from incsvr.tracing.loop import loop_of, refuse_opposite_signs, refuse_too_little_motion
-from incsvr.tracing.result import result_of
-from incsvr.tracing.search import Question, gain_of, search
+from incsvr.tracing.loop import loop_of
+from incsvr.tracing.question import Question
+from incsvr.tracing.refusals import refuse_opposite_signs, refuse_too_little_motion
+from incsvr.tracing.search import gain_of
 from incsvr.tracing.thresholds import REQUIRED_GAIN
 
 __all__ = ["Run", "Trace", "trace"]
@@ -61,16 +62,14 @@ def trace(
 
 def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, torque: TorqueKind | None) -> Trace:
     names, ignored = usable([*runs, *(validate or [])])
-    grid = _cells(runs, inertia, names)
+    grid = cells(runs, inertia, read(runs, names))
     base = fit(grid)
     refuse_too_little_motion(grid, base)
     loop = loop_of(grid, base)
     commanded = loop.commanded if torque is None else torque == "commanded"
     if commanded and loop.closed:
-        refuse_opposite_signs(grid, base)
-        asked = Question.of(grid, admissible(names), base)
-        unseen = _cells(validate, inertia, names) if validate else None
-        return result_of(asked, search(asked, base), unseen, ignored)
+        refuse_opposite_signs(grid)
+        return forward_trace(runs, inertia, validate, names, ignored)
     found = weak_trace(runs, inertia, validate, names, ignored, {})
     if commanded and not found.proven:
         unpaid = _unpaid(grid, base, found)
@@ -92,8 +91,3 @@ def _unpaid(grid: Grid, base: Fit, found: Trace) -> dict[str, str]:
         for name, gain in gains.items()
         if gain < REQUIRED_GAIN
     }
-
-
-def _cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
-    headed = all("heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 5 for run in runs)
-    return cells(runs, inertia, [*names, "heading"] if headed else names)

@@ -1,0 +1,40 @@
+"""Whether what is left is still told by a channel, by time or by heading, though no effect of the catalogue fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from incsvr.effects import SmoothTerm
+from incsvr.evidence import p_value
+from incsvr.tracer.unexplained import Unexplained
+from incsvr.tracing.equations import predicted
+from incsvr.tracing.fit import Fit
+from incsvr.tracing.question import Question
+from incsvr.tracing.search import gain_of, is_relevant, required, scan, settled
+
+MOST = 3
+"""Smooth terms that are added."""
+
+LEADS = 3
+"""Of them fitted in full in each round."""
+
+
+def smooth_terms(asked: Question, found: Fit, channels: Sequence[str]) -> tuple[Fit, tuple[Unexplained, ...]]:
+    """`found` with smooth terms of what still tells its residual, and their names."""
+    names = [*channels, "time", "heading"]
+    question = Question.of(asked.grid, [SmoothTerm(name) for name in names], found)
+    unexplained = list[Unexplained]()
+    while len(unexplained) < MOST:
+        leads = [lead for lead in scan(question, found) if lead.gain > 0.0][:LEADS]
+        tried = [settled(asked.grid, found, lead.part) for lead in leads]
+        gains = [gain_of(question, fitted, len(fitted.parts) - 1) for fitted in tried]
+        if not gains or max(gains) < required(found):
+            break
+        grown = tried[gains.index(max(gains))]
+        part = grown.parts[-1]
+        if not is_relevant(predicted(asked.grid, grown.model).signals, part):
+            break
+        found = grown
+        p = p_value(max(gains) + question.price(part), len(part.term.coefficients), len(names))
+        unexplained.append(Unexplained(part.name.split(":", 1)[1], p))
+    return found, tuple(unexplained)
