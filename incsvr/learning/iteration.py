@@ -73,7 +73,7 @@ class Iteration:
         discarded_tube, discarded_near: samples of the batch that told nothing new: inside the tube, beside a vector.
         outliers: what the outlier criterion took away.
         model: what is served from now on.
-        progressive_mae: mean |f(x) − y| of the batch under the model from before it [N m]; None before there is one.
+        progressive_mae: mean error of the batch under the curve that was served before it [N m]; None before one was.
         undriven: samples of the batch that are no evidence about damping, because the torque did not make their motion.
         change: a sentence when the policy noticed that the vehicle has changed, or took that back.
     """

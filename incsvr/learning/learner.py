@@ -192,7 +192,7 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
 
 
 def _mean_error(model: Model, batch: Samples) -> float | None:
-    """Mean |f(x) − y| of a batch [N m]; None before anything is learned."""
+    """Mean |d(x) − y| of a batch [N m], d the curve that was served, continuation and all; None before one was."""
     if not model.is_trained:
         return None
-    return float(np.abs(model.evaluate(batch.yaw_rate) - batch.damping).mean())
+    return float(np.mean(np.abs(model.predict(batch.yaw_rate).damping - batch.damping)))
