@@ -250,6 +250,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=1, help="processes (default: %(default)s)")
     parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER", help="where the results go")
     args = parser.parse_args(words)
+    args.out.mkdir(parents=True, exist_ok=True)
     command = shlex.join(["python", "-m", "benchmarks.sensor_faults", *(sys.argv[1:] if words is None else words)])
     found = provenance(command) | run(args)
     text = markdown(found, Limits(LASTS, AFTER, SOON, ALLOWED))
