@@ -23,6 +23,8 @@ COMMANDS = {
     "query": ("service.query", "asks a running learner for the damping"),
     "status": ("service.status", "what a running learner hears, makes of it and why; exit status 0 where health is OK"),
     "watch": ("service.watch", "the same, live, and a line for each iteration"),
+    "inspect": ("service.inspecting", "what is in a log of any format, and what of it would be learned from"),
+    "convert": ("simulator.convert", "logs of any format as one recording in our form"),
     "fit": ("simulator.fit", "the online loop over recordings; errors for each iteration"),
     "tune": ("simulator.tune", "the grid search of Section IV-B for C, ε and γ over recordings"),
     "trace": ("simulator.trace", "finds what the model lacks, adds it, reports the error before and after"),

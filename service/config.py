@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, model_validator
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import SignalSettings
+from service.inputs.settings import Inputs
 from service.sections import Bus, HealthLimits, Learner, Name, Prefix, Section, Signals, Simulation, Tracing, Vehicle
 
 
@@ -42,6 +43,7 @@ class Config(Section):
     health: HealthLimits = HealthLimits()
     tracing: Tracing = Tracing()
     simulation: Simulation = Simulation()
+    inputs: Inputs = Inputs()
 
     @model_validator(mode="after")
     def _traceable(self) -> Self:

@@ -28,9 +28,10 @@ from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
+from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, pauses, remarks, signals_for
 from simulator.progress import progress
-from simulator.recordings import RATE_LIMIT, Recording, Streams, read, sequence
+from simulator.recordings import RATE_LIMIT, Recording, Streams, sequence
 
 LIMITS = (
     "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
@@ -46,7 +47,9 @@ CURVE = 101
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV files, one run each")
+    parser.add_argument(
+        "recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format, one run each"
+    )
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen runs")
     parser.add_argument(
         "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; otherwise the configured one"
@@ -59,17 +62,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
     parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
+    add_log_arguments(parser)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     config = read_config(args.config)
-    rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
-    limit_is = "vehicle.rate_limit in the configuration" if args.config else ""
-    runs, unseen = (
-        [read(path, rate_limit=rate_limit, limit_is=limit_is) for path in paths]
-        for paths in (args.recordings, args.validate)
-    )
+    reading = Reading.of(args, config)
+    runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
     inertia, estimate = _inertia(args.inertia, config.vehicle.inertia, runs)
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)

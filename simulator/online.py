@@ -107,7 +107,8 @@ def pauses(recording: Recording, gap: float) -> list[str]:
 
 def remarks(recordings: Sequence[Recording], samples: Samples, signals: SignalSettings) -> list[str]:
     """What a person should know about the recordings and the settings."""
-    found = [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
+    found = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
+    found += [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
     foreign = foreign_inertia(recordings, samples, signals)
     return found if foreign is None else [*found, foreign]
 

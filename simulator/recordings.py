@@ -38,11 +38,13 @@ class Recording:
         name: what people call it: the file's name.
         time: (n,) stamps [s], strictly increasing, not negative.
         columns: "yaw_rate" [rad/s], "torque" [N m] and further channels by name, each (n,), NaN where not sampled.
+        notes: what a person should know of how it came out of a log, one sentence each.
     """
 
     name: str
     time: Array
     columns: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -14,12 +14,14 @@ from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
 from service.session import connecting, from_file, open_session, told_to_stop
 from service.wire import Keys
+from simulator.logs import Reading, add_log_arguments
 from simulator.player import Messages, Unheard, messages, play, wait_for_learner
-from simulator.recordings import read, sequence
+from simulator.recordings import sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", metavar="RECORDING", nargs="+", type=Path, help="CSV files, one run each")
+    parser.add_argument("recordings", metavar="RECORDING", nargs="+", type=Path, help="logs of any format")
+    add_log_arguments(parser)
     add_player_arguments(parser)
 
 
@@ -32,7 +34,7 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    recording = sequence([read(path) for path in args.recordings])
+    recording = sequence(Reading.of(args, config).of_all(args.recordings))
     return play_to_learner(args, config, messages(recording.streams()), recording.name)
 
 

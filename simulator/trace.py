@@ -14,8 +14,10 @@ from incsvr.tracer.findings import Trace
 from incsvr.tracer.run import Run, distinct
 from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
+from service.config import read as read_config
 from service.output import add_json_argument, emit
-from simulator.recordings import Recording, read
+from simulator.logs import Reading, add_log_arguments
+from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
 
 LENG_INERTIA = 350.0
@@ -26,7 +28,7 @@ REPORT_WRITER = "viewer.report"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="CSV file of one run")
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="log of any format, one run")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
     parser.add_argument("--inertia", default=LENG_INERTIA, help="declared I [kg m²] (default: %(default)s)")
     parser.add_argument(
@@ -35,12 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
     )
     parser.add_argument("--report", type=Path, metavar="FILE.html", help="one self-contained file to keep")
+    add_log_arguments(parser, config=True)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     inertia = _inertia(args.inertia)
-    recordings = [read(path) for path in (*args.recordings, *args.validate)]
+    reading = replace(Reading.of(args, read_config(args.config)), ours_whole=True)
+    recordings = reading.of_all([*args.recordings, *args.validate])
     distinct(_runs(recordings))
     sensors = examined(recordings, inertia)
     runs = _runs(believed(recordings, sensors))

@@ -48,7 +48,7 @@ def notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained
     """
     sentences = []
     for recording, said in zip(recordings, sensors, strict=True):
-        of_it = [*said.remarks, *(() if explained else said.of_the_model)]
+        of_it = [*recording.notes, *said.remarks, *(() if explained else said.of_the_model)]
         if said.heading_reversed:
             of_it.append("the heading was taken with its sign turned")
         sentences += [f"{recording.name}: {sentence}" for sentence in of_it]

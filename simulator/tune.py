@@ -22,9 +22,10 @@ from service.config import Config
 from service.config import read as read_config
 from service.output import add_json_argument, emit
 from simulator import leng
+from simulator.logs import Reading, add_log_arguments
 from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 from simulator.progress import progress
-from simulator.recordings import RATE_LIMIT, Recording, read, sequence
+from simulator.recordings import RATE_LIMIT, Recording, sequence
 
 _BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
 MARGIN = 2.0
@@ -32,13 +33,14 @@ MARGIN = 2.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help="CSV files, one run each")
+    parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help="logs of any format")
     parser.add_argument("--simulated", type=int, metavar="SEED", help="the simulated Leng's T1 instead of recordings")
     parser.add_argument("--inertia", type=float, metavar="I", help="inertia with added mass [kg m²]")
     parser.add_argument("--config", type=Path, metavar="FILE", help="signals and learner as the service has them")
     parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
     parser.add_argument("--last", action="store_true", help="judge after the last step alone, not after every step")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write a configuration with the best point there")
+    add_log_arguments(parser)
     add_json_argument(parser)
 
 
@@ -153,8 +155,7 @@ def _simulated(args: argparse.Namespace, config: Config) -> tuple[str, Samples, 
 def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
     """The recordings' samples; what is not configured is scaled to them, and noted in the configuration."""
     rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
-    limit_is = "vehicle.rate_limit in the configuration" if args.config else ""
-    runs = [read(path, rate_limit=rate_limit, limit_is=limit_is) for path in args.recordings]
+    runs = Reading.of(args, config).of_all(args.recordings)
     if args.inertia is None and args.config is None:
         raise BadInput(
             "the inertia is not known; give --inertia I [kg m²], or --config FILE with vehicle.inertia "

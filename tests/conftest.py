@@ -20,6 +20,15 @@ def measured() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def field_logs() -> Path:
+    """The folder of real logs beside the checkout; they are never copied here."""
+    folder = ROOT.parent / "shared" / "logs"
+    if not folder.is_dir():
+        pytest.skip("the real logs are not beside this checkout (../shared/logs)")
+    return folder
+
+
 # One set of examples for everybody: a failure that somebody sees, everybody sees.
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True)
 settings.register_profile("explore", deadline=None)

@@ -20,6 +20,8 @@ ALLOWED = {
         "incsvr",
         "service.wire",
         "service.output",
+        "service.inputs",
+        "service.logs",
         "service.commented",
         "service.config",
         "service.effects",

@@ -1,0 +1,60 @@
+"""One clock for all streams: each stamp where the vehicle's own clock has it, whoever wrote it down and whenever.
+
+A vehicle's messages bear its clock, in different units, some of which run over; others bear none, and only the log's
+time of arrival tells when they were. The yaw rate's stamps are the reference: what shares their clock keeps its own
+stamps, everything else is placed by its arrival.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.samples import Array
+
+WRAP = 2.0**32 * 1e-6
+"""A stamp of 32 bits in µs begins anew after so long [s]."""
+RESTART = 1.0
+"""A clock that falls back by more was set, or the vehicle started anew [s]."""
+SAME = 1.0
+"""Clocks that differ by less are one clock: the rest is the way of the messages [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """The reference: pieces between which the vehicle's clock jumped.
+
+    Attributes:
+        since: (m,) arrival of each piece's first message [s], rising.
+        offset: (m,) arrival minus stamp in it, the median [s].
+    """
+
+    since: Array
+    offset: Array
+
+    @staticmethod
+    def of(arrival: Array, stamps: Array | None) -> Clock:
+        """The clock of a stream (n,) [s]; without stamps the clock is that of arrival."""
+        if stamps is None or not arrival.size:
+            return Clock(np.array([-np.inf]), np.zeros(1))
+        begins = np.flatnonzero(np.concatenate(([True], np.diff(stamps) < -RESTART)))
+        apart = np.split(arrival - stamps, begins[1:])
+        since = arrival[begins]
+        since[0] = -np.inf
+        return Clock(since, np.array([float(np.median(piece)) for piece in apart]))
+
+    def placed(self, arrival: Array, stamps: Array | None) -> tuple[Array, bool]:
+        """The stream's times (n,) [s] on this clock, and whether its own stamps count on it.
+
+        Times go on over a restart of the vehicle, by as much as went by on the log's clock.
+        """
+        piece = np.clip(np.searchsorted(self.since, arrival, side="right") - 1, 0, None)
+        shift = self.offset[piece] - self.offset[0]
+        if stamps is not None and arrival.size:
+            # By how many turns of a 32-bit counter the two clocks are apart, message by message.
+            apart = arrival - stamps - self.offset[piece]
+            turns = np.round(apart / WRAP)
+            if float(np.median(np.abs(apart - turns * WRAP))) < SAME:
+                return stamps + turns * WRAP + shift, True
+        return arrival - self.offset[0], False

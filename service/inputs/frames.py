@@ -1,0 +1,46 @@
+"""Which thrusters turn a vehicle that ArduSub steers: its frame, motor directions and outputs, from its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from service.inputs.settings import Sign, Thruster
+
+FRAMES = {1: "BlueROV2", 2: "BlueROV2 Heavy"}
+"""FRAME_CONFIG of the frames whose levers are known: vectored, and vectored with six degrees of freedom."""
+YAW = (1.0, -1.0, -1.0, 1.0)
+"""The share of motors 1 … 4 in a turn clockwise, in ArduSub's table of both frames."""
+ARMS = {1: 0.189, 2: 0.171}
+"""Moment by thrust about the vertical axis [m]: thrusters at ±(0.156, 0.111) m and 45° (Wu 2018); of the Heavy the mean
+of 0.167 and 0.175 m in a published model (von Benzon 2022)."""
+FIRST_MOTOR = 33
+"""SERVOn_FUNCTION of the output that drives motor 1."""
+OUTPUTS = 16
+
+
+def frame(parameters: Mapping[str, float]) -> int | None:
+    """The frame that the vehicle says it has."""
+    said = parameters.get("FRAME_CONFIG")
+    return None if said is None else int(said)
+
+
+def thrusters(parameters: Mapping[str, float], kind: int, field: str) -> tuple[Thruster, ...]:
+    """The four thrusters of a frame that turn it; positive clockwise seen from above, as MAVLink's yaw rate is.
+
+    Args:
+        parameters: of the vehicle, as far as they are known.
+        kind: 1 or 2.
+        field: path of the command of an output, with a place for its number, such as `servo{}_raw`.
+    """
+    outputs = {
+        int(parameters[name]) - FIRST_MOTOR + 1: output
+        for output in range(1, OUTPUTS + 1)
+        if (name := f"SERVO{output}_FUNCTION") in parameters
+    }
+    found = []
+    for motor, share in enumerate(YAW, start=1):
+        direction: Sign = -1 if parameters.get(f"MOT_{motor}_DIRECTION", 1.0) < 0.0 else 1
+        found.append(
+            Thruster(field=field.format(outputs.get(motor, motor)), direction=direction, arm=share * ARMS[kind])
+        )
+    return tuple(found)

@@ -1,0 +1,7 @@
+"""What vehicles of a kind speak: each preset finds the mapping in what is there, and says what is missing."""
+
+from __future__ import annotations
+
+from service.inputs.presets.proposal import Observed, Proposal, proposed
+
+__all__ = ["Observed", "Proposal", "proposed"]

@@ -1,0 +1,81 @@
+"""Tables of others: which columns are the time, the yaw rate and the torque, by the names that people give them."""
+
+from __future__ import annotations
+
+import re
+
+from service.inputs.presets.proposal import Observed, Proposal, first
+from service.inputs.settings import Inputs, Source, StampedBy, StampUnit
+from service.inputs.units import FACTORS, unit
+from service.logs.csv_log import ROWS
+
+_TIMES = ("t", "time", "timestamp", "stamp", "time_s", "date", "datetime", "utc", "header_stamp", "timeus")
+_RATES = (
+    "yaw_rate",
+    "yawrate",
+    "yawspeed",
+    "r",
+    "gyro_z",
+    "gyr_z",
+    "gyrz",
+    "angular_velocity_z",
+    "omega_z",
+    "wz",
+    "q_r",
+)
+_TORQUES = ("torque", "yaw_torque", "torque_z", "yaw_moment", "moment_z", "tau", "tau_r", "tau_n", "mz", "n")
+_UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]\s*$")
+_SUFFIXES = ("degps", "dps", "radps", "mradps", "deg_s", "rad_s", "nm", "ms", "us", "ns")
+
+
+def proposal(observed: Observed) -> Proposal | None:
+    """The mapping by names; None where the log is no table."""
+    table = first(topic for topic in observed.topics if topic.name == ROWS)
+    if table is None:
+        return None
+    named = {field: _parts(field) for field in table.fields}
+    time = _pick(named, _TIMES)
+    stamp = StampedBy() if time is None else StampedBy(stamp=time, stamp_unit=_stamp_unit(named[time][1]))
+    missing = {}
+    found: dict[str, Source | None] = {}
+    for name, names in (("yaw_rate", _RATES), ("torque", _TORQUES)):
+        field = _pick(named, names)
+        found[name] = None
+        if field is None:
+            known = ", ".join(table.fields[:12])
+            cure = f"--column {name}=COLUMN" + (":deg/s" if name == "yaw_rate" else "")
+            missing[name] = f"no column is the {name} by its name, among {known}: say which, as in {cure}"
+        else:
+            spelt = named[field][1]
+            found[name] = Source(topic=ROWS, field=field, unit=spelt if spelt in FACTORS else "", **stamp)
+    if time is None:
+        missing["t"] = "no column is the time by its name: say which, as in --column t=COLUMN:ms"
+    notes = tuple(f"{name} is the column {each.field!r}, by its name" for name, each in found.items() if each)
+    return Proposal(Inputs(yaw_rate=found["yaw_rate"], torque=found["torque"]), notes, missing)
+
+
+def _parts(field: str) -> tuple[str, str]:
+    """Name in small letters without its unit, and the unit: `Yaw rate [deg/s]`, `yaw_rate_degps`, `gyro.z (rad/s)`."""
+    bracketed = _UNIT.match(field)
+    name, spelt = (bracketed[1], bracketed[2]) if bracketed else (field, "")
+    plain = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    for suffix in () if bracketed else _SUFFIXES:
+        if plain.endswith(f"_{suffix}"):
+            plain, spelt = plain.removesuffix(f"_{suffix}"), suffix.replace("_s", "/s")
+            break
+    return plain, unit(spelt) or ""
+
+
+def _pick(named: dict[str, tuple[str, str]], names: tuple[str, ...]) -> str | None:
+    """The column with the first of the names, or the only one that ends with one of the longer names."""
+    for name in names:
+        for field, (plain, _) in named.items():
+            if plain == name:
+                return field
+    ends = [field for field, (plain, _) in named.items() if any(plain.endswith(f"_{n}") for n in names if len(n) > 3)]
+    return ends[0] if len(ends) == 1 else None
+
+
+def _stamp_unit(spelt: str) -> StampUnit:
+    units: tuple[StampUnit, ...] = ("ms", "us", "ns")
+    return next((unit for unit in units if unit == spelt), "s")

@@ -1,0 +1,49 @@
+"""Keelson, the maritime conventions on Zenoh: the subject in a key says what it is and in which unit."""
+
+from __future__ import annotations
+
+import re
+
+from service.inputs.presets.proposal import Observed, Proposal
+from service.inputs.settings import Armed, Inputs, Source
+from service.logs.table import Topic
+
+_KEY = re.compile(r"^.+/@v\d+/.+/pubsub/([a-z0-9_]+)/.+$")
+_CHANNELS = {
+    "heading_true_north_deg": ("heading", "deg"),
+    "yaw_deg": ("heading", "deg"),
+    "roll_rate_degps": ("roll_rate", "deg/s"),
+    "pitch_rate_degps": ("pitch_rate", "deg/s"),
+    "surge_velocity_mps": ("surge", "m/s"),
+    "sway_velocity_mps": ("sway", "m/s"),
+    "battery_voltage_v": ("voltage", "V"),
+}
+"""Name and unit of a channel by its subject."""
+TORQUE = (
+    "Keelson has no torque: it comes of the propellers and the rudder; describe them in inputs.thrusters of a "
+    "configuration (propeller_rate_rpm, rudder_angle_deg)"
+)
+
+
+def proposal(observed: Observed) -> Proposal | None:
+    """The mapping by subjects; None where none is a yaw rate."""
+    subjects: dict[str, Topic] = {}
+    for topic in sorted(observed.topics, key=lambda each: each.count):  # the busiest source stays
+        key = _KEY.match(topic.name)
+        if key is not None:
+            subjects[key[1]] = topic
+    if "yaw_rate_degps" not in subjects:
+        return None
+    channels = {name: _source(subjects[key], unit) for key, (name, unit) in _CHANNELS.items() if key in subjects}
+    armed = subjects.get("vehicle_armed")
+    inputs = Inputs(
+        preset="keelson",
+        yaw_rate=_source(subjects["yaw_rate_degps"], "deg/s"),
+        channels=channels,
+        armed=None if armed is None else Armed(topic=armed.name, field="value"),
+    )
+    return Proposal(inputs, (), {"torque": TORQUE})
+
+
+def _source(topic: Topic, unit: str) -> Source:
+    return Source(topic=topic.name, field="value", unit=unit, stamp="timestamp", form="keelson")

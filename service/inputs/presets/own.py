@@ -1,0 +1,37 @@
+"""Our own forms: a table with `t`, `yaw_rate` and `torque`, and what the learner hears as JSON on its keys."""
+
+from __future__ import annotations
+
+from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first
+from service.inputs.settings import Armed, Inputs, Source
+from service.logs.csv_log import ROWS
+
+REQUIRED = ("t", "yaw_rate", "torque")
+
+
+def proposal(observed: Observed) -> Proposal | None:
+    """The mapping of a recording, or of a log of the learner's keys; None where it is neither."""
+    table = first((topic for topic in observed.topics if topic.name == ROWS), *REQUIRED)
+    if table is not None:
+        sources = {name: Source(topic=ROWS, field=name, stamp="t") for name in table.fields if name != "t"}
+        armed = Armed(topic=ROWS, field="armed", stamp="t") if sources.pop("armed", None) else None
+        rate, torque = sources.pop("yaw_rate"), sources.pop("torque")
+        return Proposal(Inputs(preset="incsvr", yaw_rate=rate, torque=torque, channels=sources, armed=armed))
+    keys = {topic.name: topic for topic in observed.topics if {"t", "value"} <= set(topic.fields)}
+    prefix = next((name.removesuffix("/rate") for name in keys if name.endswith("/rate")), None)
+    if prefix is None:
+        return None
+
+    def source(key: str) -> Source | None:
+        return Source(topic=key, field="value", stamp="t", form="incsvr") if key in keys else None
+
+    begin = f"{prefix}/channel/"
+    channels = {name.removeprefix(begin): source(name) for name in keys if name.startswith(begin)}
+    torque_key = source(f"{prefix}/torque")
+    inputs = Inputs(
+        preset="incsvr",
+        yaw_rate=source(f"{prefix}/rate"),
+        torque=torque_key,
+        channels={name: each for name, each in channels.items() if each is not None},
+    )
+    return Proposal(inputs, (), {} if torque_key else {"torque": NOTHING["torque"]})

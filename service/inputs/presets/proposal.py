@@ -1,0 +1,87 @@
+"""A proposed mapping, and how it is found: the presets look at topics and parameters, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+
+from service.inputs.settings import Inputs, Preset
+from service.logs.table import Topic
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """What there is to choose from.
+
+    Attributes:
+        topics: with fields of theirs that are known.
+        parameters: of the vehicle, by name, as far as it told them.
+    """
+
+    topics: Sequence[Topic]
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def typed(self, *types: str) -> list[Topic]:
+        """The topics of a type, those of the first types first, then the busiest."""
+        found = [topic for topic in self.topics if topic.type in types]
+        return sorted(found, key=lambda topic: (types.index(topic.type), -topic.count, topic.name))
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A mapping that a preset found.
+
+    Attributes:
+        inputs: the mapping, as far as it goes; its preset is the one that found it.
+        notes: what it was concluded from, one sentence each.
+        missing: what nothing was found for, by name: a sentence with the cure.
+    """
+
+    inputs: Inputs
+    notes: tuple[str, ...] = ()
+    missing: Mapping[str, str] = field(default_factory=dict)
+
+    def with_inputs(self, inputs: Inputs) -> Proposal:
+        """The same where somebody says of some inputs where they stand."""
+        told = {name for name in ("yaw_rate", "torque", "thrusters") if getattr(inputs, name) is not None}
+        over = {name: getattr(inputs, name) for name in told}
+        if told & {"torque", "thrusters"}:
+            over = {"torque": None, "thrusters": None} | over
+        if inputs.armed is not None:
+            over["armed"] = inputs.armed
+        over["channels"] = {**self.inputs.channels, **inputs.channels}
+        found = {"torque" if name == "thrusters" else name for name in told}
+        missing = {name: cure for name, cure in self.missing.items() if name not in found}
+        return replace(self, inputs=self.inputs.model_copy(update=over), missing=missing)
+
+
+_MODULES: dict[Preset, tuple[str, ...]] = {
+    "incsvr": ("own",),
+    "blueos": ("mavlink", "dataflash"),
+    "px4": ("px4",),
+    "keelson": ("keelson",),
+    "ros2": ("ros",),
+}
+NOTHING = {
+    "yaw_rate": "no yaw rate was found: say where it stands, as in --column yaw_rate=TOPIC.FIELD:deg/s",
+    "torque": "no torque was found: say where it stands, as in --column torque=TOPIC.FIELD, or describe the thrusters "
+    "in the section inputs of a configuration (--config)",
+}
+
+
+def proposed(observed: Observed, preset: Preset | None = None) -> Proposal:
+    """The mapping of a preset; without one, that of the first which finds a yaw rate, or else of the columns' names."""
+    modules = [name for key, names in _MODULES.items() if preset in (None, key) for name in names]
+    found: Proposal | None = None
+    for name in (*modules, "columns"):
+        find: Callable[[Observed], Proposal | None] = import_module(f"service.inputs.presets.{name}").proposal
+        found = find(observed)
+        if found is not None:
+            return found
+    return Proposal(Inputs(preset=preset), missing=NOTHING)
+
+
+def first(topics: Iterable[Topic], *fields: str) -> Topic | None:
+    """The first topic that has all of the fields."""
+    return next((topic for topic in topics if all(name in topic.fields for name in fields)), None)

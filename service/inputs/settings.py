@@ -1,0 +1,125 @@
+"""The mapping from what is on a bus or in a log to what is learned, as people write it in config.yaml."""
+
+from __future__ import annotations
+
+from math import hypot
+from pathlib import Path
+from typing import Annotated, Literal, Self, TypedDict
+
+from pydantic import Field, field_validator, model_validator
+
+from service.inputs.units import FACTORS, unit
+from service.sections import Name, Section
+
+Sign = Literal[1, -1]
+StampUnit = Literal["s", "ms", "us", "ns"]
+Vector = tuple[float, float, float]
+Preset = Literal["blueos", "ros2", "keelson", "px4", "incsvr"]
+Form = Annotated[str, Field(pattern=r"^(json|keelson|incsvr|cdr:[A-Za-z0-9_]+/msg/[A-Za-z0-9_]+)$")]
+
+
+class StampedBy(TypedDict, total=False):
+    """The clock of a topic, as its sources and thrusters take it."""
+
+    stamp: str
+    stamp_unit: StampUnit
+
+
+class Source(Section):
+    """One quantity: where it stands, in which unit, direction and clock."""
+
+    topic: str = Field(description="topic of a log, key expression on the bus")
+    field: str = Field(default="", description="path of the number in a message, such as angular_velocity.z or data[2]")
+    unit: str = Field(default="", description="its unit, such as deg/s; empty where it is SI")
+    sign: Sign = Field(default=1, description="-1 where it counts in the other direction")
+    scale: float = Field(default=1.0, description="what it is multiplied by besides")
+    stamp: str = Field(default="", description="path of its stamp in a message; empty takes the time of arrival")
+    stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
+    form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
+
+    @field_validator("unit")
+    @classmethod
+    def _known(cls, spelt: str) -> str:
+        found = unit(spelt)
+        if found not in FACTORS:
+            raise ValueError(f"there is no unit {spelt!r}; known are {', '.join(name for name in FACTORS if name)}")
+        return found
+
+    @property
+    def factor(self) -> float:
+        """SI over the number in the message."""
+        return self.sign * self.scale * FACTORS[self.unit]
+
+
+class Armed(Section):
+    """Whether the autopilot lets the thrusters turn."""
+
+    topic: str = Field(description="topic of a log, key expression on the bus")
+    field: str = Field(description="path of the number in a message")
+    bit: int | None = Field(default=None, description="armed where this bit of it is set, such as 128")
+    equals: float | None = Field(default=None, description="armed where it has this value; else where it is not zero")
+    events: bool = Field(default=False, description="it is told on change alone: not armed before the first message")
+    stamp: str = Field(default="", description="path of the stamp in a message; empty takes the time of arrival")
+    stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
+
+
+class Thruster(Section):
+    """One thruster: its command and its share of the moment."""
+
+    field: str = Field(description="path of its command in a message, such as servo1_raw")
+    direction: Sign = Field(default=1, description="-1 where more command is less thrust")
+    arm: float | None = Field(default=None, description="moment about the axis by its thrust [m], with its sign")
+    position: Vector | None = Field(default=None, description="where it is mounted, in the vehicle's axes [m]")
+    pushes: Vector | None = Field(default=None, description="the direction in which it pushes the vehicle")
+
+    @model_validator(mode="after")
+    def _placed(self) -> Self:
+        if (self.arm is None) == (self.position is None or self.pushes is None):
+            raise ValueError("give either its arm [m], or position [m] and the direction in which it pushes")
+        return self
+
+    @property
+    def lever(self) -> float:
+        """Moment about the vertical axis by its thrust [m]: x Fy − y Fx over |F|."""
+        if self.position is None or self.pushes is None:
+            return float(self.arm or 0.0)
+        (x, y, _), (fx, fy, fz) = self.position, self.pushes
+        return (x * fy - y * fx) / max(hypot(fx, fy, fz), 1e-12)
+
+
+class Thrusters(Section):
+    """The torque, put together from what the thrusters are told."""
+
+    topic: str = Field(description="topic of a log, key expression on the bus")
+    command: Literal["pwm", "fraction", "rpm", "rad/s", "N"] = Field(description="what a command is; pwm in µs")
+    each: tuple[Thruster, ...] = Field(min_length=1, description="the thrusters that turn the vehicle")
+    curve: Literal["t200", "linear", "quadratic"] | Path = Field(
+        default="t200", description="static thrust: t200, linear, quadratic, or a file of command and newtons"
+    )
+    full: float = Field(
+        default=1.0, gt=0.0, description="N at full command, or N s²/rad² of K₁ω|ω| where the curve is quadratic"
+    )
+    inflow: float = Field(default=0.0, description="K₂ of K₂v|ω| [N s²/(m rad)], with v the channel surge")
+    voltage: float | None = Field(default=None, ge=6.0, le=26.0, description="of the battery, where none is measured")
+    measured_voltage: Source | None = Field(default=None, description="where the battery's voltage stands")
+    scale: float = Field(default=1.0, description="what the torque is multiplied by besides")
+    stamp: str = Field(default="", description="path of the stamp in a message; empty takes the time of arrival")
+    stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
+    form: Form = Field(default="json", description="of a message on the bus: json, keelson, cdr:<type>")
+
+
+class Inputs(Section):
+    """What is learned from, where it does not come in our own form; what is left out follows the preset."""
+
+    preset: Preset | None = Field(default=None, description="blueos, ros2, keelson, px4 or incsvr; null finds it out")
+    yaw_rate: Source | None = Field(default=None, description="where the yaw rate stands: topic, field, unit, …")
+    torque: Source | None = Field(default=None, description="where the torque stands, if it is measured or told")
+    thrusters: Thrusters | None = Field(default=None, description="or what the thrusters are told, and their arms")
+    channels: dict[Name, Source] = Field(default={}, description="further channels by name")
+    armed: Armed | None = Field(default=None, description="what says that the thrusters may turn")
+
+    @model_validator(mode="after")
+    def _one_torque(self) -> Self:
+        if self.torque is not None and self.thrusters is not None:
+            raise ValueError("torque and thrusters both say what the torque is; leave one of them out")
+        return self

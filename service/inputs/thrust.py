@@ -1,0 +1,94 @@
+"""Static thrust: what a thruster pushes at rest by what it is told, before the water and the rotor have their say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from service.inputs.settings import Thrusters
+from service.inputs.units import FACTORS, KGF
+
+NEUTRAL = 1500.0
+"""Pulse at which a thruster rests [µs]."""
+SPAN = 400.0
+"""From the neutral pulse to the full one [µs]."""
+SILENT = 800.0
+"""A shorter pulse is no pulse [µs]: the output is off."""
+
+T200_VOLTS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0)
+T200_FORWARD = (2.93, 3.71, 4.53, 5.25, 6.02, 6.72)
+T200_REVERSE = (2.31, 2.92, 3.52, 4.07, 4.59, 5.04)
+"""Thrust at 1900 and at 1100 µs by the voltage, from the maker's data of September 2019 [kgf]; those of 10 V follow the
+others' trend."""
+T200_BAND = (38.0, 36.0, 32.0, 28.0, 28.0, 26.0)
+"""Half width of the dead band by the voltage, from the same data [µs]."""
+T200_EXPONENT = 1.3
+"""Between the band's edge and full thrust the curve is this power of the command: at 12 V within 2 % of full thrust of
+a cubic that others fitted to the maker's data, at 16 V within 2 % of full thrust forward and 6 % reverse of a measured
+vehicle's table."""
+T200_NOMINAL = 16.0
+"""A charged battery of four cells [V], where nobody knows better."""
+
+
+def t200(pulse: Array, volts: Array) -> Array:
+    """Thrust of a Blue Robotics T200 at rest (n,) [N].
+
+    Args:
+        pulse: (n,) from neutral, positive forward [µs].
+        volts: (n,) of the battery, within 10 to 20 [V]; beyond, those at the end.
+    """
+    full = np.where(
+        pulse >= 0.0, np.interp(volts, T200_VOLTS, T200_FORWARD), np.interp(volts, T200_VOLTS, T200_REVERSE)
+    )
+    band = np.interp(volts, T200_VOLTS, T200_BAND)
+    part = np.clip((np.abs(pulse) - band) / (SPAN - band), 0.0, 1.0)
+    thrust: Array = np.sign(pulse) * KGF * full * part**T200_EXPONENT
+    return thrust
+
+
+def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> Array:
+    """Thrust of one thruster at rest (n,) [N], by commands (n,) in their unit that are positive forward.
+
+    Args:
+        volts: (n,) of the battery [V].
+        speed: (n,) of the vehicle along its bow [m/s].
+    """
+    told = settings.command
+    if told == "N":
+        return command
+    if told == "pwm":
+        pulse = np.where(np.abs(command) > SILENT, command - NEUTRAL, 0.0)
+        return pulse_thrust(settings, pulse, volts)
+    if told == "fraction":
+        return pulse_thrust(settings, SPAN * command, volts)
+    speed_of_rotor = command * (FACTORS["rpm"] if told == "rpm" else 1.0)
+    if isinstance(settings.curve, Path):
+        return _tabled(settings.curve, command)
+    wash = settings.inflow * speed * np.abs(speed_of_rotor)
+    return np.asarray(settings.full * speed_of_rotor * np.abs(speed_of_rotor) + wash)
+
+
+def pulse_thrust(settings: Thrusters, pulse: Array, volts: Array) -> Array:
+    """Thrust (n,) [N] by pulses from neutral (n,) [µs]."""
+    if isinstance(settings.curve, Path):
+        return _tabled(settings.curve, pulse + NEUTRAL if settings.command == "pwm" else pulse / SPAN)
+    if settings.curve == "t200":
+        return t200(pulse, volts)
+    part = np.clip(pulse / SPAN, -1.0, 1.0)
+    return np.asarray(settings.full * (part * np.abs(part) if settings.curve == "quadratic" else part))
+
+
+def _tabled(path: Path, command: Array) -> Array:
+    """By a file with two columns, command and thrust [N], the first rising."""
+    try:
+        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise BadInput(
+            f"{path}: cannot be read as a thrust curve ({error}); write command,newtons in each row"
+        ) from None
+    if table.shape[1] != 2 or not (np.diff(table[:, 0]) > 0.0).all():
+        raise BadInput(f"{path}: a thrust curve has two columns, command and thrust [N], and rises in the first")
+    return np.interp(command, table[:, 0], table[:, 1])

@@ -1,0 +1,95 @@
+"""What a person says with `--column NAME=[-][TOPIC.]FIELD[*FACTOR][:UNIT]`; the time of a table is `t=COLUMN:ms`."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from incsvr.errors import BadInput
+from service.inputs.settings import Inputs, Source
+from service.inputs.units import STAMPS, known_unit
+from service.logs.table import Topic
+
+_FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
+_NAME = re.compile(r"^[A-Za-z0-9_.-]{1,64}$")
+TIME = "t"
+EXAMPLE = "write NAME=FIELD, as in yaw_rate=r:deg/s, torque=-tau, depth=baro.depth*0.01 or t=stamp:ms"
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What was said.
+
+    Attributes:
+        inputs: the quantities that were named.
+        stamp: the field that is the time, if it was named.
+        stamp_unit: its unit, if it was named.
+    """
+
+    inputs: Inputs
+    stamp: str | None = None
+    stamp_unit: str | None = None
+
+
+def told(columns: Sequence[str], topics: Sequence[Topic]) -> Told:
+    """The mapping that flags name, with topics and fields that are there.
+
+    Raises:
+        BadInput: a flag is not understood, or names what is not there.
+    """
+    sources: dict[str, Source] = {}
+    stamp = stamp_unit = None
+    for text in columns:
+        name, equals, place = text.partition("=")
+        name = name.strip()
+        if not (equals and place.strip() and _NAME.match(name)):
+            raise BadInput(f"--column {text}: {EXAMPLE}")
+        if name == TIME:
+            stamp, stamp_unit = _time(text, place, topics)
+        else:
+            sources[name] = _source(text, place.strip(), topics)
+    rate, torque = sources.pop("yaw_rate", None), sources.pop("torque", None)
+    return Told(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
+
+
+def _time(text: str, place: str, topics: Sequence[Topic]) -> tuple[str, str | None]:
+    field, _, unit = place.strip().rpartition(":") if place.rpartition(":")[2] in STAMPS else (place.strip(), "", "")
+    return _place(text, field, topics)[1], unit or None
+
+
+def _source(text: str, place: str, topics: Sequence[Topic]) -> Source:
+    sign = -1 if place.startswith("-") else 1
+    field, unit, scale = place.removeprefix("-"), "", 1.0
+    try:
+        topic, field = _place(text, field, topics)  # as it stands: names of columns hold colons and stars, too
+    except BadInput:
+        field, colon, spelt = field.rpartition(":")
+        if not colon:
+            field = spelt
+        else:
+            unit = known_unit(spelt, f"--column {text}")
+        factor = _FACTOR.match(field)
+        if factor:
+            field, scale = factor[1], float(factor[2])
+        topic, field = _place(text, field, topics)
+    return Source(topic=topic, field=field, unit=unit, sign=1 if sign > 0 else -1, scale=scale)
+
+
+def _place(text: str, field: str, topics: Sequence[Topic]) -> tuple[str, str]:
+    """Topic and field: `topic.field`, or a field that one topic alone has."""
+    for topic in topics:
+        for mark in (".", ":", "/"):
+            inside = field.removeprefix(topic.name + mark)
+            if inside != field and inside in topic.fields:
+                return topic.name, inside
+    having = [topic.name for topic in topics if field in topic.fields]
+    if len(having) == 1:
+        return having[0], field
+    if having:
+        raise BadInput(f"--column {text}: {field} is in {', '.join(having[:6])}; say which, as in {having[0]}.{field}")
+    every = [name for topic in topics for name in (*topic.fields, *(f"{topic.name}.{each}" for each in topic.fields))]
+    close = difflib.get_close_matches(field, every, n=1)
+    hint = f"did you mean {close[0]}?" if close else "`incsvr inspect FILE` lists what there is"
+    raise BadInput(f"--column {text}: there is no {field}; {hint}")

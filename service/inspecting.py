@@ -1,0 +1,216 @@
+"""`incsvr inspect`: what is in a log of any format, how often, in which range, and what of it would be learned from."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from service.config import read as read_config
+from service.inputs.arming import spans, within
+from service.inputs.measuring import Measured
+from service.inputs.presets import Proposal
+from service.inputs.settings import Preset, Source, Thrusters
+from service.logs import Table, Topic, opened
+from service.logs.reading import Description, described, guessed_unit, read
+from service.output import add_json_argument, emit
+
+WIDTH = 80
+FIELDS = 6
+"""Fields of a topic that are shown to people; all of them go into the JSON object."""
+STAMPS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stamp")
+"""Fields whose range nobody looks at."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log, or the folder of a bag")
+    parser.add_argument("--preset", choices=get_args(Preset), help="what the vehicle speaks")
+    parser.add_argument("--column", action="append", default=[], metavar="NAME=FIELD", help="where a quantity stands")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
+    parser.add_argument("--topic", metavar="NAME", help="all fields of one topic")
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    inputs = read_config(args.config).inputs
+    if args.preset is not None:
+        inputs = inputs.model_copy(update={"preset": args.preset})
+    log = opened(args.file)
+    if args.topic is not None and args.topic not in {topic.name for topic in log.topics}:
+        raise BadInput(f"{args.file}: there is no topic {args.topic}; `incsvr inspect {args.file}` lists them all")
+    proposal = described(log, Description(tuple(args.column), inputs))
+    measured = None
+    if proposal.inputs.yaw_rate is not None and "t" not in proposal.missing:
+        try:
+            measured = read(args.file, log, Proposal(proposal.inputs))
+        except BadInput as error:
+            proposal = Proposal(proposal.inputs, proposal.notes, {**proposal.missing, "reading": str(error)})
+    streams = _streams(log.topics, log.read([topic.name for topic in log.topics]), proposal)
+    emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
+    return 0
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """One topic as it was seen: its messages a second, how long it went on [s], and the ranges of its fields."""
+
+    topic: Topic
+    rate: float
+    span: float
+    ranges: Mapping[str, tuple[float, float]]
+
+
+def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], proposal: Proposal) -> list[Stream]:
+    found = []
+    for topic in topics:
+        table = tables.get(topic.name)
+        ranges = {} if table is None else {name: _range(values) for name, values in table.columns.items()}
+        seen = () if table is None else tuple(table.columns)
+        fields = tuple(dict.fromkeys((*topic.fields, *seen)))
+        span, rate = (0.0, 0.0) if table is None else _pace(_when(table, proposal))
+        found.append(Stream(Topic(topic.name, topic.type, fields, topic.count), rate, span, ranges))
+    return found
+
+
+def _when(table: Table, proposal: Proposal) -> Array:
+    """When the messages were written down [s]; of a table by the column that is its time."""
+    if table.arrival is not None:
+        return table.arrival
+    source = proposal.inputs.yaw_rate or proposal.inputs.torque
+    stamps = table.columns.get(source.stamp) if source is not None else None
+    if stamps is None or source is None:
+        return np.empty(0)
+    units = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    return stamps * units[source.stamp_unit if source.stamp_unit != "s" else guessed_unit(stamps)]
+
+
+def _pace(time: Array) -> tuple[float, float]:
+    known = np.unique(time[np.isfinite(time)])
+    span = float(np.ptp(known)) if known.size else 0.0
+    if known.size < 3:
+        return span, 0.0  # two messages have no rate
+    return span, (np.count_nonzero(np.isfinite(time)) - 1) / span
+
+
+def _range(values: Array) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+
+
+def _told(form: str, streams: list[Stream], proposal: Proposal, measured: Measured | None) -> dict[str, Any]:
+    """The contract's form, and what explains it."""
+    inputs = proposal.inputs.model_dump(mode="json", exclude_defaults=True)
+    return {
+        "format": form,
+        "streams": [
+            {
+                "name": each.topic.name,
+                "type": each.topic.type,
+                "fields": list(each.topic.fields),
+                "count": each.topic.count,
+                "rate_hz": each.rate,
+                "span_s": each.span,
+                "ranges": {name: list(ends) for name, ends in each.ranges.items() if np.isfinite(ends).all()},
+            }
+            for each in streams
+        ],
+        "armed": None if measured is None else _armed(measured),
+        "proposal": inputs | {"notes": list(proposal.notes), "missing": dict(proposal.missing)},
+        "measured": {} if measured is None else {name: _summary(*each) for name, each in measured.streams.items()},
+    }
+
+
+def _armed(measured: Measured) -> dict[str, Any] | None:
+    """Whether the vehicle was ever armed, and for how long while the yaw rate was measured [s]."""
+    if measured.armed is None:
+        return None
+    time = measured.streams["yaw_rate"][0]
+    inside = spans(*measured.armed)
+    steps = np.diff(time, append=time[-1:])
+    return {"ever": bool(inside), "seconds": float(steps[within(time, inside)].sum()) if inside else 0.0}
+
+
+def _summary(time: Array, values: Array) -> dict[str, Any]:
+    span, rate = _pace(time)
+    low, high = _range(values)
+    return {"count": int(time.size), "rate_hz": rate, "span_s": span, "low": low, "high": high}
+
+
+def _text(
+    args: argparse.Namespace, form: str, streams: list[Stream], proposal: Proposal, measured: Measured | None
+) -> str:
+    """The same for people, in 80 columns."""
+    lines = [f"{args.file.name}: {form}, {len(streams)} topics", ""]
+    if args.topic is not None:
+        return "\n".join([lines[0], *_fields(next(each for each in streams if each.topic.name == args.topic))])
+    widest = min(max((len(each.topic.name) for each in streams), default=0), 34)
+    lines.append(f"{'topic':<{widest}}  messages       Hz  fields")
+    for each in streams:
+        fields = [name for name in each.topic.fields if name not in STAMPS]
+        more = f" … {len(fields)}" if len(fields) > FIELDS else ""
+        shown = ", ".join(fields[:FIELDS]) or "(not read here)"
+        room = WIDTH - widest - 21 - len(more)
+        shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
+        name = each.topic.name if len(each.topic.name) <= widest else f"…{each.topic.name[1 - widest :]}"
+        lines.append(f"{name:<{widest}}  {each.topic.count:8d}  {each.rate:7.4g}  {shown}{more}")
+    return "\n".join([*lines, "", *_proposed(proposal, measured)])
+
+
+def _fields(stream: Stream) -> list[str]:
+    lines = [f"{stream.topic.name}: {stream.topic.count} messages, {stream.rate:.4g} Hz, {stream.span:.4g} s"]
+    for name in stream.topic.fields:
+        low, high = stream.ranges.get(name, (np.nan, np.nan))
+        lines.append(f"  {name:<40} {low:14.6g} {high:14.6g}")
+    return lines
+
+
+def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
+    inputs = proposal.inputs
+    preset = f" (preset {inputs.preset})" if inputs.preset else ""
+    lines = [f"what would be learned from{preset}:"]
+    named: list[tuple[str, Source | Thrusters | None]] = [
+        ("yaw_rate", inputs.yaw_rate),
+        ("torque", inputs.torque or inputs.thrusters),
+        *inputs.channels.items(),
+    ]
+    for name, source in named:
+        lines.append(_line(name, source, measured))
+    lines += _wrapped("  missing: ", proposal.missing.values())
+    armed = None if measured is None else _armed(measured)
+    if measured is not None:
+        said = "nothing says whether it was armed" if armed is None else "never armed: nothing to learn from"
+        if armed is not None and armed["ever"]:
+            said = f"armed for {armed['seconds']:.4g} s"
+        lines.append(f"  armed: {said}")
+    return lines + _wrapped("  note: ", (*proposal.notes, *(measured.notes if measured else ())))
+
+
+def _line(name: str, source: Source | Thrusters | None, measured: Measured | None) -> str:
+    if source is None:
+        return f"  {name:<11} nothing"
+    where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topic}"
+    unit = f" [{source.unit}]" if isinstance(source, Source) and source.unit else ""
+    where = f"{'-' if isinstance(source, Source) and source.sign < 0 else ''}{where}"
+    seen = ""
+    if measured is not None and name in measured.streams:
+        summary = _summary(*measured.streams[name])
+        seen = f"{summary['rate_hz']:.3g} Hz, {summary['low']:.3g} to {summary['high']:.3g}"
+    room = WIDTH - 14 - len(seen) - len(unit) - 2
+    where = where if len(where) <= room else f"…{where[1 - room :]}"
+    return f"  {name:<11} {where}{unit}  {seen}".rstrip()
+
+
+def _wrapped(begin: str, sentences: Any) -> list[str]:
+    from textwrap import wrap
+
+    return [
+        line
+        for sentence in sentences
+        for line in wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent="    ", break_on_hyphens=False)
+    ]

@@ -1,0 +1,84 @@
+"""Bags of ROS 1 (.bag) and ROS 2 (a folder, or its .db3), read by rosbags."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from incsvr.errors import BadInput
+from service.logs.cdr import RosTypes
+from service.logs.gathering import Gathering
+from service.logs.opening import first_bytes
+from service.logs.packages import needed
+from service.logs.table import Table, Topic
+
+
+class BagLog:
+    """A bag; its messages are decoded where they are asked for."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._one = not path.is_dir() and first_bytes(path).startswith(b"#ROSBAG")
+        self.format = "ROS 1 bag" if self._one else "ROS 2 bag"
+        self._types = RosTypes(path, self._one)
+        with self._opened() as reader:
+            for connection in reader.connections:
+                if connection.msgdef.data:
+                    self._types.define(
+                        connection.msgtype, connection.msgdef.data, "IDL" in str(connection.msgdef.format)
+                    )
+            self.topics = tuple(self._topic(reader, each) for each in sorted(reader.connections, key=_named))
+
+    def read(self, names: Collection[str]) -> Mapping[str, Table]:
+        gathered = {name: Gathering() for name in names}
+        with self._opened() as reader:
+            wanted = [each for each in reader.connections if each.topic in names and self._types.knows(each.msgtype)]
+            for connection, stamp, payload in reader.messages(connections=wanted) if wanted else ():
+                message = self._types.decoded(payload, connection.msgtype)
+                gathered[connection.topic].add(stamp * 1e-9, message)
+        return {name: messages.table() for name, messages in gathered.items() if len(messages)}
+
+    def _topic(self, reader: Any, connection: Any) -> Topic:
+        fields: tuple[str, ...] = ()
+        if self._types.knows(connection.msgtype):
+            for _, stamp, payload in reader.messages(connections=[connection]):
+                first = Gathering()
+                first.add(stamp * 1e-9, self._types.decoded(payload, connection.msgtype))
+                fields = first.fields
+                break
+        return Topic(connection.topic, connection.msgtype, fields, connection.msgcount)
+
+    @contextmanager
+    def _opened(self) -> Iterator[Any]:
+        try:
+            if self._one:
+                reader = needed("rosbags.rosbag1", self._path, "a bag").Reader(self._path)
+            elif self._path.is_dir():
+                reader = needed("rosbags.rosbag2", self._path, "a bag").Reader(self._path)
+            else:
+                reader = needed("rosbags.rosbag2.storage_sqlite3", self._path, "a bag").Sqlite3Reader(self._path)
+            reader.open()
+        except BadInput:
+            raise
+        except Exception as error:  # rosbags raises what its databases and parsers do, too
+            said = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise BadInput(f"{self._path}: cannot be read as a bag ({said}); reindex it, or record it again") from None
+        try:
+            yield reader
+        finally:
+            reader.close()
+
+
+def open_log(path: Path) -> BagLog:
+    """Reads what is in a bag, and of each topic the first message.
+
+    Raises:
+        BadInput: it is damaged, or rosbags is missing.
+    """
+    return BagLog(path)
+
+
+def _named(connection: Any) -> str:
+    return str(connection.topic)

@@ -1,0 +1,99 @@
+"""MCAP files: JSON as BlueOS records it, CDR of ROS 2, messages of ROS 1, and protobuf as Keelson records it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from incsvr.errors import BadInput
+from service.logs.cdr import RosTypes
+from service.logs.gathering import Gathering
+from service.logs.packages import needed
+from service.logs.protobuf import ProtobufType
+from service.logs.table import Table, Topic
+
+Decode = Callable[[bytes], Any]
+
+
+class McapLog:
+    """An MCAP file, read from its beginning: one that was never finished, as after a power cut, is read as well."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.format = path, "MCAP"
+        self._ros: dict[bool, RosTypes] = {}
+        self._decoders: dict[tuple[int, str], Decode | None] = {}
+        counts: dict[str, int] = {}
+        shown: dict[str, tuple[str, Gathering]] = {}
+        for schema, channel, message in self._messages(None):
+            counts[channel.topic] = counts.get(channel.topic, 0) + 1
+            if channel.topic not in shown:
+                first = Gathering()
+                self._add(first, schema, channel, message)
+                shown[channel.topic] = (schema.name if schema else channel.message_encoding, first)
+        self.topics = tuple(
+            Topic(name, kind, first.fields, counts[name]) for name, (kind, first) in sorted(shown.items())
+        )
+        if not self.topics:
+            raise BadInput(f"{path}: there is no message in it; record again, and let the recorder finish the file")
+
+    def read(self, names: Collection[str]) -> Mapping[str, Table]:
+        gathered: dict[str, Gathering] = {}
+        for schema, channel, message in self._messages(names) if names else ():
+            self._add(gathered.setdefault(channel.topic, Gathering()), schema, channel, message)
+        return {name: messages.table() for name, messages in gathered.items()}
+
+    def _messages(self, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
+        """Schema, channel and message, as they were written, up to where the file ends or is damaged."""
+        reader = needed("mcap.reader", self._path, "an MCAP file")
+        came = False
+        with self._path.open("rb") as file:
+            try:
+                for found in reader.NonSeekingReader(file).iter_messages(topics=names, log_time_order=False):
+                    came = True
+                    yield found
+            except Exception as error:  # mcap raises what its decompressors do, too
+                if names is None and not came:
+                    raise BadInput(
+                        f"{self._path}: cannot be read as MCAP ({error or type(error).__name__}); mend it with "
+                        "`mcap recover`, or record it again"
+                    ) from None
+
+    def _add(self, gathering: Gathering, schema: Any, channel: Any, message: Any) -> None:
+        key = (channel.schema_id, channel.message_encoding)
+        if key not in self._decoders:
+            self._decoders[key] = self._decoder(schema, channel.message_encoding)
+        decode = self._decoders[key]
+        gathering.add(message.log_time * 1e-9, {} if decode is None else decode(message.data))
+
+    def _decoder(self, schema: Any, encoding: str) -> Decode | None:
+        """What reads the messages of a channel; None where nothing here does, as with pictures."""
+        name = schema.name if schema else ""
+        if encoding == "json":
+            return _json
+        if encoding in ("cdr", "ros1") and schema:
+            one = encoding == "ros1"
+            types = self._ros.setdefault(one, RosTypes(self._path, one))
+            if schema.data:
+                types.define(name, schema.data.decode("utf-8", "replace"), "idl" in schema.encoding)
+            return (lambda payload: types.decoded(payload, name)) if types.knows(name) else None
+        if encoding == "protobuf" and schema and schema.encoding == "protobuf":
+            return ProtobufType(self._path, name, schema.data).decoded
+        return None
+
+
+def open_log(path: Path) -> McapLog:
+    """Counts what is in a file, and reads of each topic the first message.
+
+    Raises:
+        BadInput: it is damaged from its beginning, or mcap is missing.
+    """
+    return McapLog(path)
+
+
+def _json(payload: bytes) -> Any:
+    try:
+        return json.loads(payload)
+    except ValueError:
+        return {}

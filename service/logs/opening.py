@@ -1,0 +1,80 @@
+"""Which reader a log needs, by its first bytes."""
+
+from __future__ import annotations
+
+import gzip
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from incsvr.errors import BadInput
+from service.logs.table import Log
+
+HEAD = 64
+"""Bytes from which a format is told."""
+GZIP = b"\x1f\x8b"
+_MAGIC = (
+    (b"\x89MCAP0\r\n", "mcap_log"),
+    (b"#ROSBAG V2.0", "bag_log"),
+    (b"SQLite format 3\0", "bag_log"),
+    (b"ULog\x01\x12\x35", "ulog_log"),
+    (b"PAR1", "parquet_log"),
+    (b"\xa3\x95", "dataflash_log"),
+)
+_PACKET = (0xFE, 0xFD)
+"""First byte of a MAVLink packet, version 1 and 2; in a telemetry log it follows eight bytes of time."""
+_YEARS = (9.4e14, 4.1e15)
+"""Microseconds since 1970 that a telemetry log may bear: from 2000 to 2099."""
+
+
+def opened(path: Path) -> Log:
+    """The log in a file, or in the folder of a bag.
+
+    Raises:
+        BadInput: there is no such file, or nothing that is read here.
+    """
+    return cast(Log, import_module(f"service.logs.{reader(path)}").open_log(path))
+
+
+def reader(path: Path) -> str:
+    """The name of the module that reads `path`."""
+    if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return "bag_log"
+        raise BadInput(f"{path}: this folder cannot be read as a log; give a file, or the folder of a ROS 2 bag")
+    head = first_bytes(path)
+    for magic, module in _MAGIC:
+        if head.startswith(magic):
+            return module
+    if _is_telemetry(head):
+        return "telemetry_log"
+    text = _inflated(path) if head.startswith(GZIP) else head
+    if b"\0" in text:
+        raise BadInput(
+            f"{path}: no format that is read here (CSV, Parquet, MCAP, ROS bag, ArduPilot .BIN and .tlog, PX4 .ulg); "
+            "export it as CSV"
+        )
+    return "csv_log"
+
+
+def first_bytes(path: Path) -> bytes:
+    """The first bytes of a file."""
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD)
+    except FileNotFoundError:
+        raise BadInput(f"{path}: there is no such file; give the path of a recording") from None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read ({error.strerror}); give the path of a recording") from None
+
+
+def _inflated(path: Path) -> bytes:
+    try:
+        with gzip.open(path) as file:
+            return file.read(HEAD)
+    except (OSError, EOFError):
+        return b"\0"
+
+
+def _is_telemetry(head: bytes) -> bool:
+    return len(head) > 8 and head[8] in _PACKET and _YEARS[0] < int.from_bytes(head[:8], "big") < _YEARS[1]

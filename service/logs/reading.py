@@ -1,0 +1,138 @@
+"""A log and what is said of it become measurements: the parameters, the proposal, the tables, the streams."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from service.inputs.measuring import Measured, measured, topics
+from service.inputs.presets import Observed, Proposal, proposed
+from service.inputs.settings import Inputs, Source, StampUnit
+from service.inputs.told import Told, told
+from service.inputs.units import STAMPS
+from service.logs.csv_log import ROWS
+from service.logs.table import Log, Table
+
+_PARAMETERS = (("PARM", "Name", "Value"), ("PARAM_VALUE", "param_id", "param_value"))
+LONGEST_STEP = 2.0
+"""A typical step of a stamp that is longer is not in seconds [s]; and likewise for the smaller units."""
+EPOCH = 1e9
+"""Seconds since 1970 are more than this (2001), in whichever unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Description:
+    """What a person says of logs, beside what they say of themselves.
+
+    Attributes:
+        columns: texts of `--column`.
+        inputs: the section of a configuration, with the preset.
+    """
+
+    columns: Sequence[str]
+    inputs: Inputs
+
+
+NOTHING_SAID = Description((), Inputs())
+
+
+def parameters(log: Log) -> dict[str, float]:
+    """The vehicle's parameters, as far as they are in the log."""
+    found: dict[str, float] = {}
+    for message, name, value in _PARAMETERS:
+        named = [topic.name for topic in log.topics if topic.name.rpartition("/")[2] == message]
+        for table in log.read(named).values():
+            for path in ("", "message."):
+                if path + name in table.texts and path + value in table.columns:
+                    found |= zip(table.texts[path + name], table.columns[path + value].tolist(), strict=True)
+    return found
+
+
+def described(log: Log, description: Description) -> Proposal:
+    """The mapping for a log: what a person says of it, and what the presets find beside that."""
+    said = told(description.columns, log.topics)
+    found = proposed(Observed(log.topics, parameters(log)), description.inputs.preset)
+    return _stamped(found.with_inputs(description.inputs).with_inputs(said.inputs), found.inputs, said, log)
+
+
+def read(path: Path, log: Log, proposal: Proposal) -> Measured:
+    """The measurements.
+
+    Raises:
+        BadInput: something is missing, with its cure.
+    """
+    if proposal.missing:
+        raise BadInput(f"{path}: {next(iter(proposal.missing.values()))}")
+    try:
+        return measured(proposal.inputs, log.read(topics(proposal.inputs)))
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from None
+
+
+def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposal:
+    """The sources of a table all have its time; one whose unit nobody named is told from the numbers.
+
+    What a person pointed at in another log is stamped as the preset stamps that topic.
+    """
+    inputs, missing, notes = proposal.inputs, dict(proposal.missing), list(proposal.notes)
+    stamps: dict[str, tuple[str, StampUnit]] = {}
+    for each in (found, inputs):
+        for source in (each.yaw_rate, each.torque, each.thrusters, *each.channels.values()):
+            if source is not None and source.stamp:
+                stamps[source.topic] = (source.stamp, source.stamp_unit)
+    if [topic.name for topic in log.topics] == [ROWS]:
+        table = log.read([ROWS])[ROWS]
+        stamp = said.stamp or stamps.get(ROWS, ("", "s"))[0]
+        if stamp:
+            missing.pop("t", None)
+            unit, note = _unit(said, stamp, stamps.get(ROWS, ("", "s"))[1], table)
+            stamps = {ROWS: (stamp, unit)}
+            notes += note
+    changed = {name: _with_stamp(getattr(inputs, name), stamps) for name in ("yaw_rate", "torque")}
+    channels = {name: _with_stamp(each, stamps) for name, each in inputs.channels.items()}
+    armed = inputs.armed
+    if armed is not None and armed.topic in stamps:
+        armed = armed.model_copy(update=dict(zip(("stamp", "stamp_unit"), stamps[armed.topic], strict=True)))
+    after = inputs.model_copy(update={**changed, "channels": channels, "armed": armed})
+    return replace(proposal, inputs=after, missing=missing, notes=tuple(notes))
+
+
+def _with_stamp(source: Source | None, stamps: Mapping[str, tuple[str, StampUnit]]) -> Source | None:
+    if source is None or source.topic not in stamps or (source.stamp and source.topic != ROWS):
+        return source
+    stamp, unit = stamps[source.topic]
+    return source.model_copy(update={"stamp": stamp, "stamp_unit": unit})
+
+
+def _unit(said: Told, stamp: str, named: StampUnit, table: Table) -> tuple[StampUnit, list[str]]:
+    """The unit of a table's time: as it was said, as the column's name says, or by its steps and its size."""
+    for unit in STAMPS:
+        if unit == (said.stamp_unit or (named if named != "s" else None)):
+            return unit, []  # type: ignore[return-value]
+    time = table.columns.get(stamp)
+    if time is None or said.stamp_unit == "s":
+        return "s", []
+    guess = guessed_unit(time)
+    return guess, [] if guess == "s" else [f"the time {stamp!r} is taken for {guess}, by its steps"]
+
+
+def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUnit:
+    """The unit of stamps (n,): those since 1970 by their size, others by their typical step."""
+    known = time[np.isfinite(time)]
+    if not known.size:
+        return "s"
+    size = float(np.median(np.abs(known)))
+    units: tuple[StampUnit, ...] = ("s", "ms", "us", "ns")
+    for unit in units:
+        if EPOCH <= size * STAMPS[unit] < 10.0 * EPOCH and (unit != "s" or _step(known) <= LONGEST_STEP):
+            return unit
+    return next((unit for unit in units if _step(known) * STAMPS[unit] <= LONGEST_STEP), "ns")
+
+
+def _step(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+    steps = np.diff(np.unique(time))
+    return float(np.median(steps)) if steps.size else 0.0

@@ -1,0 +1,53 @@
+"""`incsvr convert`: logs of any format as one recording in our form."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from service.config import read as read_config
+from service.output import add_json_argument, emit
+from simulator.logs import ARMED, Reading, add_log_arguments
+from simulator.recordings import Recording, sequence, write
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="logs of any format, then the CSV to write")
+    add_log_arguments(parser, config=True)
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    *logs, out = args.files
+    if not logs:
+        raise BadInput(f"{out}: give the logs first and then the CSV that is to be written")
+    if out.suffix != ".csv" or out in logs:
+        raise BadInput(f"{out}: the last file is the one that is written; name it as in `convert {logs[0]} run.csv`")
+    if out.is_dir() or not out.parent.is_dir():
+        raise BadInput(f"{out} cannot be written; name a file in a folder that is there")
+    reading = replace(Reading.of(args, read_config(args.config)), learns=False)
+    runs = reading.of_all(logs)
+    joined = runs[0] if len(runs) == 1 else sequence(runs)
+    try:
+        write(out, joined)
+    except OSError as error:
+        raise BadInput(f"{out} cannot be written ({error.strerror}); name another file") from None
+    emit(args, _told(joined, out), _text(joined, out, [note for run in runs for note in run.notes]))
+    return 0
+
+
+def _told(recording: Recording, out: Path) -> dict[str, object]:
+    counts = {name: int(time.size) for name, (time, _) in recording.streams().items()}
+    return {"file": str(out), "rows": int(recording.time.size), "values": counts, "notes": list(recording.notes)}
+
+
+def _text(recording: Recording, out: Path, notes: list[str]) -> str:
+    lines = [f"{out}: {recording.time.size} rows, {float(recording.time[-1] - recording.time[0]):.4g} s"]
+    for name, (time, values) in recording.streams().items():
+        span = f"{values.min():.4g} to {values.max():.4g}" if values.size else "nothing"
+        lines.append(f"  {name:<20} {time.size:8d} values  {span}")
+    if ARMED in recording.columns:
+        lines.append("  `fit` and `tune` take only what was measured while armed is 1")
+    return "\n".join([*lines, *(f"  note: {note}" for note in notes)])

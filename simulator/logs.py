@@ -1,0 +1,206 @@
+"""Logs of any format as recordings: the one way by which `fit`, `trace`, `tune`, `replay` and `convert` read files."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from service.config import Config
+from service.inputs.arming import Spans, spans, within
+from service.inputs.measuring import Measured
+from service.inputs.settings import Inputs, Preset
+from service.inputs.units import FRACTION
+from service.logs import opened
+from service.logs import reading as logs
+from service.logs.opening import first_bytes
+from service.logs.reading import NOTHING_SAID, Description
+from simulator.recordings import RATE_LIMIT, Recording, from_streams
+from simulator.recordings import read as read_recording
+
+ARMED = "armed"
+NEVER = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
+NOISE = 7.0
+"""The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
+about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How files are read.
+
+    Attributes:
+        description: what a person says of them.
+        rate_limit: largest plausible magnitude of the yaw rate [rad/s].
+        limit_is: what the user may raise it by, if there is such a thing.
+        learns: whether it is read to be learned from: then only what was measured while the vehicle was armed is taken,
+            and a log in which it never turned is refused; else `armed` is a channel.
+        ours_whole: whether our own recordings keep the time when the vehicle was not armed: `armed` is then a channel
+            that effects are looked for in.
+    """
+
+    description: Description = NOTHING_SAID
+    rate_limit: float = RATE_LIMIT
+    limit_is: str = ""
+    learns: bool = True
+    ours_whole: bool = False
+
+    @staticmethod
+    def of(args: argparse.Namespace, config: Config) -> Reading:
+        """As the flags of `add_log_arguments` say, and the configuration whose file was given."""
+        inputs = config.inputs
+        if args.preset is not None:
+            inputs = inputs.model_copy(update={"preset": args.preset})
+        configured = args.config is not None
+        return Reading(
+            Description(tuple(args.column), inputs),
+            config.vehicle.rate_limit if configured else RATE_LIMIT,
+            "vehicle.rate_limit in the configuration" if configured else "",
+        )
+
+    def of_all(self, paths: Sequence[Path]) -> list[Recording]:
+        """Each file as a recording."""
+        return [self.of_one(path) for path in paths]
+
+    def of_one(self, path: Path) -> Recording:
+        """A file as a recording.
+
+        Raises:
+            BadInput: naming the file, what is wrong or missing, and the cure.
+        """
+        if self.description == NOTHING_SAID and _is_ours(path):
+            recording = read_recording(path, rate_limit=self.rate_limit, limit_is=self.limit_is)
+            return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
+        log = opened(path)
+        proposal = logs.described(log, self.description)
+        measured = logs.read(path, log, proposal)
+        recording = replace(self._recording(path, measured), notes=(*proposal.notes, *measured.notes))
+        _refuse_fraction(path, proposal.inputs, measured)
+        if not self.learns:
+            return recording
+        recording = _armed_alone(path, recording)
+        still = stillness(recording.streams()["yaw_rate"][1])
+        if still is not None:
+            raise BadInput(f"{path}: {still}; give a log in which the vehicle turns both ways")
+        return recording
+
+    def _recording(self, path: Path, measured: Measured) -> Recording:
+        """The streams as they are, with a channel that says when the vehicle was armed, if anything does."""
+        for name in ("yaw_rate", "torque"):
+            if name not in measured.streams or not measured.streams[name][0].size:
+                raise BadInput(f"{path}: there is not one value of {name}; `incsvr inspect {path}` shows what there is")
+        time, rate = measured.streams["yaw_rate"]
+        beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
+        if beyond.size:
+            raise BadInput(
+                f"{path}: yaw_rate is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
+                f"±{self.rate_limit:g} rad/s; if it is in degrees per second, say so: --column yaw_rate=FIELD:deg/s"
+                + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
+            )
+        streams = _later(measured.streams)
+        if measured.armed is not None:
+            instants = streams["yaw_rate"][0]
+            shift = float(instants[0] - time[0])
+            on = within(instants - shift, spans(*measured.armed))
+            streams = {**streams, ARMED: (instants, on.astype(np.float64))}
+        return from_streams(path.name, streams)
+
+
+def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False) -> None:
+    """The flags by which a person says what is in a log; `config` adds the one of a configuration."""
+    parser.add_argument(
+        "--preset", choices=get_args(Preset), help="what the vehicle speaks, where the log does not show it"
+    )
+    parser.add_argument(
+        "--column",
+        action="append",
+        default=[],
+        metavar="NAME=FIELD",
+        help="where a quantity stands: yaw_rate=r:deg/s, torque=-tau, t=stamp:ms (`incsvr inspect` lists the fields)",
+    )
+    if config:
+        parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether the file begins as our recordings do, which are read with every fault named by its row."""
+    if path.is_dir() or not path.exists():
+        return False
+    first_bytes(path)
+    with path.open("rb") as file:
+        header = file.readline(100_000).lstrip(b"\xef\xbb\xbf")
+    return {b"t", b"yaw_rate", b"torque"} <= {name.strip() for name in header.split(b",")}
+
+
+def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
+    """The streams on a clock that does not begin before zero."""
+    shift = max(0.0, -min(float(time[0]) for time, _ in streams.values() if time.size))
+    return {name: (time + shift, values) for name, (time, values) in streams.items()}
+
+
+def armed_spans(recording: Recording) -> Spans | None:
+    """When the vehicle was armed [s]; None where nothing says so."""
+    if ARMED not in recording.columns:
+        return None
+    return spans(*recording.streams()[ARMED])
+
+
+def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
+    """What was measured while the vehicle was armed; `whole` only makes sure that it was."""
+    wanted = armed_spans(recording)
+    if wanted is None:
+        return recording
+    if not wanted:
+        raise BadInput(f"{path}: the vehicle was {NEVER}")
+    if whole:
+        return recording
+    kept = within(recording.time, wanted)
+    columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED}
+    for name in ("yaw_rate", "torque"):
+        if np.isnan(columns[name]).all():
+            raise BadInput(f"{path}: there is not one value of {name} while the vehicle was armed; give a longer log")
+    notes = recording.notes
+    if not kept.all():
+        first, last = float(recording.time[0]), float(recording.time[-1])
+        on = sum(min(high, last) - max(low, first) for low, high in wanted)
+        notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
+    return replace(recording, time=recording.time[kept], columns=columns, notes=notes)
+
+
+def _refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:
+    """Raises BadInput where the torque is a part of what the vehicle can, and nobody said what that is."""
+    torque = inputs.torque
+    if torque is None or torque.unit != FRACTION or torque.scale != 1.0:
+        return
+    cure = (
+        f"the torque is a fraction of full thrust, not N m, until its scale is given: "
+        f"--column 'torque={torque.topic}.{torque.field}*NEWTON_METRES'"
+    )
+    time, rate = measured.streams["yaw_rate"]
+    if measured.armed is not None:
+        inside = within(time, spans(*measured.armed))
+        rate = rate[inside] if inside.any() else rate
+    still = stillness(rate)
+    if still is not None:
+        raise BadInput(f"{path}: {still}; and {cure}")
+    raise BadInput(f"{path}: {cure}")
+
+
+def stillness(rate: Array) -> str | None:
+    """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
+    if rate.size < 10:
+        return None
+    noise = 1.4826 * float(np.median(np.abs(np.diff(rate, 3)))) / np.sqrt(20.0)
+    fastest = float(np.quantile(np.abs(rate), 0.99))
+    if fastest >= NOISE * noise:
+        return None
+    return (
+        f"the yaw rate never leaves its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
+        f"{noise:.1g})"
+    )

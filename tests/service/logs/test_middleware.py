@@ -1,0 +1,218 @@
+"""Logs of middleware: MCAP and bags, written by mcap, rosbags and keelson themselves, and CDR by hand."""
+
+from __future__ import annotations
+
+import json
+import struct
+import time as clock
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import keelson
+import numpy as np
+import pytest
+from keelson.payloads.Primitives_pb2 import TimestampedBool, TimestampedFloat
+from mcap.writer import CompressionType, Writer
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_typestore
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from service.inputs.settings import Inputs
+from service.logs import opened
+from service.logs.cdr import RosTypes
+from service.logs.reading import Description
+from simulator.logs import Reading
+from simulator.recordings import Recording
+from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, dive
+
+DIVE = dive(seconds=10.0)
+ROS2 = get_typestore(Stores.ROS2_JAZZY)
+ROS1 = get_typestore(Stores.ROS1_NOETIC)
+
+
+def read(path: Path, *columns: str, learns: bool = True) -> Recording:
+    return Reading(Description(columns, Inputs()), learns=learns).of_one(path)
+
+
+def same(recording: Recording, begin: float, torque: Array = DIVE.torque, late: float = 0.0) -> None:
+    for name, values, shift in (("yaw_rate", DIVE.rate, 0.0), ("torque", torque, late)):
+        time, got = recording.streams()[name]
+        np.testing.assert_allclose(time - begin - shift, DIVE.time, atol=1e-5)
+        np.testing.assert_allclose(got, values, atol=1e-5)
+
+
+def stamp(seconds: float) -> tuple[int, int]:
+    whole = round(1e9 * seconds)
+    return whole // 10**9, whole % 10**9
+
+
+def imu(store: Any, at: float, rate: float) -> Any:
+    types = store.types
+    vector, still = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+    when = types["builtin_interfaces/msg/Time"](*stamp(at))
+    head = {"stamp": when, "frame_id": "base_link"}
+    if store is ROS1:
+        head = {"seq": 0, **head}
+    header = types["std_msgs/msg/Header"](**head)
+    none = np.zeros(9)
+    turn, pull = vector(0.0, 0.0, rate), vector(0.0, 0.0, 9.8)
+    return types["sensor_msgs/msg/Imu"](header, still, none, turn, none, pull, none)
+
+
+def wrench(store: Any, torque: float) -> Any:
+    vector = store.types["geometry_msgs/msg/Vector3"]
+    return store.types["geometry_msgs/msg/Wrench"](vector(0.0, 0.0, 0.0), vector(0.0, 0.0, torque))
+
+
+def messages(store: Any) -> Iterator[tuple[str, str, int, Any]]:
+    """Topic, type, time of arrival [ns] and message: the wrench bears no stamp, and arrives 1 ms later."""
+    for t, rate, torque in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True):
+        at = EPOCH + t
+        yield "/imu/data", "sensor_msgs/msg/Imu", round(1e9 * (at + 0.002)), imu(store, at, rate)
+        yield "/thrust", "geometry_msgs/msg/Wrench", round(1e9 * (at + 0.003)), wrench(store, torque)
+
+
+@pytest.mark.parametrize("plugin", [StoragePlugin.SQLITE3, StoragePlugin.MCAP])
+def test_bags_of_ros_2(tmp_path: Path, plugin: StoragePlugin) -> None:
+    bag = tmp_path / "bag"
+    with Writer2(bag, version=9, storage_plugin=plugin) as writer:
+        lines: dict[str, Any] = {}
+        for topic, kind, arrival, message in messages(ROS2):
+            if topic not in lines:
+                lines[topic] = writer.add_connection(topic, kind, typestore=ROS2)
+            writer.write(lines[topic], arrival, ROS2.serialize_cdr(message, kind))
+    same(read(bag), EPOCH, late=0.001)
+    inside = next(path for path in bag.iterdir() if path.suffix in (".db3", ".mcap"))
+    same(read(inside), EPOCH, late=0.001)
+    counts = {topic.name: (topic.type, topic.count) for topic in opened(inside).topics}
+    assert counts["/imu/data"] == ("sensor_msgs/msg/Imu", DIVE.time.size)
+
+
+def test_bags_of_ros_1(tmp_path: Path) -> None:
+    bag = tmp_path / "dive.bag"
+    with Writer1(bag) as writer:
+        lines: dict[str, Any] = {}
+        for topic, kind, arrival, message in messages(ROS1):
+            if topic not in lines:
+                lines[topic] = writer.add_connection(topic, kind, typestore=ROS1)
+            writer.write(lines[topic], arrival, ROS1.serialize_ros1(message, kind))
+    same(read(bag), EPOCH, late=0.001)
+
+
+def test_a_clock_of_its_own_places_what_bears_no_stamp(tmp_path: Path) -> None:
+    """A simulator stamps with its own time, while the bag goes by the wall: the wrench comes after it by that."""
+    bag = tmp_path / "bag"
+    with Writer2(bag, version=9) as writer:
+        turns = writer.add_connection("/imu", "sensor_msgs/msg/Imu", typestore=ROS2)
+        pushes = writer.add_connection("/wrench", "geometry_msgs/msg/Wrench", typestore=ROS2)
+        for t, rate, torque in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True):
+            arrival = round(1e9 * (EPOCH + t))
+            writer.write(turns, arrival, ROS2.serialize_cdr(imu(ROS2, t, rate), "sensor_msgs/msg/Imu"))
+            writer.write(pushes, arrival, ROS2.serialize_cdr(wrench(ROS2, torque), "geometry_msgs/msg/Wrench"))
+    same(read(bag), 0.0)
+
+
+def test_cdr_by_hand() -> None:
+    """A Wrench by the specification: four bytes of header (little endian), then six doubles."""
+    payload = struct.pack("<BBH6d", 0, 1, 0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    decoded = RosTypes("by hand").decoded(payload, "geometry_msgs/msg/Wrench")
+    assert decoded == {"force": {"x": 1.0, "y": 2.0, "z": 3.0}, "torque": {"x": 4.0, "y": 5.0, "z": 6.0}}
+    big = struct.pack(">BBH6d", 0, 0, 0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    assert RosTypes("by hand").decoded(big, "geometry_msgs/msg/Wrench") == decoded
+
+
+def blueos(begin: float = EPOCH, finish: bool = True) -> bytes:
+    """What BlueOS's recorder writes: a channel for each key of the MAVLink server, JSON, zstd, the recorder's clock."""
+    file = BytesIO()
+    writer = Writer(file, chunk_size=4096, compression=CompressionType.ZSTD)
+    writer.start()
+    channels: dict[str, int] = {}
+
+    def put(at: float, kind: str, component: int, **fields: Any) -> None:
+        key = f"mavlink/1/{component}/{kind}"
+        if key not in channels:
+            channels[key] = writer.register_channel(key, "json", writer.register_schema(kind, "jsonschema", b"{}"))
+        header = {"system_id": 1, "component_id": component, "sequence": 0, "message_id": 0}
+        data = json.dumps({"header": header, "message": {"type": kind, **fields}}).encode()
+        when = round(1e9 * (begin + at))
+        writer.add_message(channels[key], when, data, when)
+
+    for name, value in PARAMETERS.items():
+        characters = [*name, *["\0"] * (16 - len(name))]
+        put(0.0, "PARAM_VALUE", 1, param_id=characters, param_value=value, param_count=16, param_index=0)
+    for t, rate, pulses in zip(DIVE.time, DIVE.rate, DIVE.pulses, strict=True):
+        if t == int(t):
+            put(t, "HEARTBEAT", 1, base_mode={"bits": 209}, mavtype={"type": "MAV_TYPE_SUBMARINE"})
+            put(t, "HEARTBEAT", 194, base_mode={"bits": 0}, mavtype={"type": "MAV_TYPE_ONBOARD_CONTROLLER"})
+            put(t, "BATTERY_STATUS", 1, voltages=[round(1000 * VOLTS), *[65535] * 9])
+        boot = BOOT + t
+        put(t, "ATTITUDE", 1, time_boot_ms=round(1000 * boot), roll=0.0, pitch=0.0, yaw=0.0, yawspeed=rate)
+        outputs = {
+            f"servo{k}_raw": pulse for k, pulse in enumerate([*map(int, pulses), 1500, 1500, 1500, 1500], start=1)
+        }
+        put(t + 0.01, "SERVO_OUTPUT_RAW", 1, time_usec=round(1e6 * boot) % 2**32, port=0, **outputs)
+    if finish:
+        writer.finish()  # type: ignore[no-untyped-call]
+    return file.getvalue()
+
+
+def test_recordings_of_blueos(tmp_path: Path) -> None:
+    path = tmp_path / "recorder_1.mcap"
+    path.write_bytes(blueos())
+    recording = read(path)
+    same(recording, BOOT)
+    assert any("BlueROV2 Heavy" in note for note in recording.notes)
+    whole = blueos(finish=False)  # the battery was pulled: neither an index nor an end
+    path.write_bytes(whole[: len(whole) * 4 // 5])
+    time, _ = read(path).streams()["yaw_rate"]
+    assert 0.6 * DIVE.time.size < time.size < DIVE.time.size
+
+
+def test_recordings_of_keelson(tmp_path: Path) -> None:
+    """As its recorder writes them: the payload out of its envelope, with the descriptors of its type."""
+    path = tmp_path / "ship.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channels: dict[str, int] = {}
+
+        def put(subject: str, at: float, message: Any) -> None:
+            message.timestamp.FromNanoseconds(round(1e9 * at))
+            received, enclosed, payload = keelson.uncover(keelson.enclose(message.SerializeToString()))
+            key = keelson.construct_pubsub_key("sea", "ship", subject, "imu")
+            if key not in channels:
+                name = keelson.get_subject_schema(subject)
+                described = keelson.get_protobuf_file_descriptor_set_from_type_name(name).SerializeToString()
+                schema = writer.register_schema(name, "protobuf", described)
+                channels[key] = writer.register_channel(key, "protobuf", schema)
+            assert abs(received * 1e-9 - clock.time()) < 60.0  # the recorder's clock has nothing to do with the stamps
+            writer.add_message(channels[key], round(1e9 * (at + 0.1)), payload, enclosed)
+
+        for t, rate, torque in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True):
+            put("yaw_rate_degps", EPOCH + t, TimestampedFloat(value=np.degrees(rate)))
+            put("vehicle_armed", EPOCH + t, TimestampedBool(value=True))
+            put("propeller_rate_rpm", EPOCH + t, TimestampedFloat(value=100.0 * torque))
+        writer.finish()  # type: ignore[no-untyped-call]
+    with pytest.raises(BadInput, match="Keelson has no torque: it comes of the propellers and the rudder"):
+        read(path)
+    key = keelson.construct_pubsub_key("sea", "ship", "propeller_rate_rpm", "imu")
+    same(read(path, f"torque={key}.value*0.01"), EPOCH)
+
+
+def test_our_own_keys(tmp_path: Path) -> None:
+    path = tmp_path / "leng.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channels = {name: writer.register_channel(f"leng/yaw/{name}", "json", 0) for name in ("rate", "torque")}
+        for t, rate, torque in zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True):
+            for name, value in (("rate", rate), ("torque", torque)):
+                data = json.dumps({"t": BOOT + t, "value": value}).encode()
+                writer.add_message(channels[name], round(1e9 * (EPOCH + t)), data, 0)
+        writer.finish()  # type: ignore[no-untyped-call]
+    same(read(path), BOOT)

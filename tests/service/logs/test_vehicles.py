@@ -1,0 +1,217 @@
+"""Logs of autopilots: bytes by pymavlink's packers, and by hand from the formats' specifications."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from incsvr.errors import BadInput
+from service.inputs.settings import Inputs
+from service.logs import opened
+from service.logs.reading import Description
+from simulator.logs import Reading
+from simulator.recordings import Recording
+from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, Dive, dive
+
+DIVE = dive()
+ARMED_FROM = 5.0
+"""When the pilot arms [s]."""
+Packet = tuple[float, bytes]
+
+
+def read(path: Path, *columns: str, learns: bool = True) -> Recording:
+    return Reading(Description(columns, Inputs()), learns=learns).of_one(path)
+
+
+def same(recording: Recording, truth: Dive, begin: float, after: float = 0.0, within: float = 1e-3) -> None:
+    """The streams are those of the dive, from `after` on, on a clock that showed `begin` when the log began."""
+    kept = truth.time >= after
+    for name, values, close in (("yaw_rate", truth.rate, 1e-6), ("torque", truth.torque, 0.02)):
+        time, got = recording.streams()[name]
+        np.testing.assert_allclose(time - begin, truth.time[kept], atol=within)
+        np.testing.assert_allclose(got, values[kept], atol=close)
+
+
+def packed(vehicle: Any, message: Any) -> bytes:
+    return bytes(message.pack(vehicle))
+
+
+def telemetry(truth: Dive, *, boot: float = BOOT, two: bool = True, armed_from: float = ARMED_FROM) -> list[Packet]:
+    """What a ground station writes down: the autopilot, itself and a companion, whose heartbeats have bit 128, too."""
+    link, station, companion = (
+        mavlink.MAVLink(None, 1, 1),
+        mavlink.MAVLink(None, 255, 190),
+        mavlink.MAVLink(None, 1, 194),
+    )
+    packets: list[Packet] = []
+    for name, value in PARAMETERS.items():
+        message = mavlink.MAVLink_param_value_message(name.encode(), value, 9, len(PARAMETERS), 0)
+        packets.append((0.0, packed(link, message)))
+    for second in range(int(truth.time[-1]) + 1):
+        mode = 81 + (128 if second >= armed_from else 0)
+        packets.append((float(second), packed(link, mavlink.MAVLink_heartbeat_message(12, 3, mode, 19, 4, 3))))
+        packets.append((float(second), packed(station, mavlink.MAVLink_heartbeat_message(6, 8, 192, 0, 4, 3))))
+        packets.append((float(second), packed(companion, mavlink.MAVLink_heartbeat_message(18, 8, 128, 0, 3, 3))))
+        cells = [round(1000 * VOLTS), *[65535] * 9]
+        battery = mavlink.MAVLink_battery_status_message(0, 0, 0, 0, cells, 0, 0, 0, -1)
+        packets.append((float(second), packed(link, battery)))
+    for t, rate, pulses in zip(truth.time, truth.rate, truth.pulses, strict=True):
+        stamp = boot + t
+        attitude = mavlink.MAVLink_attitude_message(round(1000 * stamp) % 2**32, 0.0, 0.0, 0.0, 0.0, 0.0, rate)
+        outputs = [*map(int, pulses), 1500, 1500, 1500, 1500]
+        servo = mavlink.MAVLink_servo_output_raw_message(round(1e6 * stamp) % 2**32, 0, *outputs)
+        packets += [(t + 0.01, packed(link, attitude)), (t + 0.02, packed(link, servo))]
+    return sorted(packets, key=lambda packet: packet[0])
+
+
+def tlog(path: Path, packets: Sequence[Packet], begin: float = EPOCH) -> Path:
+    content = b"".join(struct.pack(">Q", round(1e6 * (begin + t))) + packet for t, packet in packets)
+    path.write_bytes(content)
+    return path
+
+
+def test_a_telemetry_log(tmp_path: Path) -> None:
+    path = tlog(tmp_path / "dive.log", telemetry(DIVE))
+    counts = {topic.name: topic.count for topic in opened(path).topics}
+    assert counts["ATTITUDE"] == counts["SERVO_OUTPUT_RAW"] == DIVE.time.size
+    assert counts["HEARTBEAT"] == counts["mavlink/255/190/HEARTBEAT"] == 30
+    recording = read(path)
+    same(recording, DIVE, BOOT, ARMED_FROM)
+    assert any("frame 2 (BlueROV2 Heavy), directions -1, -1, +1, +1" in note for note in recording.notes)
+    assert any("armed for 25 of 30 s" in note for note in recording.notes)
+
+
+def test_only_the_autopilots_heartbeat_says_armed(tmp_path: Path) -> None:
+    path = tlog(tmp_path / "dive.tlog", telemetry(DIVE, armed_from=1e9))
+    with pytest.raises(BadInput, match="the vehicle was never armed, so there is nothing to learn from"):
+        read(path)
+
+
+def test_a_stamp_of_32_bits_runs_over_and_a_vehicle_starts_anew(tmp_path: Path) -> None:
+    late = 2.0**32 * 1e-6 + 100.0  # servos' µs ran over 100 s ago, and do so never again here
+    same(read(tlog(tmp_path / "late.tlog", telemetry(DIVE, boot=late))), DIVE, late, ARMED_FROM)
+    close = 2.0**32 * 1e-6 - 15.0  # and here in the midst of it
+    same(read(tlog(tmp_path / "close.tlog", telemetry(DIVE, boot=close))), DIVE, close, ARMED_FROM)
+    second = [(t + 100.0, packet) for t, packet in telemetry(DIVE, boot=20.0)]
+    both = read(tlog(tmp_path / "twice.tlog", [*telemetry(DIVE), *second]))
+    time, _ = both.streams()["yaw_rate"]
+    assert (np.diff(time) > 0.0).all()
+    assert time[-1] - BOOT == pytest.approx(100.0 + DIVE.time[-1], abs=0.05)
+
+
+def test_damaged_packets_are_skipped(tmp_path: Path) -> None:
+    packets = telemetry(DIVE)
+    broken = [(t, packet[:-1] + b"\x00" if k % 50 == 7 else packet) for k, (t, packet) in enumerate(packets)]
+    path = tlog(tmp_path / "dive.tlog", broken)
+    content = path.read_bytes()
+    path.write_bytes(content[:5000] + b"\xfe\xfdnoise of a serial line" + content[5000:-3])
+    counts = {topic.name: topic.count for topic in opened(path).topics}
+    assert 0.95 * DIVE.time.size < counts["ATTITUDE"] < DIVE.time.size
+    assert read(path).time.size
+
+
+class Dataflash:
+    """A DataFlash log by its specification: each message is 0xA3 0x95, its number and its packed fields."""
+
+    def __init__(self) -> None:
+        self._content = bytearray()
+        self._numbers: dict[str, tuple[int, str]] = {}
+        self._define("FMT", 128, "BBnNZ", "Type,Length,Name,Format,Columns")
+
+    def _define(self, name: str, number: int, form: str, columns: str) -> None:
+        self._numbers[name] = (number, form)
+        length = 3 + struct.calcsize("<" + "".join(_STRUCT[each] for each in form))
+        self.add("FMT", number, length, name.encode(), form.encode(), columns.encode())
+
+    def define(self, name: str, form: str, columns: str) -> None:
+        self._define(name, 130 + len(self._numbers), form, columns)
+
+    def add(self, name: str, *values: Any) -> None:
+        number, form = self._numbers[name]
+        self._content += b"\xa3\x95" + bytes([number])
+        self._content += struct.pack("<" + "".join(_STRUCT[each] for each in form), *values)
+
+    def save(self, path: Path) -> Path:
+        path.write_bytes(bytes(self._content))
+        return path
+
+
+_STRUCT: Mapping[str, str] = {"B": "B", "n": "4s", "N": "16s", "Z": "64s", "Q": "Q", "f": "f", "H": "H", "c": "h"}
+
+
+def dataflash(truth: Dive, arms: bool = True) -> Dataflash:
+    log = Dataflash()
+    log.define("PARM", "QNf", "TimeUS,Name,Value")
+    log.define("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
+    log.define("RCOU", "Q" + "H" * 8, "TimeUS," + ",".join(f"C{k}" for k in range(1, 9)))
+    log.define("BAT", "QBf", "TimeUS,Instance,Volt")
+    log.define("ARM", "QB", "TimeUS,ArmState")
+    for name, value in PARAMETERS.items():
+        log.add("PARM", round(1e6 * BOOT), name.encode(), value)
+    for k, (t, rate, pulses) in enumerate(zip(truth.time, truth.rate, truth.pulses, strict=True)):
+        stamp = round(1e6 * (BOOT + t))
+        if arms and t == ARMED_FROM:
+            log.add("ARM", stamp, 1)
+        log.add("IMU", stamp, 0, 0.0, 0.0, rate, 0.0, 0.0, -9.8)
+        log.add("RCOU", stamp, *map(int, pulses), 1500, 1500, 1500, 1500)
+        if k % 20 == 0:
+            log.add("BAT", stamp, 0, VOLTS)
+    return log
+
+
+def test_a_dataflash_log(tmp_path: Path) -> None:
+    recording = read(dataflash(DIVE).save(tmp_path / "00000012.BIN"))
+    same(recording, DIVE, BOOT, ARMED_FROM)
+    with pytest.raises(BadInput, match="never armed"):
+        read(dataflash(DIVE, arms=False).save(tmp_path / "deck.BIN"))
+
+
+def ulog(truth: Dive) -> bytes:
+    """A PX4 log by its specification: header, flags, formats, subscriptions, data."""
+    content = bytearray(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", round(1e6 * BOOT)))
+
+    def message(kind: bytes, payload: bytes) -> None:
+        content.extend(struct.pack("<H", len(payload)) + kind + payload)
+
+    message(b"B", bytes(40))
+    message(b"F", b"vehicle_angular_velocity:uint64_t timestamp;float[3] xyz;")
+    message(b"F", b"vehicle_torque_setpoint:uint64_t timestamp;float[3] xyz;")
+    message(b"F", b"actuator_armed:uint64_t timestamp;bool armed;")
+    for number, name in enumerate((b"vehicle_angular_velocity", b"vehicle_torque_setpoint", b"actuator_armed")):
+        message(b"A", struct.pack("<BH", 0, number) + name)
+    for t, rate, torque in zip(truth.time, truth.rate, truth.torque, strict=True):
+        stamp = round(1e6 * (BOOT + t))
+        message(b"D", struct.pack("<HQ3f", 0, stamp, 0.0, 0.0, rate))
+        message(b"D", struct.pack("<HQ3f", 1, stamp, 0.0, 0.0, torque / 12.0))
+        if round(100 * t) % 100 == 0:
+            message(b"D", struct.pack("<HQ?", 2, stamp, t >= ARMED_FROM))
+    return bytes(content)
+
+
+def test_a_px4_log(tmp_path: Path) -> None:
+    path = tmp_path / "dive.ulg"
+    path.write_bytes(ulog(DIVE))
+    with pytest.raises(BadInput, match="the torque is a fraction of full thrust, not N m, until its scale is given"):
+        read(path)
+    same(read(path, "torque=vehicle_torque_setpoint.xyz[2]*12"), DIVE, BOOT, ARMED_FROM)
+    path.write_bytes(ulog(Dive(DIVE.time, 0.01 * np.random.default_rng(780002).normal(size=600), DIVE.command)))
+    with pytest.raises(BadInput, match=r"the yaw rate never leaves its noise .* fraction of full thrust"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    "begin", [b"\xa3\x95\x80", b"ULog\x01\x12\x35\x01", b"\x89MCAP0\r\n", b"PAR1", b"#ROSBAG V2.0\n"]
+)
+def test_a_damaged_log_is_one_sentence(tmp_path: Path, begin: bytes) -> None:
+    path = tmp_path / "broken.log"
+    path.write_bytes(begin + bytes(range(256)) * 4)
+    with pytest.raises(BadInput) as caught:
+        read(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
