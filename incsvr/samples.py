@@ -61,6 +61,8 @@ class Samples:
         kept = [part for part in parts if len(part)]
         if not kept:
             return Samples.empty()
+        if len(kept) == 1:
+            return kept[0]
         return Samples(
             np.concatenate([part.time for part in kept]),
             np.concatenate([part.yaw_rate for part in kept]),

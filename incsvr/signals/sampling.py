@@ -32,9 +32,10 @@ def samples_at(
         held: whatever the filter reaches at them.
         ledger: what the traced effects take of the torque; None where there are none.
     """
-    parts = [_alike(at[widening == step], int(step), held, settings, ledger) for step in np.unique(widening)]
-    if len(parts) == 1:
-        return parts[0]
+    steps = sorted(set(widening.tolist()))
+    if len(steps) == 1:
+        return _alike(at, steps[0], held, settings, ledger)
+    parts = [_alike(at[widening == step], step, held, settings, ledger) for step in steps]
     samples = Samples.concatenate(parts)
     return samples.take(np.argsort(samples.time))
 
@@ -49,18 +50,20 @@ def _alike(at: Array, widening: int, held: Held, settings: SignalSettings, ledge
     if ledger is not None:
         damping, parts = ledger.split(at, torque, yaw_rate, smoothing, gap)
     complete = np.flatnonzero(torque.complete & yaw_rate.complete & np.isfinite(damping))
-    at = at[complete]
+    if complete.size < at.size:
+        at, damping, parts = at[complete], damping[complete], {name: part[complete] for name, part in parts.items()}
+        torque, yaw_rate = torque.take(complete), yaw_rate.take(complete)
     channels = {}
     for name in sorted(held.keys() - set(REQUIRED)):
         filtered = smooth(*held[name], at, smoothing=smoothing, gap=gap)
         channels[name] = np.where(filtered.complete, filtered.value, _last(*held[name], at))
     return Samples(
         at,
-        yaw_rate.value[complete],
-        damping[complete],
+        yaw_rate.value,
+        damping,
         channels,
-        {name: values[complete] for name, values in parts.items()},
-        _raw(at, held, torque.take(complete), yaw_rate.take(complete)),
+        parts,
+        _raw(at, held, torque, yaw_rate),
     )
 
 

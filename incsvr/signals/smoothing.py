@@ -59,7 +59,10 @@ class Smoothed:
 
     def take(self, index: NDArray[np.intp]) -> Smoothed:
         """The stream at some of the instants, by their positions."""
-        return Smoothed(*(getattr(self, each.name)[index] for each in fields(self)))
+        return Smoothed(*(getattr(self, name)[index] for name in _FIGURES))
+
+
+_FIGURES = tuple(each.name for each in fields(Smoothed))
 
 
 def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float) -> Smoothed:
@@ -76,7 +79,7 @@ def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float
     first = np.searchsorted(time, at - reach, side="left")
     last = np.searchsorted(time, at + reach, side="right")
     filled = np.flatnonzero(_covered(time, at, first, last, reach, gap))
-    smoothed = Smoothed(*(np.full(at.size, np.nan) for _ in fields(Smoothed)))
+    smoothed = Smoothed(*np.full((len(_FIGURES), at.size), np.nan))
     away = distances(value)
     # Blocks keep the memory bounded, whatever the rate of the stream.
     ends = np.cumsum(last[filled] - first[filled])
@@ -94,7 +97,8 @@ def _covered(
     """Whether each window holds samples from edge to edge without a pause longer than `gap`."""
     if time.size == 0:
         return np.zeros(at.size, dtype=bool)
-    pauses = np.concatenate(([0], np.cumsum(np.diff(time) > gap)))
+    pauses = np.zeros(time.size, dtype=np.intp)
+    np.cumsum(time[1:] - time[:-1] > gap, out=pauses[1:])
     head, tail = np.minimum(first, time.size - 1), np.maximum(last - 1, 0)
     covered: NDArray[np.bool_] = (
         (last - first >= 3)
@@ -119,19 +123,22 @@ def _lines(
     """Fits the lines of the windows of `block` and writes them into `smoothed`."""
     counts = last[block] - first[block]
     starts = np.cumsum(counts) - counts
+    ends = starts + counts - 1
     index = np.repeat(first[block] - starts, counts) + np.arange(counts.sum())
-    apart = away[index]
-    apart[starts] = apart[starts + counts - 1] = 0.0  # whose neighbours are outside the window
-    move = np.abs(np.diff(value[index], append=0.0))
-    move[starts + counts - 1] = 0.0  # from one window to the next
+    apart, samples = away[index], value[index]
+    apart[starts] = apart[ends] = 0.0  # whose neighbours are outside the window
+    move = np.empty(samples.size)
+    np.abs(samples[1:] - samples[:-1], out=move[:-1])
+    move[ends] = 0.0  # from one window to the next
     left_out, alone = spikes(apart, move, starts, counts)
     smoothed.count[block], smoothed.spikes[block] = counts, np.add.reduceat(left_out.astype(np.float64), starts)
     smoothed.period[block] = (time[last[block] - 1] - time[first[block]]) / (counts - 1)
-    _extent(value[index], move, left_out | alone, starts, counts, block, smoothed)
+    _extent(samples, move, left_out | alone, starts, ends, block, smoothed)
     if left_out.any():
         index, (starts, counts) = index[~left_out], _without(left_out, starts, counts)
-    stamps, samples = time[index], value[index]
-    step = np.diff(stamps)
+        samples = value[index]
+    stamps = time[index]
+    step = stamps[1:] - stamps[:-1]
     step[starts[1:] - 1] = 0.0  # from one window to the next
     cell = np.zeros(stamps.size)
     cell[1:] = step
@@ -159,13 +166,13 @@ def _extent(
     move: Array,
     apart: NDArray[np.bool_],
     starts: NDArray[np.intp],
-    counts: NDArray[np.intp],
+    ends: NDArray[np.intp],
     block: NDArray[np.intp],
     smoothed: Smoothed,
 ) -> None:
     """Writes how far the values of each window reach, and its smallest step, without those that stand apart."""
     apart = apart.copy()
-    apart[starts] = apart[starts + counts - 1] = True  # the ends, which no neighbour judges
+    apart[starts] = apart[ends] = True  # the ends, which no neighbour judges
     smoothed.low[block] = np.minimum.reduceat(np.where(apart, np.inf, samples), starts)
     smoothed.high[block] = np.maximum.reduceat(np.where(apart, -np.inf, samples), starts)
     smoothed.step[block] = np.minimum.reduceat(np.where(move > 0.0, move, np.inf), starts)
@@ -173,9 +180,12 @@ def _extent(
 
 def _line(weight: Array, offset: Array, change: Array, starts: NDArray[np.intp]) -> tuple[Array, Array]:
     """Height and slope at offset zero of the weighted least-squares line of each window."""
-    first = weight * offset
-    total, mean, spread, height, lean = np.add.reduceat(
-        np.stack((weight, first, first * offset, weight * change, first * change)), starts, axis=1
-    )
+    products = np.empty((5, weight.size))
+    products[0] = weight
+    first = np.multiply(weight, offset, out=products[1])
+    np.multiply(first, offset, out=products[2])
+    np.multiply(weight, change, out=products[3])
+    np.multiply(first, change, out=products[4])
+    total, mean, spread, height, lean = np.add.reduceat(products, starts, axis=1)
     determinant = total * spread - mean * mean
     return (spread * height - mean * lean) / determinant, (total * lean - mean * height) / determinant

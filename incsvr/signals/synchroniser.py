@@ -50,6 +50,9 @@ if TYPE_CHECKING:
 FORM = 2
 """Of what `to_dict` gives."""
 _BLOCK = 4096
+_ROUNDING = 1e-3
+"""More than stamps of any clock are rounded by [s]."""
+_NOTHING = Samples.empty()
 
 
 class Synchroniser:
@@ -68,7 +71,7 @@ class Synchroniser:
             self._ledger = TorqueLedger(compensation, settings)
         self._streams = empty_streams(settings)
         self._refused: Counter[str] = Counter()
-        self._next = 0
+        self._go_on(0)
         self._widening = 0
         self._compared: tuple[list[Stream], float] = ([], 0.0)  # the clocks that were looked at last, and the lead
         self.clock_restarts = 0
@@ -134,16 +137,24 @@ class Synchroniser:
     def ready(self) -> Samples:
         """All samples that became complete since the last call, in the order of their time."""
         completed = self._completed()
-        if not any(stream.next for stream in self._streams.values()) or not self._take_up():
+        for stream in self._streams.values():
+            if stream.next is not None:
+                break
+        else:
+            return completed
+        if not self._take_up():
             return completed
         return Samples.concatenate([completed, self._completed()])
 
     def _completed(self) -> Samples:
         """The samples of the clocks in force that became complete since the last call."""
+        rate, torque = self._streams[YAW_RATE].newest, self._streams[TORQUE].newest
+        if (rate if rate < torque else torque) < self._due:
+            return _NOTHING
         ahead = 0.0 if self._ledger is None else self._ledger.ahead
         moving = min(self._streams[YAW_RATE].settled, self._streams[TORQUE].settled - ahead)
         if self._next * self.settings.sample_period >= moving - self.settings.reach:
-            return Samples.empty()
+            return _NOTHING
         channels = [
             stream.settled
             for name, stream in self._streams.items()
@@ -151,7 +162,7 @@ class Synchroniser:
         ]
         settled = max(min([moving, *channels]), moving - JUMP) if channels else moving
         end = ceil((settled - self.settings.reach) / self.settings.sample_period)
-        return self._samples(end, settled) if end > self._next else Samples.empty()
+        return self._samples(end, settled) if end > self._next else _NOTHING
 
     def _take_up(self) -> bool:
         """Goes on with the clocks that began anew, where yaw rate and torque agree; True where samples may follow."""
@@ -184,7 +195,7 @@ class Synchroniser:
         if following < self._next:
             self.clock_restarts += 1
             self._refused["clock_restarted"] += 1
-        self._next = following
+        self._go_on(following)
         if self._ledger is not None:
             self._ledger = self._ledger.anew()
         return True
@@ -207,11 +218,17 @@ class Synchroniser:
         synchroniser = Synchroniser(settings, compensation)
         if synchroniser._ledger is not None:
             synchroniser._ledger.restore(data["ledger"])
-        synchroniser._next = int(data["next"])
+        synchroniser._go_on(int(data["next"]))
         synchroniser._refused = Counter(data["refused"])
         for name, stream in data["streams"].items():
             synchroniser._streams.setdefault(name, _channel(settings)).restore(stream)
         return synchroniser
+
+    def _go_on(self, following: int) -> None:
+        """The next sample on the grid; before `_due` [s] on both clocks it cannot be complete, which is quick to see."""
+        self._next = following
+        settings = self.settings
+        self._due = following * settings.sample_period + settings.reach + settings.lateness - _ROUNDING
 
     def _join(self, name: str) -> Stream | None:
         """A stream for a channel that was not declared, as long as there is room."""
@@ -252,7 +269,7 @@ class Synchroniser:
                     parts.append(samples_at(at, widening[: at.size], held, self.settings, ledger))
                     self._widening = int(widening[at.size - 1])
             start = stop
-        self._next = end
+        self._go_on(end)
         for name, stream in self._streams.items():
             needed = min(end * period - widest, stream.settled, inf if ledger is None else ledger.needed)
             if name not in REQUIRED:
