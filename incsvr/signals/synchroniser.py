@@ -225,7 +225,7 @@ class Synchroniser:
         return synchroniser
 
     def _go_on(self, following: int) -> None:
-        """The next sample on the grid; before `_due` [s] on both clocks it cannot be complete, which is quick to see."""
+        """The next sample on the grid; it is not complete before `_due` [s] on both clocks, which is quick to see."""
         self._next = following
         settings = self.settings
         self._due = following * settings.sample_period + settings.reach + settings.lateness - _ROUNDING
