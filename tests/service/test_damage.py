@@ -1,11 +1,9 @@
-"""What happens to a state between two starts, and while it is in use: it is never wrong without a word."""
+"""What happens to a state between two starts: it is never wrong without a word."""
 
 from __future__ import annotations
 
 import json
-import shutil
 import sqlite3
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,7 +17,7 @@ from service.node import LearnerNode, Outcome
 from service.state_file import StateFile
 from service.store import Store
 from simulator import leng
-from tests.service.conftest import PATIENCE, Bench, StartBench, configured, teach
+from tests.service.conftest import StartBench, configured
 
 
 @pytest.fixture(scope="module")
@@ -166,69 +164,6 @@ def test_a_missing_row_is_not_answered_with_an_older_one(tmp_path: Path, state: 
     with pytest.raises(NotKept, match="what followed revision 1 is lost"):
         store.at(outcomes[1].snapshot.t)
     assert store.at(outcomes[2].snapshot.t).revision == 3
-    store.close()
-
-
-def test_a_copy_of_the_one_file_holds_all_that_was_published(
-    tmp_path: Path, start: StartBench, outcomes: list[Outcome]
-) -> None:
-    bench, models = taught(start, tmp_path / "state")
-    latest = [models.get(timeout=PATIENCE) for _ in range(3)][-1]
-    (tmp_path / "copy" / "leng").mkdir(parents=True)
-    shutil.copy(tmp_path / "state" / "leng" / "yaw.sqlite", tmp_path / "copy" / "leng")
-    store = Store(tmp_path / "copy", configured())
-    assert wire.decode(wire.ModelSnapshot, store.revision(3).snapshot) == latest
-    assert store.memory is not None
-    assert store.memory["revision"] == 3
-    store.close()
-    assert bench.health().revision == 3
-
-
-def taught(start: StartBench, state: Path) -> tuple[Bench, Any]:
-    bench = start(state=state)
-    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
-    teach(bench.session, bench.keys, 2, 0.0, 100.0)
-    return bench, models
-
-
-def health_with(bench: Bench, sentence: str) -> wire.Health:
-    """Asks until a reason holds the sentence."""
-    until = time.monotonic() + PATIENCE
-    while sentence not in " ".join((health := bench.health()).reasons):
-        assert time.monotonic() < until, health
-    return health
-
-
-def test_a_state_that_is_removed_while_it_runs_is_said_and_written_again(tmp_path: Path, start: StartBench) -> None:
-    bench, models = taught(start, tmp_path / "state")
-    published = [models.get(timeout=PATIENCE) for _ in range(3)]
-    shutil.rmtree(tmp_path / "state")
-    health_with(bench, "was removed while the learner ran, and was written again")
-    bench.stop()
-    store = Store(tmp_path / "state", configured())
-    assert [store.revision(number).snapshot for number in (1, 2, 3)] == [wire.encode(model) for model in published]
-    assert store.memory is not None
-    assert store.memory["revision"] == 3
-    store.close()
-
-
-def test_a_state_that_is_damaged_while_it_runs_is_set_aside_and_learning_goes_on(
-    tmp_path: Path, start: StartBench
-) -> None:
-    bench, models = taught(start, tmp_path)
-    for _ in range(3):
-        models.get(timeout=PATIENCE)
-    state = tmp_path / "leng" / "yaw.sqlite"
-    with state.open("r+b") as file:  # never shorter than it was: that would be told as removed
-        file.write(b"\0" * state.stat().st_size)
-    teach(bench.session, bench.keys, 2, 100.0, 140.0)
-    assert models.get(timeout=PATIENCE).revision == 4
-    health = health_with(bench, "was set aside as yaw.refused-1.sqlite while the learner ran")
-    assert health.level == "WARN"
-    bench.stop()
-    store = Store(tmp_path, configured())
-    assert store.memory is not None
-    assert store.memory["revision"] == 4
     store.close()
 
 
