@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from incsvr.signals.checks.agreement import YOUNG
 from incsvr.signals.checks.curve import Curve, Served
-from incsvr.signals.checks.judgement import YOUNG, check
+from incsvr.signals.checks.judgement import check
 from incsvr.signals.checks.misfit import OF_THE_MODEL
 from incsvr.signals.checks.state import State, Vehicle
 from incsvr.signals.checks.unit import implausible

@@ -9,7 +9,8 @@ import numpy as np
 from incsvr.samples import Samples
 from incsvr.signals.checks.stuck import CALLED
 from incsvr.signals.checks.verdict import Decision, Finding
-from incsvr.signals.raw import PERIOD, named
+from incsvr.signals.raw import PERIOD, TORQUE, named
+from incsvr.signals.settings import YAW_RATE
 
 PACE = (0.002, 0.05)
 """A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one:
@@ -18,24 +19,27 @@ COMPLETE = 0.3
 """The part of the windows that hold every message, at least: a lost one makes a window's mean period longer."""
 
 
-def paces(batch: Samples, usual: Mapping[str, float]) -> list[Finding]:
-    """The streams of a batch that come at another pace than the periods `usual` [s] say."""
-    found = []
-    for name, called in CALLED.items():
-        if name not in usual:
-            continue
-        change = period(batch, name) / usual[name] - 1.0
-        if PACE[0] < abs(change) < PACE[1]:
-            found.append(
-                Finding(
-                    f"{name} pace",
-                    Decision.WARN,
-                    f"the stamps of the {called} come every {1e3 * usual[name] * (1.0 + change):.5g} ms, "
-                    f"{100.0 * change:+.2g} % beside what they did until {batch.time[0]:.10g} s: its clock runs at "
-                    "another speed, and the streams drift apart",
-                )
-            )
-    return found
+def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], float]:
+    """The streams of a batch that come at another pace than the periods `usual` [s] say, and by how much the torque's
+    stamps ran ahead of the yaw rate's by that [s]: a clock that both are stamped with takes neither from the other."""
+    changes = {name: period(batch, name) / usual[name] - 1.0 for name in CALLED if name in usual}
+    changes = {name: change for name, change in changes.items() if abs(change) < PACE[1]}
+    apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
+    decision = Decision.PAUSE if abs(apart) > PACE[0] else Decision.WARN
+    follows = "its clock runs at another speed, " + (
+        "and the streams drift apart" if decision == Decision.PAUSE else "like that of the other stream"
+    )
+    found = [
+        Finding(
+            f"{name} pace",
+            decision,
+            f"the stamps of the {CALLED[name]} come every {1e3 * usual[name] * (1.0 + change):.5g} ms, "
+            f"{100.0 * change:+.2g} % beside what they did until {batch.time[0]:.10g} s: {follows}",
+        )
+        for name, change in changes.items()
+        if abs(change) > PACE[0]
+    ]
+    return found, apart * float(np.ptp(batch.time)) if found and decision == Decision.PAUSE else 0.0
 
 
 def period(batch: Samples, name: str) -> float:

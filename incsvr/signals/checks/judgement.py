@@ -9,58 +9,36 @@ judge and found clean: a check that cannot tell (a sign on a straight leg) ends 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from incsvr.samples import Array, Samples
+from incsvr.signals.checks.agreement import LAG, LONGEST, YOUNG, Learned, Saw, least_lag, respond
 from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
-from incsvr.signals.checks.misfit import RESPONSE, STILL, UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.signals.checks.misfit import RESPONSE, STILL, UNCLEAR
 from incsvr.signals.checks.outliers import outliers
 from incsvr.signals.checks.power import MOVING, drives, turns
-from incsvr.signals.checks.response import Left, agrees, causes
+from incsvr.signals.checks.response import Estimate, Left, agrees, causes
 from incsvr.signals.checks.state import UNKNOWN, State, Vehicle
 from incsvr.signals.checks.stuck import CALLED, stuck
 from incsvr.signals.checks.unit import unit
 from incsvr.signals.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
 
-YOUNG = 3
-"""Batches of turning after which the curve is known well enough to judge a batch by."""
 KEPT = 0.9
 """The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""
-OUT_OF_NOISE = 2.0
-"""The learned damping over a batch, in noise levels, from which on it is its own drag that moves a vehicle."""
-KNOWN = 1.0 / 0.15**2
-"""How sure the usual lag must be to tell another from it [s⁻²]."""
 SURE = 1.0 / 0.1**2
 """How sure one batch may make it [s⁻²]: a rotor that follows its command slowly is no delay that is always the same."""
-LAG = 2.0
-"""Least lag beside the usual one that counts, in widths of the smoothing, within which the filter forgives it; and as
-much as the usual one besides."""
-LONGEST = 1.5
-"""Before it is known, a lag longer than this [s] is no rotor's."""
 ANEW = 4
 """Batches of turning, one after the other, that fit each other and not what is learned: then that is what is wrong."""
-JOINED = 2.0
-"""Batches' durations within which two batches are looked at together."""
-Learned = Callable[[Array], Curve]
-"""What is learned, at any yaw rates (n,) [rad/s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Saw:
-    """What one check saw, and whether it could have seen its faults in this batch."""
-
-    findings: list[Finding]
-    could: bool
-
-    @property
-    def pauses(self) -> bool:
-        return any(finding.decision >= Decision.PAUSE for finding in self.findings)
+TOGETHER = 2.0
+CLEARLY = 6.0
+STAYED = 0.25
+"""A pace is a new one, and no clock's, once the streams should have drifted apart by so many times the lag that counts
+and by so many of what a batch resolves, and are seen apart by so small a part of it."""
 
 
 def check(
@@ -77,13 +55,13 @@ def check(
     known = None if learned is None else learned(batch.yaw_rate)
     saw = {
         "stuck": _stuck(state, vehicle, batch, known),
-        "outliers": _Saw(outliers(batch), True),
+        "outliers": Saw(outliers(batch), True),
         "sign": _sign(vehicle, batch),
         "unit": _unit(state, vehicle, batch, known),
-        "heading": _Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
-        "response": _response(state, vehicle, batch, learned, older or learned),
-        "pace": _Saw(paces(batch, state.periods), True),
+        "heading": Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
+        "response": respond(state, vehicle, batch, learned, older or learned),
     }
+    saw["pace"], state = _pace(state, vehicle, batch, saw["response"])
     # One fault is seen by several checks: the first of them knows best what it is.
     pausing = next((name for name, each in saw.items() if each.pauses), None)
     warnings = [f for each in saw.values() for f in each.findings if f.decision < Decision.PAUSE]
@@ -93,7 +71,8 @@ def check(
         verdict = Verdict((Finding(CHANGE, Decision.WARN, sentence),), learn=True, suspect=False, span=_span(batch))
         return State(usual=state.usual, reach=state.reach, periods=state.periods, told=float(batch.time[-1])), verdict
     if pausing is not None:
-        return _paused(state, batch, pausing, saw[pausing].findings + saw["pace"].findings)
+        also = saw["pace"].findings if pausing != "pace" else []
+        return _paused(state, batch, pausing, saw[pausing].findings + also)
     findings = _once(state, batch, warnings)
     if state.paused_since is not None and state.kinds != {UNCLEAR}:
         left = frozenset(name for name in state.paused_by if not saw[name].could)
@@ -154,67 +133,42 @@ def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> t
     return after, Verdict(tuple(findings), learn=False, suspect=suspect, span=_span(batch))
 
 
-def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> _Saw:
+def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:
     low, high = vehicle.rate_range
     found, moved = stuck(batch, vehicle.inertia, high - low, state.usual, state.reach, known)
     if known is None and not vehicle.believed:
         # nobody knows whether a torque turns this vehicle, or the water alone
         found = [finding for finding in found if finding.kind != "torque stuck"]
-    return _Saw(found, moved)
+    return Saw(found, moved)
 
 
-def _sign(vehicle: Vehicle, batch: Samples) -> _Saw:
-    return _Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
+def _sign(vehicle: Vehicle, batch: Samples) -> Saw:
+    return Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
 
 
-def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> _Saw:
+def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:
     if not vehicle.believed:
-        return _Saw([], False)
+        return Saw([], False)
     moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MOVING * vehicle.largest_rate
     reach, sigma = state.reach.get(TORQUE, 0.0), np.inf if known is None else known.sigma
-    return _Saw(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)
+    return Saw(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)
 
 
-def _response(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None) -> _Saw:
-    """Of the batch and of its second half by what is learned, then of the batch by what was learned before the last
-    one, then of both together: what begins within a batch is told by the half of it that is wrong throughout."""
-    if learned is None or older is None:
-        return _Saw([], state.learned < YOUNG)
-    half = batch.take(slice(len(batch) // 2, None))
-    windows = [(batch, learned), (half, learned), (batch, older)]
-    if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
-        windows.append((Samples.concatenate((state.before, batch)), older))
-    could = False
-    for samples, function in windows:
-        known = function(samples.yaw_rate)
-        seen = Left.of(samples, known, state.lag)
-        if (
-            not turns(samples.take(known.inside), vehicle.largest_rate)
-            or np.sqrt(np.mean(seen.damping**2)) < OUT_OF_NOISE * known.sigma
-        ):
-            continue  # a controller answers the water, and what it does looks like any cause
-        found = causes(seen, known.sigma)
-        if found is None:
-            continue
-        scales = Scales(vehicle.largest_rate, known.largest, known.sigma, _least_lag(state, vehicle))
-        if samples is half:
-            first = batch.take(slice(0, len(batch) // 2))
-            until_then = Left.of(first, function(first.yaw_rate), state.lag).deviation
-            findings = late_since_then(seen, found, scales, until_then)
-        else:
-            findings = misfit(seen, found, scales, state.kinds)
-        if not vehicle.believed:  # of a curve for unknown rates nobody says what is much
-            findings = [finding for finding in findings if finding.kind != UNCLEAR]
-        if findings:
-            return _Saw(findings, True)
-        could |= samples is not half and could_tell(found, scales)
-    return _Saw([], could)
+def _pace(state: State, vehicle: Vehicle, batch: Samples, response: Saw) -> tuple[Saw, State]:
+    """Of the stamps' pace; where the streams should have drifted apart by it, and have not, the pace is a new one."""
+    findings, drift = paces(batch, state.periods)
+    drift = state.drift + drift if drift else 0.0
+    if state.learned < YOUNG:
+        findings = [replace(finding, decision=Decision.WARN) for finding in findings]
+    elif response.lag is not None and _together(drift, response.lag, least_lag(state, vehicle)):
+        now = {name: period(batch, name) for name in state.periods}
+        return Saw([], True), replace(state, drift=0.0, periods=now)
+    return Saw(findings, True), replace(state, drift=drift)
 
 
-def _least_lag(state: State, vehicle: Vehicle) -> float:
-    """How far from its usual the lag between the streams may be [s]; a rotor's is not known from the beginning."""
-    usual = abs(state.lag)
-    return LAG * vehicle.smoothing + usual if state.precision > KNOWN else max(LONGEST - usual, 0.0)
+def _together(drift: float, lag: Estimate, least: float) -> bool:
+    """Whether streams that should have drifted so far apart [s] are seen not to have."""
+    return abs(drift) > max(TOGETHER * least, CLEARLY * lag.resolved) and abs(lag.size) < STAYED * abs(drift)
 
 
 def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding]:

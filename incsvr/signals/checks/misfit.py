@@ -40,6 +40,8 @@ UNCLEAR, RESPONSE, UNDRIVEN = "unclear", "response", "driveless"
 vehicle is not the torque."""
 OF_THE_MODEL = frozenset({CHANGE, UNCLEAR, RESPONSE, UNDRIVEN})
 """Kinds of what the learned curve does not explain, and no single sensor either."""
+FEIGNED = ("moment", "one side")
+"""A vehicle's changes that a lag or a gyro's zero looks like for half a turn to and fro: no single batch tells them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +60,13 @@ class Scales:
     least_lag: float
 
 
-def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str]) -> list[Finding]:
-    """Findings on what is left over; `suspected` are the kinds that learning is paused for."""
+def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str], joint: bool = False) -> list[Finding]:
+    """Findings on what is left over.
+
+    Args:
+        suspected: the kinds that learning is paused for.
+        joint: these are the samples of two batches that both seem to be at fault.
+    """
     best = found.best
     estimate = found.each[best]
     span = f"from {seen.time[0]:.10g} to {seen.time[-1]:.10g} s"
@@ -93,6 +100,8 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str])
         return [_unclear(f"{sentence}, or {' or '.join(_DOUBTS[cause] for cause in sensors)}")]
     if estimate.unexplained > PLAIN * scales.sigma:
         return [_foreign(found, span)]
+    if best in FEIGNED and not joint:
+        return [_unclear(f"{sentence}, or a sensor failed")]
     return [Finding(CHANGE, Decision.WARN, sentence)]
 
 

@@ -58,6 +58,7 @@ class State:
         before: the last batch, to be looked at together with the next; None where it is not to be.
         agreeing: batches put aside, one after the other, that fit each other and not what is learned.
         told: when the last change was told [s].
+        drift: by how much the torque's stamps should have run ahead of the yaw rate's, by their pace [s].
         rates: (BINS,) learned samples of turning in each part of the range of yaw rates.
     """
 
@@ -73,6 +74,7 @@ class State:
     before: Samples | None = None
     agreeing: int = 0
     told: float | None = None
+    drift: float = 0.0
     rates: tuple[int, ...] = (0,) * BINS
 
     def near(self, vehicle: Vehicle, rate: Array) -> NDArray[np.bool_]:
@@ -99,6 +101,7 @@ class State:
             "before": None if self.before is None else _plain(self.before),
             "agreeing": self.agreeing,
             "told": self.told,
+            "drift": self.drift,
             "rates": list(self.rates),
         }
 
@@ -118,6 +121,7 @@ class State:
             None if before is None else _samples(before),
             data["agreeing"],
             data["told"],
+            data.get("drift", 0.0),  # states before 2026-11-25 lack it
             tuple(data["rates"]),
         )
 

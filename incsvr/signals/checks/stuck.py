@@ -32,6 +32,11 @@ OF_LARGEST = 0.15
 """The part of the largest damping that it fails by at least: swell moves a vehicle whose torque rests at zero."""
 SWEPT = 0.1
 """The part of the yaw rate's range that is swept meanwhile: the same."""
+LETS_GO = -0.4
+"""Slope of what is left over on the damping, beside a constant, below which the vehicle seems to have lost its drag: as
+it does where the torque follows its turning unseen. A vehicle that changed under a held torque keeps more."""
+HELD = 0.3
+"""The level of a torque, as a part of the largest damping, from which on a vehicle that it holds shows its drag."""
 CALLED = {"yaw_rate": "yaw rate", "torque": "torque"}
 UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
 
@@ -116,7 +121,8 @@ def _moved(
 ) -> bool:
     """Whether the vehicle moved while its torque stood still as no constant torque moves it."""
     rate = batch.yaw_rate[stretch.slice]
-    if np.ptp(rate) < SWEPT * range_width:
+    swept = float(np.ptp(rate)) / (SWEPT * range_width)
+    if swept < 0.5 or (swept < 1.0 and not _undamped(batch, stretch, curve)):
         return False
     if curve is None or not curve.inside[stretch.slice].any():
         # a constant torque does not turn a vehicle to both sides
@@ -124,6 +130,23 @@ def _moved(
     left = (batch.damping - curve.damping)[stretch.slice][curve.inside[stretch.slice]]
     amiss = float(np.sqrt(np.mean(left**2)))
     return amiss > max(UNEXPLAINED * curve.sigma, OF_LARGEST * curve.largest)
+
+
+def _undamped(batch: Samples, stretch: Stretch, curve: Curve | None) -> bool:
+    """Whether a vehicle turns under a torque that stands still away from zero as if it had no drag."""
+    if curve is None:
+        return False
+    kept = curve.inside[stretch.slice]
+    torque, damping = batch.raw[TORQUE][stretch.slice][kept], curve.damping[stretch.slice][kept]
+    left = batch.damping[stretch.slice][kept] - damping
+    if left.size < FEWEST or abs(float(np.median(torque))) < HELD * curve.largest:
+        return False
+    about = damping - damping.mean()
+    power = float(about @ about)
+    if not power > 0.0:
+        return False
+    slope = float(about @ left) / power
+    return slope + 2.0 * curve.sigma / float(np.sqrt(power)) < LETS_GO
 
 
 def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:

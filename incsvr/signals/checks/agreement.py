@@ -1,0 +1,100 @@
+"""Whether torque and yaw rate of a batch belong together by what is learned of the damping, looked at in windows.
+
+A fault that begins within a batch is wrong throughout in the second half of it; what is learned follows a fault and
+hides it by that, so that a batch is judged by what was learned before the last one as well; and two batches, one after
+the other, tell what one alone does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks.curve import Curve
+from incsvr.signals.checks.misfit import UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.signals.checks.power import turns
+from incsvr.signals.checks.response import Estimate, Left, causes
+from incsvr.signals.checks.state import State, Vehicle
+from incsvr.signals.checks.verdict import Decision, Finding
+
+YOUNG = 3
+"""Batches of turning after which the curve is known well enough to judge a batch by."""
+OUT_OF_NOISE = 2.0
+"""The learned damping over a batch, in noise levels, from which on it is its own drag that moves a vehicle."""
+KNOWN = 1.0 / 0.15**2
+"""How sure the usual lag must be to tell another from it [s⁻²]."""
+LAG = 2.0
+"""Least lag beside the usual one that counts, in widths of the smoothing, within which the filter forgives it; and as
+much as the usual one besides."""
+LONGEST = 1.5
+"""Before it is known, a lag longer than this [s] is no rotor's."""
+JOINT = 3
+"""Which of the windows that a batch is looked at in is that with the batch before."""
+JOINED = 2.0
+"""Batches' durations within which two batches are looked at together."""
+Learned = Callable[[Array], Curve]
+"""What is learned, at any yaw rates (n,) [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Saw:
+    """What one check saw, whether it could have seen its faults in this batch, and how far apart the streams seem."""
+
+    findings: list[Finding]
+    could: bool
+    lag: Estimate | None = None
+
+    @property
+    def pauses(self) -> bool:
+        return any(finding.decision >= Decision.PAUSE for finding in self.findings)
+
+
+def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None) -> Saw:
+    """Of the batch and of its second half by what is learned, then of the batch by what was learned before the last
+    one, then of both together: what begins within a batch is told by the half of it that is wrong throughout."""
+    if learned is None or older is None:
+        return Saw([], state.learned < YOUNG)
+    half = batch.take(slice(len(batch) // 2, None))
+    windows = [(batch, learned), (half, learned), (batch, older)]
+    if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
+        windows.append((Samples.concatenate((state.before, batch)), older))
+    could, seen_first, lag = False, list[Finding](), None
+    for place, (samples, function) in enumerate(windows):
+        known = function(samples.yaw_rate)
+        seen = Left.of(samples, known, state.lag)
+        if (
+            not turns(samples.take(known.inside), vehicle.largest_rate)
+            or np.sqrt(np.mean(seen.damping**2)) < OUT_OF_NOISE * known.sigma
+        ):
+            continue  # a controller answers the water, and what it does looks like any cause
+        found = causes(seen, known.sigma)
+        if found is None:
+            continue
+        lag = found.each["lag"] if place == 0 else lag
+        scales = Scales(vehicle.largest_rate, known.largest, known.sigma, least_lag(state, vehicle))
+        joint = place == JOINT and state.kinds == {UNCLEAR}
+        if samples is half:
+            first = batch.take(slice(0, len(batch) // 2))
+            until_then = Left.of(first, function(first.yaw_rate), state.lag).deviation
+            findings = late_since_then(seen, found, scales, until_then)
+        else:
+            findings = misfit(seen, found, scales, state.kinds, joint)
+        if not vehicle.believed:  # of a curve for unknown rates nobody says what is much
+            findings = [finding for finding in findings if finding.kind != UNCLEAR]
+        unclear = any(finding.kind == UNCLEAR for finding in findings)
+        # what is unclear by one window another may tell
+        if findings and (not seen_first or (not unclear and (joint or findings[0].decision == Decision.PAUSE))):
+            seen_first = findings
+        if seen_first and seen_first[0].kind != UNCLEAR:
+            break
+        could |= samples is not half and could_tell(found, scales)
+    return Saw(seen_first, bool(seen_first) or could, lag)
+
+
+def least_lag(state: State, vehicle: Vehicle) -> float:
+    """How far from its usual the lag between the streams may be [s]; a rotor's is not known from the beginning."""
+    usual = abs(state.lag)
+    return LAG * vehicle.smoothing + usual if state.precision > KNOWN else max(LONGEST - usual, 0.0)
