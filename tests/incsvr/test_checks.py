@@ -195,6 +195,15 @@ def test_the_papers_experiment_and_two_percent_outliers_are_no_fault(seed: int) 
                 before = verdict.span[1]
 
 
+def test_two_gyros_on_one_key_that_differ_are_named_and_not_learned_from() -> None:
+    found = leng.recording("T1", 3).streams()
+    t, rate = found["yaw_rate"]
+    both, order = np.concatenate((t, t + 0.0101)), np.argsort(np.concatenate((t, t + 0.0101)))
+    _, verdicts = guided(found | {"yaw_rate": (both[order], np.concatenate((rate, -rate))[order])})
+    assert not any(verdict.learn for verdict in verdicts)
+    assert "two sensors" in verdicts[0].findings[0].sentence
+
+
 def test_a_state_in_between_goes_on_to_the_bit() -> None:
     found = streams({"yaw_rate": lambda t, v, here, rng: (t, v + 0.05 * here)})
     samples = synchronise(leng.SIGNALS, found)[0]

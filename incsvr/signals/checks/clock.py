@@ -15,6 +15,8 @@ from incsvr.signals.settings import YAW_RATE
 PACE = (0.002, 0.05)
 """A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one:
 a quartz keeps a ten-thousandth, and a rate that was set anew differs by more."""
+APART = 0.003
+"""The same between two streams, from which on they drift apart: where messages are lost, a batch errs by 0.002."""
 COMPLETE = 0.3
 """The part of the windows that hold every message, at least: a lost one makes a window's mean period longer."""
 
@@ -25,9 +27,9 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     changes = {name: period(batch, name) / usual[name] - 1.0 for name in CALLED if name in usual}
     changes = {name: change for name, change in changes.items() if abs(change) < PACE[1]}
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
-    decision = Decision.PAUSE if abs(apart) > PACE[0] else Decision.WARN
+    decision = Decision.PAUSE if abs(apart) > APART else Decision.WARN
     follows = "its clock runs at another speed, " + (
-        "and the streams drift apart" if decision == Decision.PAUSE else "like that of the other stream"
+        "and the streams drift apart" if decision == Decision.PAUSE else "by little, or like that of the other stream"
     )
     found = [
         Finding(

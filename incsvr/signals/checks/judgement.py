@@ -19,7 +19,7 @@ from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
 from incsvr.signals.checks.misfit import RESPONSE, STILL, UNCLEAR
-from incsvr.signals.checks.outliers import outliers
+from incsvr.signals.checks.outliers import outliers, scatter
 from incsvr.signals.checks.power import MOVING, drives, turns
 from incsvr.signals.checks.response import Estimate, Left, agrees, causes
 from incsvr.signals.checks.state import UNKNOWN, State, Vehicle
@@ -56,6 +56,7 @@ def check(
     saw = {
         "stuck": _stuck(state, vehicle, batch, known),
         "outliers": Saw(outliers(batch), True),
+        "scatter": Saw(scatter(batch, vehicle.largest_rate) if vehicle.believed else [], True),
         "sign": _sign(vehicle, batch),
         "unit": _unit(state, vehicle, batch, known),
         "heading": Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from incsvr.signals.checks.response import SENSOR, Causes, Estimate, Left, began
+from incsvr.signals.checks.response import SENSOR, VEHICLE, Causes, Estimate, Left, began
 from incsvr.signals.checks.verdict import CHANGE, Decision, Finding
 
 CERTAIN = 6.0
@@ -17,6 +17,8 @@ STILL = 2.0
 """Standard deviations from which on it is believed to last."""
 AHEAD = 15.0
 """Variances by which a sensor's fault must explain more than any change of the vehicle; twice the ln of the odds."""
+EVEN = 2.0
+"""Variances within which a vehicle's change explains as much: at one rate, all causes look the same."""
 CALM = 0.5
 """The part of what is left over in the second half of a batch that the first may have where something began between:
 half of its own samples may be at fault already. A curve that errs, or an inertia declared wrong, errs in both."""
@@ -71,7 +73,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
     estimate = found.each[best]
     span = f"from {seen.time[0]:.10g} to {seen.time[-1]:.10g} s"
     sensors = [cause for cause in SENSOR if _large(cause, found.each[cause], scales, cause in suspected)]
-    if best in sensors:
+    if best in sensors and (best in suspected or found.lead(best) > EVEN or not _unremarkable(found)):
         failed = _SENTENCES[best](estimate.size, began(seen, best, estimate.size))
         if best in suspected or found.lead(best) > AHEAD:
             return [Finding(best, Decision.PAUSE, failed)]
@@ -118,6 +120,14 @@ def late_since_then(seen: Left, found: Causes, scales: Scales, until_then: float
     if found.best == "lag" and found.lead("lag") > AHEAD:
         return [Finding("lag", Decision.PAUSE, sentence)]
     return [_unclear(f"{sentence}, or the vehicle changed")]
+
+
+def _unremarkable(found: Causes) -> bool:
+    """Whether a change of the damping or the thrust too small to be told explains most of a vehicle's own causes."""
+    best = min(VEHICLE, key=lambda cause: found.each[cause].cost)
+    gains = [_apparent(cause, found.each[cause].size) for cause in ("gain", "thrust")]
+    even = any(found.each[cause].cost < found.each[best].cost + EVEN for cause in ("gain", "thrust"))
+    return even and all(gain is not None and abs(gain) < TOLD for gain in gains)
 
 
 def _large(cause: str, estimate: Estimate, scales: Scales, lasts: bool) -> bool:
