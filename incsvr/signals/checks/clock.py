@@ -26,6 +26,9 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     stamps ran ahead of the yaw rate's by that [s]: a clock that both are stamped with takes neither from the other."""
     changes = {name: period(batch, name) / usual[name] - 1.0 for name in CALLED if name in usual}
     changes = {name: change for name, change in changes.items() if abs(change) < PACE[1]}
+    lasted = float(np.ptp(batch.time))
+    # what comes to less than a step between two stamps is their jitter
+    changes = {name: change for name, change in changes.items() if abs(change) * lasted > usual[name]}
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
     decision = Decision.PAUSE if abs(apart) > APART else Decision.WARN
     follows = "its clock runs at another speed, " + (
@@ -41,7 +44,7 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
         for name, change in changes.items()
         if abs(change) > PACE[0]
     ]
-    return found, apart * float(np.ptp(batch.time)) if found and decision == Decision.PAUSE else 0.0
+    return found, apart * lasted if found and decision == Decision.PAUSE else 0.0
 
 
 def period(batch: Samples, name: str) -> float:

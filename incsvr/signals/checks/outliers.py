@@ -1,4 +1,4 @@
-"""Values of a raw stream that have nothing to do with their neighbours, as a share; a yaw rate that scatters too far."""
+"""The share of values that have nothing to do with their neighbours; a yaw rate that scatters too far."""
 
 from __future__ import annotations
 
