@@ -251,9 +251,12 @@ class HealthWatch:
                 still = rate.t - rate.still_since
                 if still > self._limits.stuck_after:
                     warnings.append(f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s")
-        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
+        signals, recent_batches = node.config.signal_settings(), node.recent_batches
+        slow = slow_stream(signals, node.batches.smoothing, node.batches.readings)
         warnings += [slow] if slow else []
-        excitation = node.excitation
+        quick, excitation = recent_batches.unresolved, recent_batches.excitation
+        if quick is not None:
+            warnings.append(f"{quick.sentence}; {quick.cure(signals)}")
         if excitation is not None and excitation.little:
             warnings.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
         rates, served = node.batches.recent_rates, node.served.model

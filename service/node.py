@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -30,11 +29,9 @@ from service.batches import Batches
 from service.config import Config
 from service.effects import TracedEffects
 from service.published import Served, damping, report, snapshot
+from service.recent_batches import RecentBatches
 from service.restored import restored
 from service.window import Window
-
-EXCITATION = 5
-"""Batches over which it is said how much of the motion the torque made."""
 
 
 class NothingLearned(BadInput):
@@ -60,7 +57,7 @@ class _Iterated:
     clock_restarts: int
     snapshot: wire.ModelSnapshot
     report: wire.IterationReport
-    excitation: Excitation | None
+    motion: tuple[Excitation, Samples] | None
 
 
 class LearnerNode:
@@ -104,7 +101,7 @@ class LearnerNode:
         window = Window(signals, config.tracing.window) if config.tracing.live else None
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
         self._clock_restarts = 0
-        self._excitation: deque[Excitation] = deque(maxlen=EXCITATION)
+        self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
         learned = known.guarded.learner
         self.served = Served(learned.model, known.revision, learned.iterations, known.t, findings)
@@ -205,8 +202,8 @@ class LearnerNode:
             learned=self._fresh(covered, newest),
         )
         after = Guarded(state, guarded.checks, guarded.learner)
-        excitation = Excitation.of(batch, iteration.undriven)
-        return _Iterated(after, served, covered, restarts, self._snapshot(served), told, excitation)
+        motion = Excitation.of(batch, iteration.undriven), batch
+        return _Iterated(after, served, covered, restarts, self._snapshot(served), told, motion)
 
     def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> _Iterated:
         """To what was served before the last batch, because of this one, which is put aside."""
@@ -236,8 +233,8 @@ class LearnerNode:
     def _keep(self, new: _Iterated) -> None:
         """From now on the learner stands here, whatever is served."""
         self._guarded, self._covered, self._clock_restarts = new.guarded, new.covered, new.clock_restarts
-        if new.excitation is not None:
-            self._excitation.append(new.excitation)
+        if new.motion is not None:
+            self.recent_batches.learned(*new.motion, self.batches.smoothing)
 
     def predict(self, rates: Array) -> wire.DampingReply:
         """The damping at (n,) finite rates [rad/s].
@@ -255,12 +252,6 @@ class LearnerNode:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
         newest = self.served.t
         return 0.0 if newest is None else self._fresh(self._covered, newest)
-
-    @property
-    def excitation(self) -> Excitation | None:
-        """How much of the last few batches was evidence about damping; None before the first since this start."""
-        parts = tuple(self._excitation)
-        return Excitation.together(parts) if parts else None
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""

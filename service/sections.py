@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import MAX_CHANNELS
+from incsvr.signals.settings import TorqueKind
 from service.endpoint import listens_everywhere
 
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|ws|unixsock-stream)/\S+$")]
@@ -78,6 +79,10 @@ class Signals(Section):
         gt=0.0,
         lt=5.0,
         description="longest pause that is bridged [s], at most 2 smoothing; null follows the streams",
+    )
+    torque: TorqueKind | None = Field(
+        default=None,
+        description="measured, or commanded: it holds until the next one; null: commanded where it is slow and repeats",
     )
     channels: tuple[Name, ...] = Field(
         default=(), max_length=MAX_CHANNELS, description="channels that samples wait for"

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals import REQUIRED, TORQUE, SignalSettings
+from incsvr.signals.settings import COMMANDED, SETTLES
 from incsvr.signals.streams import JUMP, Reading
 
 #: What people call the streams that the learner cannot do without.
@@ -108,6 +109,8 @@ class Starvation:
             return _apart(rate, torque) + hint
         for name in REQUIRED:
             longest, period = readings[name].longest or 0.0, readings[name].period or 0.0
+            if name == TORQUE and settings.torque == COMMANDED:
+                continue  # it holds meanwhile
             if longest > settings.longest_pause:
                 return _slow(name, period, longest, settings) + hint
         late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP]
@@ -118,6 +121,12 @@ class Starvation:
         advanced = (now - self._since.at) * min(self._pace.get(name, 1.0) for name in REQUIRED)
         if advanced < settings.sample_period + 2.0 * settings.reach + settings.lateness:
             return None  # played slowly
+        if settings.torque == COMMANDED:
+            needed = 2.0 * settings.reach + SETTLES + (torque.period or 0.0)
+            return (
+                f"no command holds for the {needed:.2g} s that a sample needs; set signals.smoothing below "
+                f"{settings.smoothing:g}, hold the commands for longer, or set signals.torque to measured"
+            )
         return "yaw rate and torque come, but no stretch without a pause is as long as a sample needs"
 
     def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:

@@ -11,37 +11,29 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning import guarded
 from incsvr.learning.coefficients import coefficients
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
-from incsvr.learning.inertia import InertiaEstimate, identify
+from incsvr.learning.inertia import InertiaEstimate
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
+from incsvr.learning.resolution import unresolved
 from incsvr.samples import Samples
-from incsvr.signals import REQUIRED, TORQUE, SignalSettings, synchronise
+from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.checks import YOUNG, Vehicle, Verdict, told
-from incsvr.signals.raw import HEADING
+from incsvr.signals.settings import COMMANDED, MEASURED
 from incsvr.traced_motion import traced_free_run_rmse
 from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
+from simulator import declared_inertia
 from simulator.logs import Reading, add_log_arguments
-from simulator.online import Errors, foreign_inertia, learner_for, pauses, remarks, signals_for
+from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
 from simulator.progress import progress
-from simulator.recordings import RATE_LIMIT, Recording, Streams, sequence
+from simulator.recordings import RATE_LIMIT, Recording, sequence
 
-LIMITS = (
-    "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
-    "a delay of the thrusters as inertia"
-)
-CLOSED = (
-    "closed loop: the torque answers what the water does to the yaw rate, so the free run by which the inertia was "
-    "estimated proves nothing, and the estimate may be several percent off; declare the inertia, or record open-loop "
-    "runs"
-)
 CURVE = 101
 """Rates of the trained range at which the curve is told."""
 
@@ -61,6 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="signals and learner as the service has them; else scaled to the runs",
     )
     parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
+    parser.add_argument(
+        "--torque",
+        choices=(COMMANDED, MEASURED),
+        help="what the torque is: a command, which holds until the next one, or a measurement (default: told from the "
+        "data, or as configured)",
+    )
     parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
     add_log_arguments(parser)
     add_json_argument(parser)
@@ -70,10 +68,10 @@ def run(args: argparse.Namespace) -> int:
     config = read_config(args.config)
     reading = Reading.of(args, config)
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
-    inertia, estimate = _inertia(args.inertia, config.vehicle.inertia, runs)
+    inertia, estimate = declared_inertia.inertia(args.inertia, config.vehicle.inertia, runs, args.torque)
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)
-    emit(args, fit.to_dict() | _estimate(fit, estimate), fit.text(estimate))
+    emit(args, fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks), fit.text(estimate))
     return 0
 
 
@@ -125,7 +123,7 @@ class Fit:
         With traced effects the samples are freed of them, and the free runs hold them.
         """
         joined, compensation = sequence(runs), None if effects is None else effects.compensation
-        samples, rejected = _samples(joined, signals, compensation)
+        samples, rejected = samples_of(joined, signals, compensation)
         chosen = {} if policy is None else {"policy": policy}
         settings = learner_for(samples, **chosen) if learner is None else Settings(**asdict(learner) | chosen)
         if len(samples) < settings.batch:
@@ -136,7 +134,7 @@ class Fit:
         iterations: list[Iteration] = []
         errors: list[Errors | None] = []
         verdicts: list[Verdict] = []
-        validation, more = _samples(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
+        validation, more = samples_of(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
         vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, believed=learner is not None)
         with progress("learning", len(samples) // settings.batch) as advance:
             for verdict, iteration in guarded.follow(settings, vehicle, samples):
@@ -162,11 +160,14 @@ class Fit:
             tests = [motion for one in unseen for motion in motions(one.streams(), signals.longest_pause)]
             free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
         else:
-            streams = [_wanted(one, signals, compensation) for one in unseen]
+            streams = [wanted_streams(one, signals, compensation) for one in unseen]
             free_run = traced_free_run_rmse(
                 streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
         said = [*remarks([*runs, *unseen], samples, signals), *told(verdicts), *(effects.warnings if effects else ())]
+        quick = unresolved(samples, signals.smoothing)
+        if quick is not None:
+            said.append(f"{quick.sentence}; {quick.cure(signals)}")
         if excitation.little:
             said.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
         name = sequence(unseen).name if unseen else ""
@@ -217,7 +218,11 @@ class Fit:
 
     def text(self, estimate: InertiaEstimate | None) -> str:
         """The same for people."""
-        source = "" if estimate is None else f"{_doubt(estimate, self.closed_loop)}, estimated by output error"
+        source = (
+            ""
+            if estimate is None
+            else f"{declared_inertia.doubt(estimate, self.closed_loop)}, estimated by output error"
+        )
         signals, learner = self.signals, self.learner
         left = self.samples - (len(self.iterations) + self.put_aside) * learner.batch
         lines = [
@@ -228,8 +233,8 @@ class Fit:
             f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
             f"ε = {learner.epsilon:.2g} N m",
             *([f"effects     {', '.join(self.effects)}"] if self.effects else []),
-            *([f"remark      {LIMITS}"] if estimate else []),
-            *([f"remark      {CLOSED}"] if estimate and self.closed_loop else []),
+            *([f"remark      {declared_inertia.LIMITS}"] if estimate else []),
+            *([f"remark      {declared_inertia.CLOSED}"] if estimate and self.closed_loop else []),
             *(f"remark      {remark}" for remark in self.remarks),
             *(f"refused     {count} messages: {reason}" for reason, count in self.rejected.items()),
             "",
@@ -268,63 +273,13 @@ def _settings(
     if args.config:
         overridden = {"vehicle": config.vehicle.model_copy(update={"inertia": inertia})}
         wanted = config.model_copy(update=overridden | ({"effects": args.effects} if args.effects else {}))
-        return wanted.signal_settings(), wanted.learner_settings(), configured(wanted)
-    signals = signals_for(recordings[: len(args.recordings)], inertia, RATE_LIMIT)
+        configured_signals = wanted.signal_settings()
+        if args.torque is not None:
+            configured_signals = replace(configured_signals, torque=args.torque)
+        return configured_signals, wanted.learner_settings(), configured(wanted)
+    signals = signals_for(recordings[: len(args.recordings)], inertia, RATE_LIMIT, args.torque)
     if args.effects is None:
         return signals, None, None
     common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))
     effects = read_effects(args.effects, inertia, common)
     return replace(signals, channels=effects.compensation.reads(common)), None, effects
-
-
-def _wanted(recording: Recording, signals: SignalSettings, compensation: Compensation | None) -> Streams:
-    """The streams that samples are made of."""
-    streams = recording.streams()
-    names = (*REQUIRED, *(signals.channels if compensation is not None else ()))
-    for name in names:
-        if name not in streams:
-            raise BadInput(f"{recording.name}: there is no channel {name}, for which samples wait; leave it out")
-    measured = (HEADING,) if HEADING in streams and streams[HEADING][0].size else ()
-    return {name: streams[name] for name in dict.fromkeys((*names, *measured))}
-
-
-def _samples(
-    recording: Recording, signals: SignalSettings, compensation: Compensation | None
-) -> tuple[Samples, Mapping[str, int]]:
-    samples, rejected = synchronise(signals, _wanted(recording, signals, compensation), compensation)
-    if len(samples) == 0:
-        reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
-        raise BadInput(
-            f"{recording.name}: not one damping sample; {'; '.join(reasons)}; record faster, or allow longer gaps"
-        )
-    return samples, rejected
-
-
-def _inertia(wanted: str | None, configured: float, runs: Sequence[Recording]) -> tuple[float, InertiaEstimate | None]:
-    if wanted is None:
-        return configured, None
-    if wanted != "estimate":
-        try:
-            return float(wanted), None
-        except ValueError:
-            raise BadInput(f"--inertia {wanted}: give a number [kg m²], or estimate") from None
-    pause = signals_for(runs, 1.0, RATE_LIMIT).longest_pause
-    pieces = [motion for run in runs for motion in motions(run.streams(), pause)]
-    with progress("estimating the inertia") as advance:
-        estimate = identify(pieces, advance)
-    return estimate.inertia, estimate
-
-
-def _estimate(fit: Fit, estimate: InertiaEstimate | None) -> dict[str, Any]:
-    if estimate is None:
-        return {}
-    return {
-        "inertia_standard_error": None if fit.closed_loop else estimate.standard_error,
-        "fit_free_run_rmse": estimate.rmse,
-        "remarks": [LIMITS, *([CLOSED] if fit.closed_loop else []), *fit.remarks],
-    }
-
-
-def _doubt(estimate: InertiaEstimate, closed_loop: bool) -> str:
-    """Beside the figure; in closed loop the standard error would be none."""
-    return "" if closed_loop else f" ± {estimate.standard_error:.2g}"

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
-from incsvr.signals import REQUIRED, TORQUE, SignalSettings
-from simulator.recordings import Recording
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
+from incsvr.signals.holding import REPEATED
+from incsvr.signals.raw import HEADING
+from incsvr.signals.settings import COMMANDED, MEASURED, ROTOR_LAG, SETTLES, TorqueKind
+from incsvr.signals.smoothing import WIDTHS
+from simulator.recordings import Recording, Streams
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
 """The range for which the paper's settings were tuned [rad/s], [N m]."""
 TORQUE_LIMIT = 1e9
 """Nobody said what torque [N m] is plausible: recordings are taken at their word."""
-ROTOR_LAG = 0.2
-"""How far rotors commonly trail their command [s]; a filter this wide forgives it where the torque is a command."""
+HELD_SMOOTHING = 0.1
+"""The narrowest filter [s] beside a command that holds, where nothing but the gyro asks for one: its noise grows as the
+filter shrinks, and few vehicles move faster."""
+ENOUGH_HELD = 0.1
+"""Share of the time for which a command must hold throughout a filter's window to be learned from there alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +51,17 @@ def learn(samples: Samples, settings: Settings) -> Iterator[Iteration]:
         yield iteration
 
 
-def signals_for(recordings: Sequence[Recording], inertia: float, rate_limit: float) -> SignalSettings:
+def signals_for(
+    recordings: Sequence[Recording],
+    inertia: float,
+    rate_limit: float,
+    torque: TorqueKind | None = None,
+) -> SignalSettings:
     """Signal settings that suit the streams' rates, where none are configured.
 
-    The filter spans the slower stream's samples and a rotor's lag behind its command. The samples stand five of its
-    widths apart, where their noise is nearly white, but closer in short recordings: about five hundred are needed.
+    The filter spans the slower stream's samples and a rotor's lag behind its command; where the torque is a command
+    that was logged while it held, the gyro's samples alone. The samples stand five of its widths apart, where their
+    noise is nearly white, but closer in short recordings: about five hundred are needed.
     """
     periods = []
     for name in REQUIRED:
@@ -56,18 +70,46 @@ def signals_for(recordings: Sequence[Recording], inertia: float, rate_limit: flo
         if steps.size == 0:
             raise BadInput(f"{recordings[0].name}: {name} holds a single sample; record at least a few seconds")
         periods.append(float(f"{np.median(steps):.2g}"))  # a clock's jitter must not show in the settings
-    slower = max(periods)
+    slower = periods[REQUIRED.index(YAW_RATE)] if torque == COMMANDED else max(periods)
     smoothing = max(3.0 * slower, ROTOR_LAG)
     duration = sum(float(np.ptp(recording.time)) for recording in recordings)
+    narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], HELD_SMOOTHING)
+    share = 0.0 if torque == MEASURED else _held_share(recordings, 2.0 * WIDTHS * narrow + SETTLES)
+    if narrow <= smoothing and share >= ENOUGH_HELD:
+        return SignalSettings(
+            inertia=inertia,
+            sample_period=float(np.clip(share * duration / 500.0, 0.5 * narrow, 5.0 * narrow)),
+            smoothing=narrow,
+            lateness=0.0,
+            rate_limit=rate_limit,
+            torque_limit=TORQUE_LIMIT,
+            torque=COMMANDED,
+        )
     return SignalSettings(
         inertia=inertia,
         sample_period=float(np.clip(duration / 500.0, 0.5 * smoothing, 5.0 * smoothing)),
         smoothing=smoothing,
         lateness=0.0,
-        gap=min(5.0 * slower, 2.0 * smoothing),
+        gap=None if torque == COMMANDED else min(5.0 * slower, 2.0 * smoothing),
         rate_limit=rate_limit,
         torque_limit=TORQUE_LIMIT,
+        torque=torque or MEASURED,
     )
+
+
+def _held_share(recordings: Sequence[Recording], window: float) -> float:
+    """For which share of the time a torque that repeats itself held for so long [s]; 0 where it does not."""
+    streams = [recording.streams()[TORQUE] for recording in recordings]
+    same = np.concatenate([np.diff(value) == 0.0 for _, value in streams])
+    if same.size == 0 or np.mean(same) <= REPEATED:
+        return 0.0
+    held = 0.0
+    for time, value in streams:
+        # Of each stretch of the same value, from its first message to its last, what a window finds room in.
+        edges = np.concatenate(([0], np.flatnonzero(np.diff(value) != 0.0) + 1, [time.size]))
+        lengths = time[edges[1:] - 1] - time[edges[:-1]]
+        held += float(np.maximum(lengths - window, 0.0).sum())
+    return held / sum(float(np.ptp(recording.time)) for recording in recordings)
 
 
 def learner_for(samples: Samples, **chosen: object) -> Settings:
@@ -123,3 +165,31 @@ def foreign_inertia(recordings: Sequence[Recording], samples: Samples, signals: 
         f"an inertia of {signals.inertia:g} kg m² asks for {damping:.3g} N m where the actuators give {torque:.3g}; "
         "declare the vehicle's own with --inertia"
     )
+
+
+def wanted_streams(recording: Recording, signals: SignalSettings, compensation: Compensation | None) -> Streams:
+    """The streams that samples are made of."""
+    streams = recording.streams()
+    names = (*REQUIRED, *(signals.channels if compensation is not None else ()))
+    for name in names:
+        if name not in streams:
+            raise BadInput(f"{recording.name}: there is no channel {name}, for which samples wait; leave it out")
+    measured = (HEADING,) if HEADING in streams and streams[HEADING][0].size else ()
+    return {name: streams[name] for name in dict.fromkeys((*names, *measured))}
+
+
+def samples_of(
+    recording: Recording, signals: SignalSettings, compensation: Compensation | None
+) -> tuple[Samples, Mapping[str, int]]:
+    """The samples of a recording, and how many messages were refused by reason.
+
+    Raises:
+        BadInput: there is none.
+    """
+    samples, rejected = synchronise(signals, wanted_streams(recording, signals, compensation), compensation)
+    if len(samples) == 0:
+        reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
+        raise BadInput(
+            f"{recording.name}: not one damping sample; {'; '.join(reasons)}; record faster, or allow longer gaps"
+        )
+    return samples, rejected

@@ -10,9 +10,13 @@ import numpy as np
 from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.signals.holding import MISSING
+from incsvr.signals.settings import SETTLES
 
 SHORTEST = 1.0
 """A motion shorter than this [s] shows nothing of a vehicle."""
+SHORTEST_HELD = 0.4
+"""The same where the torque holds meanwhile: there are many then, and together they show it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,30 @@ def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Moti
             torques = (torque_time >= torque_begin) & (torque_time <= torque_end)
             if stop - start >= SHORTEST and rates.any():
                 found.append(Motion(torque_time[torques], torque[torques], rate_time[rates], rate[rates]))
+    return found
+
+
+def held_motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Motion]:
+    """The stretches in which a command that was logged while it held stayed the same, and the rotors have followed.
+
+    Args:
+        streams: of a recording.
+        gap: the longest pause of the yaw rate [s]; the torque is known as long as it repeats itself.
+    """
+    (rate_time, rate), (time, command) = streams[YAW_RATE], streams[TORQUE]
+    edges = np.concatenate(([0], np.flatnonzero(np.diff(command) != 0.0) + 1, [time.size]))
+    longest = MISSING * float(np.median(np.diff(time))) if time.size > 1 else gap
+    found = []
+    for first, last in zip(edges[:-1], edges[1:] - 1, strict=True):
+        begin, end = float(time[first]) + SETTLES, float(time[last])
+        if end - begin < SHORTEST_HELD or float(np.diff(time[first : last + 1]).max()) > longest:
+            continue
+        within = (rate_time >= begin) & (rate_time <= end)
+        stamps, rates = rate_time[within], rate[within]
+        for start, stop in _stretches(stamps, gap):
+            one = (stamps >= start) & (stamps <= stop)
+            if stop - start >= SHORTEST_HELD:  # a free run stops at the stamps of the torque: at each of the rate's
+                found.append(Motion(stamps[one], np.full(int(one.sum()), command[first]), stamps[one], rates[one]))
     return found
 
 

@@ -15,6 +15,9 @@ TORQUE = "torque"
 """The filtered torque [N m]."""
 LOW, HIGH, STEP, COUNT, SPIKES, PERIOD = "low", "high", "step", "count", "spikes", "period"
 """Of a stream, as in `Smoothed`."""
+RATE_SPREAD, TORQUE_SLOPE = "yaw_rate:spread", "torque:slope"
+"""How far the yaw rate moved within the filter [rad/s], and how fast the torque did [N m/s],
+where it is not known when."""
 HEADING, HEADING_TIME = "heading", "heading_time"
 """The newest heading [rad], and its stamp [s]."""
 

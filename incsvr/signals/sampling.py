@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from incsvr.plant import damping_moment
 from incsvr.samples import Array, Samples
 from incsvr.signals import raw
-from incsvr.signals.settings import REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
-from incsvr.signals.smoothing import Smoothed, smooth
+from incsvr.signals.holding import held, stepped
+from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
+from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
 from incsvr.signals.streams import JUMP
 
 if TYPE_CHECKING:
@@ -23,29 +24,45 @@ Held = Mapping[str, tuple[Array, Array]]
 
 
 def samples_at(
-    at: Array, widening: NDArray[np.int64], held: Held, settings: SignalSettings, ledger: TorqueLedger | None
+    at: Array,
+    widening: NDArray[np.int64],
+    holds: NDArray[np.bool_],
+    streams: Held,
+    settings: SignalSettings,
+    ledger: TorqueLedger | None,
 ) -> Samples:
     """The complete samples among the instants `at` (m,) [s].
 
     Args:
         widening: (m,) by how many steps of WIDER the filter is widened at each.
-        held: whatever the filter reaches at them.
+        holds: (m,) whether the torque is a command that was logged while it held.
+        streams: whatever the filter reaches at them.
         ledger: what the traced effects take of the torque; None where there are none.
     """
-    steps = sorted(set(widening.tolist()))
-    if len(steps) == 1:
-        return _alike(at, steps[0], held, settings, ledger)
-    parts = [_alike(at[widening == step], step, held, settings, ledger) for step in steps]
+    kinds = sorted(set(zip(holds.tolist(), widening.tolist(), strict=True)))
+    if len(kinds) == 1:
+        return _alike(at, kinds[0][1], kinds[0][0], streams, settings, ledger)
+    parts = [
+        _alike(at[(holds == holding) & (widening == step)], step, holding, streams, settings, ledger)
+        for holding, step in kinds
+    ]
     samples = Samples.concatenate(parts)
     return samples.take(np.argsort(samples.time))
 
 
-def _alike(at: Array, widening: int, held: Held, settings: SignalSettings, ledger: TorqueLedger | None) -> Samples:
-    """The complete samples among instants with a filter of one width."""
+def _alike(
+    at: Array, widening: int, holds: bool, streams: Held, settings: SignalSettings, ledger: TorqueLedger | None
+) -> Samples:
+    """The complete samples among instants with a filter of one width and a torque of one kind."""
     smoothing = float(settings.smoothing * WIDER**widening)
     gap = settings.bridged(smoothing)
-    torque = smooth(*held[TORQUE], at, smoothing=smoothing, gap=gap)
-    yaw_rate = smooth(*held[YAW_RATE], at, smoothing=smoothing, gap=gap)
+    if holds:
+        torque = held(*streams[TORQUE], at, WIDTHS * smoothing, gap)
+    elif settings.torque == COMMANDED and ledger is None:
+        torque = stepped(*streams[TORQUE], at, smoothing, gap)
+    else:
+        torque = smooth(*streams[TORQUE], at, smoothing=smoothing, gap=gap)
+    yaw_rate = smooth(*streams[YAW_RATE], at, smoothing=smoothing, gap=gap)
     damping, parts = damping_moment(torque.value, yaw_rate.slope, settings.inertia), dict[str, Array]()
     if ledger is not None:
         damping, parts = ledger.split(at, torque, yaw_rate, smoothing, gap)
@@ -54,24 +71,25 @@ def _alike(at: Array, widening: int, held: Held, settings: SignalSettings, ledge
         at, damping, parts = at[complete], damping[complete], {name: part[complete] for name, part in parts.items()}
         torque, yaw_rate = torque.take(complete), yaw_rate.take(complete)
     channels = {}
-    for name in sorted(held.keys() - set(REQUIRED)):
-        filtered = smooth(*held[name], at, smoothing=smoothing, gap=gap)
-        channels[name] = np.where(filtered.complete, filtered.value, _last(*held[name], at))
+    for name in sorted(streams.keys() - set(REQUIRED)):
+        filtered = smooth(*streams[name], at, smoothing=smoothing, gap=gap)
+        channels[name] = np.where(filtered.complete, filtered.value, _last(*streams[name], at))
     return Samples(
         at,
         yaw_rate.value,
         damping,
         channels,
         parts,
-        _raw(at, held, torque, yaw_rate),
+        _raw(at, streams, torque, yaw_rate),
     )
 
 
-def _raw(at: Array, held: Held, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:
+def _raw(at: Array, streams: Held, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:
     """What the streams show around the complete samples at `at` [s], for the checks."""
     shown = {raw.TORQUE: torque.value}
+    shown |= {raw.RATE_SPREAD: yaw_rate.spread, raw.TORQUE_SLOPE: torque.slope}
     shown |= raw.around(TORQUE, torque) | raw.around(YAW_RATE, yaw_rate)
-    return shown | (raw.newest(*held[raw.HEADING], at, JUMP) if raw.HEADING in held else {})
+    return shown | (raw.newest(*streams[raw.HEADING], at, JUMP) if raw.HEADING in streams else {})
 
 
 def _last(time: Array, value: Array, at: Array) -> Array:

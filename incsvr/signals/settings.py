@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import Literal
 
 from incsvr.errors import BadInput
 from incsvr.signals.smoothing import WIDTHS
@@ -21,6 +22,13 @@ FOLLOWS = 0.9
 """Width of the filter over the period of the slower stream, at least: pauses of 1.5 periods are bridged then."""
 WIDER, WIDTH_STEPS = 1.25, 4
 """The filter is widened in so many steps of this factor, so that jitter of the stamps does not change it."""
+ROTOR_LAG = 0.2
+"""How far rotors commonly trail their command [s]; a filter this wide forgives it where the torque is a command."""
+SETTLES = ROTOR_LAG
+"""How long after a change a command that holds is not yet what acts [s]."""
+TorqueKind = Literal["measured", "commanded"]
+COMMANDED: TorqueKind = "commanded"
+MEASURED: TorqueKind = "measured"
 WIDEST = WIDER**WIDTH_STEPS
 """A filter wider than this times the configured one would show another vehicle than the one that was asked for."""
 
@@ -38,6 +46,8 @@ class SignalSettings:
             follows the streams, and then the filter is widened for slow ones.
         rate_limit: largest plausible magnitude of the yaw rate [rad/s].
         torque_limit: largest plausible magnitude of the torque [N m].
+        torque: "measured", so that it runs on a line from one message to the next, or "commanded", so that it holds
+            until the next one; None takes a torque that is too slow for the filter and repeats itself for commanded.
         channels: further channels that samples wait for from the beginning; others join with their first message.
     """
 
@@ -49,6 +59,7 @@ class SignalSettings:
     rate_limit: float = 1.0
     torque_limit: float = 500.0
     channels: tuple[str, ...] = ()
+    torque: TorqueKind | None = None
 
     def __post_init__(self) -> None:
         for name in ("inertia", "sample_period", "smoothing", "gap", "rate_limit", "torque_limit"):
@@ -57,6 +68,8 @@ class SignalSettings:
                 continue
             if not (isfinite(value) and value > 0.0):
                 raise BadInput(f"{name} is {value}: give a positive, finite number")
+        if self.torque not in (MEASURED, COMMANDED, None):
+            raise BadInput(f"torque is {self.torque}: it is measured, commanded, or None to follow the stream")
         if not (isfinite(self.lateness) and self.lateness >= 0.0):
             raise BadInput(f"lateness is {self.lateness}: give zero or a positive, finite number of seconds")
         if self.gap is not None and self.gap > 2.0 * self.smoothing:
@@ -73,6 +86,16 @@ class SignalSettings:
     def reach(self) -> float:
         """Half the smoothing window [s]."""
         return WIDTHS * self.smoothing
+
+    @property
+    def widest_reach(self) -> float:
+        """Half the window of a filter that was widened as far as it may be [s]."""
+        return self.reach if self.gap is not None else self.reach * WIDEST
+
+    @property
+    def looks_back(self) -> float:
+        """How long before a sample's time a stream is looked at, but for its period [s]."""
+        return self.widest_reach + SETTLES
 
     @property
     def longest_pause(self) -> float:

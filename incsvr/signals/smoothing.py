@@ -37,6 +37,7 @@ class Smoothed:
     Attributes:
         value: (m,) the filtered signal, in the stream's unit.
         slope: (m,) its filtered time derivative, in the stream's unit per second.
+        spread: (m,) the filter's standard deviation of the signal about its value: how far it moved meanwhile.
         low, high: (m,) the least and the largest value of the window, without its ends and what moves alone.
         step: (m,) the smallest step between two neighbours in it that differ; infinite where none do.
         count, spikes: (m,) how many values it held, and how many of them were left out as spikes.
@@ -45,6 +46,7 @@ class Smoothed:
 
     value: Array
     slope: Array
+    spread: Array
     low: Array
     high: Array
     step: Array
@@ -148,8 +150,13 @@ def _lines(
     # Differences to a sample of the window itself: a large mean would cost digits.
     level = samples[starts]
     change = samples - np.repeat(level, counts)
-    height, _ = _line((bell - _EDGE) * cell, offset, change, starts)
+    weight = (bell - _EDGE) * cell
+    height, _ = _line(weight, offset, change, starts)
     smoothed.value[block] = level + height
+    total, square = np.add.reduceat(
+        np.stack((weight, weight * (change - np.repeat(height, counts)) ** 2)), starts, axis=1
+    )
+    smoothed.spread[block] = np.sqrt(np.maximum(square / total, 0.0))
     _, smoothed.slope[block] = _line(bell * cell, offset, change, starts)
 
 

@@ -22,7 +22,7 @@ What is right where clocks are not (`incsvr.signals.streams` says what one strea
 
 Where no `gap` is set, the filter follows the streams: it is as wide as configured, or wide enough for the slower one
 (FOLLOWS of its period), up to WIDEST times; pauses are bridged up to BRIDGED times its width. A stream at 4 Hz is
-learned from like this, with the detail that 4 Hz hold; one that is slower by far has no samples.
+learned from like this; one slower by far has no samples, but a command that holds widens nothing (signals.holding).
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
 from incsvr.samples import Samples
-from incsvr.signals.following import widenings
+from incsvr.signals.holding import filters
 from incsvr.signals.sampling import samples_at
-from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, TORQUE, WIDER, WIDEST, YAW_RATE, SignalSettings
+from incsvr.signals.settings import LONGEST_PAUSE, MAX_CHANNELS, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
 from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Reading, Stream
 
 if TYPE_CHECKING:
@@ -242,7 +242,8 @@ class Synchroniser:
         It ends before the first whose filter, where it is wider, reaches beyond what is settled [s].
         """
         period, reach = self.settings.sample_period, self.settings.reach
-        widest = reach if self.settings.gap is not None else reach * WIDEST
+        widest = self.settings.widest_reach
+        far = widest + LONGEST_PAUSE
         held = {name: stream.arrays() for name, stream in self._streams.items()}
         ledger = self._ledger
         if ledger is not None:
@@ -253,25 +254,24 @@ class Synchroniser:
             # A pause of hours must cost nothing: go on where all streams have values again.
             for name in REQUIRED:
                 time = held[name][0]
-                following = int(np.searchsorted(time, start * period - widest))
-                upcoming = time[following] if following < time.size else inf
-                upcoming = min(upcoming, self._streams[name].settled)
-                start = max(start, min(end, ceil((upcoming - widest) / period)))
+                following = int(np.searchsorted(time, start * period - far))
+                upcoming = min(time[following] if following < time.size else inf, self._streams[name].settled)
+                start = max(start, min(end, ceil((upcoming - far) / period)))
             stop = min(end, start + _BLOCK)
             if start < stop:
                 at = np.arange(start, stop, dtype=np.float64) * period
-                widening = widenings(self.settings, held, at)
-                waits = np.flatnonzero((widening > 0) & (at + reach * WIDER**widening > settled))
-                if waits.size:
-                    at, end = at[: waits[0]], start + int(waits[0])
-                    stop = end
+                holding, widening, known = filters(self.settings, held, at, settled, ledger is not None)
+                if known < at.size:
+                    at, stop, end = at[:known], start + known, start + known
                 if at.size:
-                    parts.append(samples_at(at, widening[: at.size], held, self.settings, ledger))
+                    parts.append(samples_at(at, widening[: at.size], holding[: at.size], held, self.settings, ledger))
                     self._widening = int(widening[at.size - 1])
             start = stop
         self._go_on(end)
         for name, stream in self._streams.items():
-            needed = min(end * period - widest, stream.settled, inf if ledger is None else ledger.needed)
+            needed = min(
+                end * period - self.settings.looks_back, stream.settled, inf if ledger is None else ledger.needed
+            )
             if name not in REQUIRED:
                 needed = min(needed - JUMP, stream.settled)
             stream.forget(needed)

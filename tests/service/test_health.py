@@ -9,7 +9,7 @@ from incsvr.samples import Array
 from service.health import HealthWatch
 from service.node import LearnerNode
 from service.sections import HealthLimits
-from simulator import leng
+from simulator import leng, slow_commands
 from tests.service.conftest import configured
 
 
@@ -190,3 +190,25 @@ def test_a_vehicle_that_only_the_water_moves_is_told_and_the_model_stays(watch: 
     assert health.level == "WARN"
     now = node.served.model.predict(np.linspace(-0.1, 0.1, 5)).damping
     np.testing.assert_allclose(now, learned, atol=0.5)  # of 15 N m: the batch between the two holds a jump
+
+
+def test_what_is_too_quick_for_the_streams_is_said_with_its_cure(watch: HealthWatch) -> None:
+    signals = {"sample_period": 0.3, "smoothing": 0.15, "lateness": 0.0}
+    learner = {"gamma": 0.15, "C": 80.0, "epsilon": 0.008, "near_rate": 0.08, "near_damping": 0.4}
+    vehicle = {"inertia": slow_commands.INERTIA, "rate_range": (-2.1, 2.1), "rate_limit": 6.0}
+    said = {}
+    for torque in ("measured", "commanded"):
+        node = LearnerNode(
+            configured(vehicle=vehicle, learner=learner, signals={**signals, "torque": torque}), boot="b"
+        )
+        feed(watch, node, slow_commands.recording(11, 0.5).streams())
+        while node.learn() is not None:
+            pass
+        said[torque] = [reason for reason in watch.report(node).reasons if "quicker than the streams show" in reason]
+        curve = node.served.model.predict(np.array((-1.0, -0.5, 0.5, 1.0))).damping
+        true = slow_commands.damping(np.array((-1.0, -0.5, 0.5, 1.0)))
+        if torque == "commanded":
+            np.testing.assert_allclose(curve, true, rtol=0.25)
+    assert not said["commanded"]
+    assert "the damping curve may be off by" in said["measured"][0]
+    assert "set signals.torque to commanded" in said["measured"][0]

@@ -12,6 +12,7 @@ from incsvr.samples import Array
 from service import wire
 from service.health import HealthWatch
 from service.node import LearnerNode
+from simulator import slow_commands
 from tests.service.conftest import configured
 
 Clock = Callable[[Array], Array]
@@ -156,3 +157,20 @@ def test_a_clean_restart_hears_again_whatever_was_saved() -> None:
     before = drive.node.batches.samples_seen
     drive.go(10.0)
     assert drive.node.batches.samples_seen - before >= 12
+
+
+def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
+    signals = {"torque": "commanded", "smoothing": 0.3, "lateness": 0.0}
+    node = LearnerNode(configured(vehicle={"inertia": 0.6, "rate_limit": 6.0}, signals=signals), boot="b")
+    now = 1000.0
+    watch = HealthWatch(node.config.health, started=now, clock=lambda: now)
+    streams = slow_commands.recording(12, 0.2, changes=(0.8, 1.2), duration=20.0).streams()
+    for begin in np.arange(0.0, 20.0, 0.5):
+        for name, (time, value) in streams.items():
+            part = (time >= begin) & (time < begin + 0.5)
+            watch.received(name, time[part], value[part])
+            node.push(name, time[part], value[part])
+        now += 0.5
+        health = watch.report(node)
+    assert node.batches.samples_seen == 0
+    assert "no command holds for the 2.2 s that a sample needs; set signals.smoothing below 0.3" in health.learning.why

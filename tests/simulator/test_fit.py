@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.slow_commands import examine
 from incsvr.learning.learner import Settings
 from service.cli import main
-from simulator import leng
+from simulator import leng, slow_commands
 from simulator.fit import Fit
 from simulator.missions import Mission, play
 from simulator.online import learn, signals_for
@@ -223,4 +224,18 @@ def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(mission: 
     signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
     fit = Fit.of([outcome.recording], [], signals, None)
     assert fit.put_aside == 0
-    assert not [remark for remark in fit.remarks if "excitation" not in remark]
+    about_sensors = [remark for remark in fit.remarks if "excitation" not in remark and "is quicker" not in remark]
+    assert not about_sensors
+
+
+@pytest.mark.parametrize(("every", "allowed"), [(0.5, 0.25), (0.2, 0.15), (0.1, 0.15)])
+def test_commands_that_come_slowly_are_learned_right(every: float, allowed: float) -> None:
+    off, says = examine(slow_commands.recording(13, every), None)
+    assert np.abs(off).max() < 100.0 * allowed
+    assert not says
+
+
+def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
+    off, says = examine(slow_commands.recording(13, 0.5), "measured")
+    assert np.abs(off).max() > 25.0
+    assert says

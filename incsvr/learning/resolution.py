@@ -1,0 +1,157 @@
+"""By how much the learned curve may be off because the streams do not show the motion as quick as it was.
+
+Torque, acceleration and rate of a sample pass through the same filter, so that of Eq. 5 nothing is lost but what a mean
+of d(r) differs from d of the mean rate. Where d grows with the square of the rate that makes the curve too large, most
+at low rates. The textbook's N_r r + N_{r|r|} r|r| tells it: fitted to the samples with r|r| as a mean over one standard
+deviation of the rate to either side, within the filter, and then asked without.
+
+And the torque: of one on a line between two messages it is not known when it changed. By up to half of its period P it
+acts earlier or later, a quarter in the mean, which makes a sample wrong by ¼ P τ̇.
+
+Both are medians over the samples of a rate: the tube of the regression follows most of them, not the farthest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals import SignalSettings, raw
+from incsvr.signals.settings import COMMANDED, FOLLOWS
+
+BANDS = ((0.15, 0.35), (0.35, 0.65), (0.65, 1.0))
+"""Of the fastest rate, in each of which the error is told."""
+SAID = 0.1
+"""Of the damping there: a smaller error is not said."""
+OF_FASTEST = 0.02
+"""And of the damping at the fastest rates: where there is next to no damping, nobody asks for a tenth of it."""
+CLEARLY = 3.0
+"""Standard errors by which what is said is no chance."""
+FEWEST = 5
+"""Samples of a band from which anything is told."""
+TAMED = 5
+"""Times that the weights are told anew."""
+FASTEST = 0.98
+"""Quantile of the rates that counts as the fastest: one outlier does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unresolved:
+    """What is too quick for the streams.
+
+    Attributes:
+        rate: where the curve may be off most, as a part of its damping [rad/s].
+        share: by how much there, as a part of it.
+        fastest: the fastest band's middle [rad/s].
+        at_fastest: by how much there.
+        late: whether most of it is that the torque comes too slowly, not that the filter is too wide.
+        smoothing: the filter's width [s].
+        yaw_rate_period, torque_period: between two messages [s].
+    """
+
+    rate: float
+    share: float
+    fastest: float
+    at_fastest: float
+    late: bool
+    smoothing: float
+    yaw_rate_period: float
+    torque_period: float
+
+    @property
+    def sentence(self) -> str:
+        """What people should know, without the cure."""
+        because = (
+            f"torque comes every {self.torque_period:.2g} s, and when it changed in between is not known"
+            if self.late
+            else f"the yaw rate moves far within the {self.smoothing:.2g} s over which samples are smoothed"
+        )
+        return (
+            f"the vehicle is quicker than the streams show ({because}): the damping curve may be off by "
+            f"{100.0 * self.share:.0f} % at {self.rate:.2g} rad/s and {100.0 * self.at_fastest:.0f} % at "
+            f"{self.fastest:.2g} rad/s"
+        )
+
+    def cure(self, settings: SignalSettings) -> str:
+        """What to set or to ask for, in the configuration's words."""
+        if self.late:
+            cure = f"send the torque every {self.torque_period * SAID / self.share:.1g} s"
+        else:  # the error goes with the square of the filter's width
+            width = self.smoothing * (SAID / self.share) ** 0.5
+            slowest = max(self.yaw_rate_period, 0.0 if settings.torque == COMMANDED else self.torque_period)
+            if width >= FOLLOWS * slowest:
+                cure = f"set signals.smoothing to {width:.1g}"
+            else:
+                name = "yaw rate" if slowest <= self.yaw_rate_period else "torque"
+                cure = f"send the {name} every {width / FOLLOWS:.1g} s and smooth over {width:.1g} s"
+        if settings.torque != COMMANDED:
+            cure += ", or, where the torque is a command that holds until the next, set signals.torque to commanded"
+        return cure
+
+
+def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:
+    """What of the motion behind the samples the streams do not show; None where the curve is right to a tenth.
+
+    Args:
+        samples: with what their raw streams showed.
+        smoothing: the width of their filter [s].
+    """
+    if raw.RATE_SPREAD not in samples.raw or len(samples) < FEWEST:
+        return None
+    rate, spread = samples.yaw_rate, samples.raw[raw.RATE_SPREAD]
+    period = samples.raw[raw.named(raw.TORQUE, raw.PERIOD)]
+    side = np.sign(rate)
+    square = rate * np.abs(rate)
+    blurred = 0.5 * ((rate + spread) * np.abs(rate + spread) + (rate - spread) * np.abs(rate - spread))
+    linear, quadratic = _fitted(np.column_stack((rate, blurred)), samples.damping)
+    curve = linear * rate + quadratic * square
+    bend, late = side * quadratic * (blurred - square), 0.25 * period * side * samples.raw[raw.TORQUE_SLOPE]
+    size = np.abs(rate)
+    fastest = float(np.quantile(size, FASTEST))
+    found: list[tuple[float, float, float, bool]] = []
+    largest = 0.0
+    for low, high in reversed(BANDS):
+        inside = (size >= low * fastest) & (size <= high * fastest) & np.isfinite(bend + late)
+        if inside.sum() < FEWEST:
+            continue
+        damping = float(np.mean(np.abs(curve[inside])))
+        largest = max(largest, damping)
+        parts = [_clear(values[inside]) for values in (bend, late)]
+        off = sum(parts)
+        counts = off > OF_FASTEST * largest and damping > 0.0
+        found.append((float(np.mean(size[inside])), off / damping if counts else 0.0, off, parts[1] > parts[0]))
+    if not found:
+        return None
+    worst = max(found, key=lambda each: each[1])
+    if worst[1] < SAID:
+        return None
+    return Unresolved(
+        rate=worst[0],
+        share=worst[1],
+        fastest=found[0][0],
+        at_fastest=found[0][1],
+        late=worst[3],
+        smoothing=smoothing,
+        yaw_rate_period=float(np.median(samples.raw[raw.named("yaw_rate", raw.PERIOD)])),
+        torque_period=float(np.median(period)),
+    )
+
+
+def _fitted(terms: Array, damping: Array) -> tuple[float, float]:
+    """Coefficients of two terms (n, 2) in a moment (n,), with little weight for what is far from most."""
+    weight = np.ones(damping.size)
+    for _ in range(TAMED):
+        root = np.sqrt(weight)
+        best = np.linalg.lstsq(terms * root[:, None], damping * root)[0]
+        left = np.abs(damping - terms @ best)
+        weight = 1.0 / np.maximum(left, max(float(np.median(left)), 1e-300))
+    return float(best[0]), float(best[1])
+
+
+def _clear(values: Array) -> float:
+    """The size of the median of (n,) values, as far as it is no chance."""
+    median = float(np.median(values))
+    doubt = 1.25 * 1.4826 * float(np.median(np.abs(values - median))) / np.sqrt(values.size)
+    return abs(median) if abs(median) > CLEARLY * doubt else 0.0

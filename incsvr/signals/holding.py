@@ -1,0 +1,149 @@
+"""A torque that is a command: it holds until the next one, and no line leads from one to the other (Section IV-A).
+
+A command that is logged while it holds, as telemetry does it, repeats itself: between two messages that say the same
+it was that all the time, however far apart they are; between two that differ nobody knows when it changed. So a sample
+stands only where the command held throughout the filter's window, and for SETTLES before it, in which the rotors
+follow. There the torque is known exactly, without any filter of its own, and the filter of the yaw rate is as narrow as
+the gyro allows: what a slow stream cannot tell is left out, instead of smoothed over.
+
+A command that does not repeat itself is one that was logged when it was given: it holds up to the stamp of the next.
+
+Every result depends on the stamps and values around its own instant alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.samples import Array
+from incsvr.signals.following import periods, recently, widenings
+from incsvr.signals.settings import COMMANDED, FOLLOWS, LONGEST_PAUSE, MEASURED, SETTLES, TORQUE, WIDER, SignalSettings
+from incsvr.signals.smoothing import Smoothed, smooth
+
+REPEATED = 0.3
+"""Of a torque's messages that repeat the one before: more are those of a command that was logged while it held."""
+WORTH = 0.1
+"""Of the instants of a slow torque at which it holds for a whole window, by how many of its messages repeat: with fewer
+a line between them is better than next to no samples."""
+MISSING = 2.5
+"""Periods of the torque after which it is no longer known to hold: one message may be lost."""
+STEPS_A_WIDTH = 6
+"""Of the filter, in which a command that is not repeated is drawn as steps."""
+
+
+def filters(
+    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], at: Array, settled: float, traced: bool
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], int]:
+    """How the samples at (m,) times [s] are filtered.
+
+    Args:
+        streams: name → (stamps [s], values); the last STEPS before each instant must be there.
+        settled: up to where all streams are known [s].
+        traced: whether samples are freed of effects, which know no torque but one on a line.
+
+    Returns:
+        (m,) whether the torque is a command that was logged while it held; (m,) by how many steps of WIDER the filter
+        is widened; how many of the instants, from the first on, have a filter that does not reach beyond what is known.
+    """
+    time, value = streams[TORQUE]
+    holding = np.zeros(at.size, dtype=bool) if traced else holds(settings, (time, value), at)
+    commands = holding if traced or settings.torque != COMMANDED else np.ones(at.size, dtype=bool)
+    widening = widenings(settings, streams, at, commands)
+    until = np.where(commands, _known_until(time, settled), settled) if commands.any() else settled
+    waits = np.flatnonzero((at + settings.reach * WIDER**widening > until) & (commands | (widening > 0)))
+    return holding, widening, int(waits[0]) if waits.size else at.size
+
+
+def holds(settings: SignalSettings, torque: tuple[Array, Array], at: Array) -> NDArray[np.bool_]:
+    """(m,) whether the torque of (stamps [s], values) is taken for a command logged while it holds, at (m,) times [s].
+
+    Where nothing is configured this is asked of a torque that is too slow for the filter alone. It follows from the
+    messages up to each instant.
+    """
+    if settings.torque == MEASURED:
+        return np.zeros(at.size, dtype=bool)
+    if settings.torque == COMMANDED:
+        return np.asarray(_repeated(torque[1], torque[0], at) > REPEATED)
+    period = periods(torque[0], at)
+    slow = FOLLOWS * period > settings.smoothing * (1.0 + 1e-9)
+    if not slow.any():
+        return slow
+    spanned = 1.0 + (2.0 * settings.reach + SETTLES) / np.maximum(period, 1e-9)
+    return np.asarray(slow & (_repeated(torque[1], torque[0], at) ** spanned >= WORTH))
+
+
+def _repeated(value: Array, time: Array, at: Array) -> Array:
+    """(m,) how many of a stream's latest messages repeat the one before, as a share."""
+    if value.size < 2:
+        return np.zeros(at.size)
+    same, counted = recently(np.diff(value) == 0.0, time, at)
+    return np.asarray(same.sum(axis=1) / np.maximum(counted, 1))
+
+
+def _known_until(time: Array, settled: float) -> float:
+    """The newest stamp [s] up to which it is known whether the torque held."""
+    last = int(np.searchsorted(time, settled, side="right")) - 1
+    return -np.inf if last < 0 else float(time[last])
+
+
+def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoothed:
+    """The command around the instants at which it held throughout; NaN at the others.
+
+    Args:
+        time: (n,) stamps [s], strictly increasing.
+        value: (n,) commands [N m].
+        at: (m,) instants [s].
+        reach: half the window of the yaw rate's filter [s].
+        gap: longest pause between two messages of a stream that is not slow [s].
+    """
+    nothing = np.full(at.size, np.nan)
+    if time.size < 2:
+        return Smoothed(*([nothing] * 9))
+    period = periods(time, at)
+    first = np.searchsorted(time, at - reach - SETTLES, side="right") - 1
+    last = np.searchsorted(time, at + reach, side="left")
+    inside = (first >= 0) & (last < time.size)
+    head, tail = np.maximum(first, 0), np.minimum(last, time.size - 1)
+    changes = np.concatenate(([0], np.cumsum(np.diff(value) != 0.0)))
+    steps = np.diff(time)
+    longest = np.maximum(gap, np.minimum(MISSING * period, LONGEST_PAUSE))
+    without_gap = np.array([steps[a:b].max(initial=0.0) for a, b in zip(head, tail, strict=True)]) <= longest
+    held_there = inside & (changes[head] == changes[tail]) & without_gap
+    known = np.where(held_there, value[head], np.nan)
+    return Smoothed(
+        value=known,
+        slope=np.where(held_there, 0.0, np.nan),
+        spread=np.where(held_there, 0.0, np.nan),
+        low=known,
+        high=known,
+        step=np.full(at.size, np.inf),
+        count=(tail - head + 1).astype(np.float64),
+        spikes=np.zeros(at.size),
+        period=period,
+    )
+
+
+def stepped(time: Array, value: Array, at: Array, smoothing: float, gap: float) -> Smoothed:
+    """A command that holds until the stamp of the next one, through the filter of the yaw rate.
+
+    Args:
+        time: (n,) stamps [s], strictly increasing.
+        value: (n,) commands [N m].
+        at: (m,) instants [s].
+        smoothing: the filter's width [s].
+        gap: longest pause of a stream that is not slow [s].
+    """
+    if time.size < 2:
+        return smooth(time, value, at, smoothing=smoothing, gap=gap)
+    step = smoothing / STEPS_A_WIDTH
+    begin, end = np.ceil(time[:-1] / step), np.ceil(np.minimum(time[1:], time[:-1] + LONGEST_PAUSE) / step)
+    counts = np.maximum(end - begin, 0.0).astype(np.intp)
+    starts = np.cumsum(counts) - counts
+    index = np.repeat(begin - starts, counts) + np.arange(counts.sum())
+    drawn = smooth(np.asarray(index * step), np.repeat(value[:-1], counts), at, smoothing=smoothing, gap=gap)
+    # When it changed is known: nothing of its slope is in doubt.
+    return replace(drawn, period=periods(time, at), slope=np.where(drawn.complete, 0.0, np.nan))

@@ -1,0 +1,34 @@
+"""What the last few batches since this start say of the motion: how much of it is evidence, and what is too quick."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from incsvr.learning.excitation import Excitation
+from incsvr.learning.resolution import Unresolved, unresolved
+from incsvr.samples import Samples
+
+#: Batches by which is judged whether the vehicle moves enough to be learned, and no quicker than the streams show.
+RECENT = 5
+
+
+class RecentBatches:
+    """Of one learner; `learned` is called by the thread that learns, all else by any."""
+
+    def __init__(self) -> None:
+        self._excitation: deque[Excitation] = deque(maxlen=RECENT)
+        self._samples: deque[Samples] = deque(maxlen=RECENT)
+        self.unresolved: Unresolved | None = None
+        """What is too quick for the streams."""
+
+    def learned(self, excitation: Excitation, batch: Samples, smoothing: float) -> None:
+        """A batch was learned, of samples that were smoothed over so long [s]."""
+        self._excitation.append(excitation)
+        self._samples.append(batch)
+        self.unresolved = unresolved(Samples.concatenate(tuple(self._samples)), smoothing)
+
+    @property
+    def excitation(self) -> Excitation | None:
+        """How much of them was evidence about damping; None before the first."""
+        parts = tuple(self._excitation)
+        return Excitation.together(parts) if parts else None

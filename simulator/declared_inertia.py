@@ -1,0 +1,71 @@
+"""The inertia that `incsvr fit` goes by: as configured, as given, or estimated from the recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from incsvr.errors import BadInput
+from incsvr.learning.inertia import InertiaEstimate, identify
+from incsvr.learning.motion import held_motions, motions
+from incsvr.signals.settings import COMMANDED, TorqueKind
+from simulator.online import signals_for
+from simulator.progress import progress
+from simulator.recordings import RATE_LIMIT, Recording
+
+ESTIMATE = "estimate"
+LIMITS = (
+    "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
+    "a delay of the thrusters as inertia"
+)
+CLOSED = (
+    "closed loop: the torque answers what the water does to the yaw rate, so the free run by which the inertia was "
+    "estimated proves nothing, and the estimate may be several percent off; declare the inertia, or record open-loop "
+    "runs"
+)
+
+
+def inertia(
+    wanted: str | None, configured: float, runs: Sequence[Recording], torque: TorqueKind | None = None
+) -> tuple[float, InertiaEstimate | None]:
+    """I [kg m²], and how it was estimated where it was.
+
+    Args:
+        wanted: a number, ESTIMATE, or None for the configured one.
+        configured: [kg m²].
+        runs: to estimate it from.
+        torque: what it is, as in SignalSettings; None tells it from the runs.
+
+    Raises:
+        BadInput: it is no number, or the runs do not tell it.
+    """
+    if wanted is None:
+        return configured, None
+    if wanted != ESTIMATE:
+        try:
+            return float(wanted), None
+        except ValueError:
+            raise BadInput(f"--inertia {wanted}: give a number [kg m²], or estimate") from None
+    signals = signals_for(runs, 1.0, RATE_LIMIT, torque)
+    pieces = [motion for run in runs for motion in motions(run.streams(), signals.longest_pause)]
+    if signals.torque == COMMANDED:
+        pieces = [held for run in runs for held in held_motions(run.streams(), signals.longest_pause)] or pieces
+    with progress("estimating the inertia") as advance:
+        estimate = identify(pieces, advance)
+    return estimate.inertia, estimate
+
+
+def told(estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str]) -> dict[str, Any]:
+    """What an estimate adds to the result of a fit; in closed loop the standard error would be none."""
+    if estimate is None:
+        return {}
+    return {
+        "inertia_standard_error": None if closed_loop else estimate.standard_error,
+        "fit_free_run_rmse": estimate.rmse,
+        "remarks": [LIMITS, *([CLOSED] if closed_loop else []), *remarks],
+    }
+
+
+def doubt(estimate: InertiaEstimate, closed_loop: bool) -> str:
+    """Beside the figure."""
+    return "" if closed_loop else f" ± {estimate.standard_error:.2g}"
