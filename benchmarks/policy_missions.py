@@ -17,7 +17,8 @@ MISSIONS = ("survey", "waypoints", "zigzag", "circles", "day")
 
 
 @lru_cache(maxsize=1)
-def _played(kind: str, seed: int) -> Outcome:
+def played(kind: str, seed: int) -> Outcome:
+    """The mission, kept for whoever asks next."""
     return play(Mission(kind, "auv", seed))
 
 
@@ -26,7 +27,7 @@ def mission(kind: str, seed: int, policy: Policy) -> dict[tuple[str, str], float
 
     Where nothing is learned nothing is served, and the error is all of the damping.
     """
-    outcome = _played(kind, seed)
+    outcome = played(kind, seed)
     signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
     samples = synchronise(signals, outcome.recording.streams())[0]
     model = list(learn(samples, scaled(samples, policy)))[-1].model

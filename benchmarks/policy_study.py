@@ -18,8 +18,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import policy_baselines
 from benchmarks.policies import GAMMA, POLICIES, Policy, scaled
-from benchmarks.policy_missions import MISSIONS, mission
+from benchmarks.policy_baselines import Names
+from benchmarks.policy_missions import mission
 from benchmarks.policy_scenarios import RATES, SCENARIOS
 from benchmarks.provenance import provenance
 from incsvr.learning.dual import solve
@@ -123,7 +125,7 @@ def scenario(name: str, seed: int, policy: Policy) -> dict[tuple[str, str], floa
     for number, batch in enumerate(batches(case.draw(seed), settings.batch), 1):
         state, iteration = step(settings, state, batch)
         if number * settings.batch > case.event:
-            error = state.model.evaluate(RATES) - case.truth(number * settings.batch)
+            error = state.model.predict(RATES).damping - case.truth(number * settings.batch)
             errors.append(float(np.sqrt(np.mean(error**2))))
             changes += iteration.change is not None
     figures = {
@@ -178,11 +180,11 @@ def measured(folder: Path, inertia: float) -> Iterator[Row]:
     yield Row(f"{where}: the first day's runs asked again at the end", "MAE [N m]", back[0], back[1], "run")
 
 
-def rows(seeds: Sequence[int], folder: Path, advance: Callable[[], None]) -> Iterator[Row]:
+def rows(seeds: Sequence[int], folder: Path, names: Names, advance: Callable[[], None]) -> Iterator[Row]:
     """All rows; `advance` is called after each case of a seed, and after each inertia of the measured vehicle."""
     cases: list[Callable[[int, Policy], dict[tuple[str, str], float]]] = [experiment]
-    cases += [lambda seed, policy, name=name: scenario(name, seed, policy) for name in SCENARIOS]  # type: ignore[misc]
-    cases += [lambda seed, policy, kind=kind: mission(kind, seed, policy) for kind in MISSIONS]  # type: ignore[misc]
+    cases += [lambda seed, policy, name=name: scenario(name, seed, policy) for name in names.scenarios]  # type: ignore[misc]
+    cases += [lambda seed, policy, kind=kind: mission(kind, seed, policy) for kind in names.missions]  # type: ignore[misc]
     for case in cases:
         found: dict[Policy, list[dict[tuple[str, str], float]]] = {policy: [] for policy in POLICIES}
         for seed in seeds:
@@ -217,27 +219,54 @@ def markdown(result: dict[str, Any]) -> str:
         lines.append(f"| {row['name']} | {row['figure']} | {paper} | {weighted} | {ratio} | {count} |")
     worse = [row for row in result["rows"] if row["ratio"] is not None and row["ratio"] > 1.0]
     lines += ["", f"The weighted policy is worse in {len(worse)} of {len(result['rows'])} rows."]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", *_baselines(result)]) + "\n"
+
+
+def _baselines(result: dict[str, Any]) -> list[str]:
+    """Both policies beside the baselines that the paper cites."""
+    lines = [
+        "## The baselines that the paper cites",
+        "",
+        "RMS to the truth at the end [N m] (the policies: mean of the last four batches), and of missions over the "
+        f"water's deviation; mean over the seeds. The baselines are fitted to the last {policy_baselines.LAST} "
+        "samples, the adaptive identifier to all of a mission's streams.",
+        "",
+        "| what | paper | weighted | " + " | ".join(policy_baselines.NAMES) + " |",
+        "|---|---|---|" + "---|" * len(policy_baselines.NAMES),
+    ]
+    for record in result["baselines"]:
+        of = [row for row in result["rows"] if row["name"] == record["name"]]
+        row = next((row for row in of if "last four" in row["figure"]), of[0])
+        means = {name: np.mean(values) for name, values in record["values"].items()}
+        cells = [row["paper"]["mean"], row["weighted"]["mean"], *(means.get(name) for name in policy_baselines.NAMES)]
+        lines.append(
+            f"| {record['name']} | " + " | ".join("–" if each is None else f"{each:.2f}" for each in cells) + " |"
+        )
+    return lines
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="number of seeds (20)")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED, metavar="S")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="these scenarios and missions (all)")
     parser.add_argument("--measured", type=Path, default=MEASURED, metavar="FOLDER", help="the BlueROV's recordings")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results", metavar="FOLDER")
     args = parser.parse_args(arguments)
     seeds = range(args.first_seed, args.first_seed + args.seeds)
-    steps = args.seeds * (1 + len(SCENARIOS) + len(MISSIONS)) + (len(INERTIAS) if args.measured.is_dir() else 0)
+    names = Names.of(args.only)
+    steps = args.seeds * (1 + 2 * len(names)) + (len(INERTIAS) if args.measured.is_dir() else 0)
     if not args.measured.is_dir():
         print(f"no measured recordings in {args.measured}: their rows are left out", file=sys.stderr)
     with progress("policies", steps) as advance:
-        found = [row.to_dict() for row in rows(seeds, args.measured, advance)]
+        found = [row.to_dict() for row in rows(seeds, args.measured, names, advance)]
+        beside = policy_baselines.table(seeds, names, advance)
     result = {
         **provenance(f"python -m benchmarks.policy_study --seeds {args.seeds} --first-seed {args.first_seed}"),
         "seeds": f"{seeds[0]}–{seeds[-1]}",
         "tuned_on": TUNED_ON,
         "rows": found,
+        "baselines": beside,
     }
     args.out.mkdir(parents=True, exist_ok=True)
     (args.out / "policy.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

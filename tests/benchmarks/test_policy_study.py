@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.policy_missions import MISSIONS
+from benchmarks.policy_baselines import NAMES
 from benchmarks.policy_scenarios import FIRST, RATES, SCENARIOS
 from benchmarks.policy_study import Row, main, scenario
 from simulator import leng
@@ -48,14 +48,14 @@ def test_the_weighted_policy_wins_where_it_should() -> None:
 
 
 def test_the_study_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert (
-        main(["--seeds", "1", "--first-seed", "11", "--measured", str(tmp_path / "none"), "--out", str(tmp_path)]) == 0
-    )
+    where = ["--measured", str(tmp_path / "none"), "--out", str(tmp_path)]
+    assert main(["--seeds", "1", "--first-seed", "11", "--only", "hull on", "zigzag", *where]) == 0
     said = capsys.readouterr()
     assert "their rows are left out" in said.err
     result = json.loads((tmp_path / "policy.json").read_text(encoding="utf-8"))
-    assert {"T1 → V1", "T2 → V2", *SCENARIOS, *(f"mission: {kind}" for kind in MISSIONS)} <= {
-        row["name"] for row in result["rows"]
-    }
+    assert {row["name"] for row in result["rows"]} == {"T1 → V1", "T2 → V2", "T1, T2", "hull on", "mission: zigzag"}
+    scenario, mission = result["baselines"]
+    assert scenario["values"]["least squares"][0] < 3.0  # linear + quadratic is what the hull leaves of the damping
+    assert set(mission["values"]) == set(NAMES)
     assert said.out == (tmp_path / "policy.md").read_text(encoding="utf-8")
     assert result["command"] in said.out
