@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from incsvr.errors import BadInput
+from incsvr.learning.resolution import unresolved
 from incsvr.learning.sensors import Sensors, examine
-from incsvr.signals import REQUIRED, synchronise
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.raw import HEADING
+from incsvr.signals.settings import MEASURED
 from simulator.online import learner_for, signals_for
 from simulator.recordings import RATE_LIMIT, Recording
+
+SLOW = 1.6
+"""Periods of the yaw rate that one of the torque lasts at least to be called slow."""
 
 
 def examined(recordings: Sequence[Recording], inertia: float) -> list[Sensors]:
@@ -64,4 +71,27 @@ def _examined(recording: Recording, inertia: float) -> Sensors:
         settings = learner_for(samples)
     except BadInput:  # too short, or at rest: the tracer says so itself
         return Sensors((), (), None, False)
-    return examine(samples, settings, Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False))
+    sensors = examine(samples, settings, Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False))
+    slow = _slow_torque(recording, inertia)
+    return sensors if slow is None else replace(sensors, remarks=(*sensors.remarks, slow))
+
+
+def _slow_torque(recording: Recording, inertia: float) -> str | None:
+    """What a reader must know of a torque that comes so much slower than the yaw rate that the motion is not told by
+    it; tracing goes by the stamps of its messages, whatever happened between them."""
+    periods = [float(np.median(np.diff(recording.streams()[name][0]))) for name in REQUIRED]
+    if periods[REQUIRED.index(TORQUE)] < SLOW * periods[REQUIRED.index(YAW_RATE)]:
+        return None
+    try:
+        signals = signals_for([recording], inertia, RATE_LIMIT, MEASURED)
+        samples, _ = synchronise(signals, {name: recording.streams()[name] for name in REQUIRED})
+    except BadInput:
+        return None
+    quick = unresolved(samples, signals.smoothing)
+    if quick is None:
+        return None
+    return (
+        f"torque comes every {quick.torque_period:.2g} s, and the vehicle moves too far meanwhile to tell what acted: "
+        f"a curve on a line between its messages is off by about {100.0 * quick.share:.0f} % at {quick.rate:.2g} "
+        f"rad/s; that nothing is found proves nothing here, log the torque every {quick.yaw_rate_period:.2g} s"
+    )

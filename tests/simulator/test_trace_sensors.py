@@ -11,7 +11,9 @@ import pytest
 
 from incsvr.samples import Array
 from service.cli import main
+from simulator import slow_commands
 from simulator.recordings import Recording, write
+from simulator.trace_sensors import examined, notes
 
 SECONDS, STEP = 420.0, 0.05
 """How long a recording lasts, and the time between two of its rows [s]."""
@@ -94,3 +96,11 @@ def test_a_compass_that_counts_clockwise_is_turned_and_noted(
     tether = next(effect for effect in found["effects"] if effect["effect"] == "tether")
     low, high = tether["interval"]["stiffness_nm_per_rad"]
     assert low < 0.35 < high
+
+
+def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> None:
+    slow, quick = slow_commands.recording(14, 0.5), slow_commands.recording(14, 0.05)
+    sensors = examined([slow, quick], slow_commands.INERTIA)
+    (told,) = notes([slow, quick], sensors, explained=False)
+    assert told.startswith(f"{slow.name}: torque comes every 0.5 s")
+    assert told.endswith("that nothing is found proves nothing here, log the torque every 0.05 s")
