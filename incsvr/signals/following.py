@@ -6,32 +6,22 @@ that it is the same whenever it is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.samples import Array
-from incsvr.signals.settings import FOLLOWS, TORQUE, WIDER, WIDTH_STEPS, YAW_RATE, SignalSettings
+from incsvr.signals.settings import FOLLOWS, WIDER, WIDTH_STEPS, SignalSettings
 from incsvr.signals.streams import STEPS
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-def widenings(
-    settings: SignalSettings, held: Mapping[str, tuple[Array, Array]], at: Array, commands: NDArray[np.bool_]
-) -> NDArray[np.int64]:
-    """(m,) by how many steps of WIDER the filter is widened at the instants `at` [s].
-
-    Args:
-        held: name → (stamps [s], values); the last STEPS before each instant must be there.
-        commands: (m,) whether the torque is a command that holds, however slowly it comes.
-    """
+def widenings(settings: SignalSettings, period: Array) -> NDArray[np.int64]:
+    """(m,) by how many steps of WIDER the filter is widened for streams of these periods (m,) [s]."""
     if settings.gap is not None:
-        return np.zeros(at.size, dtype=np.int64)
-    period = periods(held[YAW_RATE][0], at)
-    period = np.where(commands, period, np.maximum(period, periods(held[TORQUE][0], at)))
+        return np.zeros(period.size, dtype=np.int64)
     needed = np.log(np.maximum(FOLLOWS * period / settings.smoothing, 1.0)) / np.log(WIDER)
     return np.asarray(np.minimum(np.ceil(needed - 1e-9), WIDTH_STEPS), dtype=np.int64)
 
@@ -40,6 +30,10 @@ def periods(time: Array, at: Array) -> Array:
     """(m,) the stream's period at each instant [s]: the median of the last STEPS steps up to it; 0 where none is."""
     if time.size < 2:
         return np.zeros(at.size)
+    if at.size == 1:  # live, and five times as quick
+        known = int(np.searchsorted(time, at[0], side="right"))
+        few = np.sort(np.diff(time[max(known - 1 - STEPS, 0) : known]))
+        return np.array([few[(few.size - 1) // 2] if few.size else 0.0])
     steps, counted = recently(np.diff(time), time, at, filled=np.inf)
     median = np.sort(steps, axis=1)[np.arange(at.size), np.maximum(counted - 1, 0) // 2]
     return np.where(counted > 0, median, 0.0)

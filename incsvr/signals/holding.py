@@ -21,7 +21,17 @@ from numpy.typing import NDArray
 
 from incsvr.samples import Array
 from incsvr.signals.following import periods, recently, widenings
-from incsvr.signals.settings import COMMANDED, FOLLOWS, LONGEST_PAUSE, MEASURED, SETTLES, TORQUE, WIDER, SignalSettings
+from incsvr.signals.settings import (
+    COMMANDED,
+    FOLLOWS,
+    LONGEST_PAUSE,
+    MEASURED,
+    SETTLES,
+    TORQUE,
+    WIDER,
+    YAW_RATE,
+    SignalSettings,
+)
 from incsvr.signals.smoothing import Smoothed, smooth
 
 REPEATED = 0.3
@@ -50,15 +60,16 @@ def filters(
         is widened; how many of the instants, from the first on, have a filter that does not reach beyond what is known.
     """
     time, value = streams[TORQUE]
-    holding = np.zeros(at.size, dtype=bool) if traced else holds(settings, (time, value), at)
+    period = periods(time, at)
+    holding = np.zeros(at.size, dtype=bool) if traced else _holds(settings, (time, value), at, period)
     commands = holding if traced or settings.torque != COMMANDED else np.ones(at.size, dtype=bool)
-    widening = widenings(settings, streams, at, commands)
+    widening = widenings(settings, np.maximum(periods(streams[YAW_RATE][0], at), np.where(commands, 0.0, period)))
     until = np.where(commands, _known_until(time, settled), settled) if commands.any() else settled
     waits = np.flatnonzero((at + settings.reach * WIDER**widening > until) & (commands | (widening > 0)))
     return holding, widening, int(waits[0]) if waits.size else at.size
 
 
-def holds(settings: SignalSettings, torque: tuple[Array, Array], at: Array) -> NDArray[np.bool_]:
+def _holds(settings: SignalSettings, torque: tuple[Array, Array], at: Array, period: Array) -> NDArray[np.bool_]:
     """(m,) whether the torque of (stamps [s], values) is taken for a command logged while it holds, at (m,) times [s].
 
     Where nothing is configured this is asked of a torque that is too slow for the filter alone. It follows from the
@@ -68,7 +79,6 @@ def holds(settings: SignalSettings, torque: tuple[Array, Array], at: Array) -> N
         return np.zeros(at.size, dtype=bool)
     if settings.torque == COMMANDED:
         return np.asarray(_repeated(torque[1], torque[0], at) > REPEATED)
-    period = periods(torque[0], at)
     slow = FOLLOWS * period > settings.smoothing * (1.0 + 1e-9)
     if not slow.any():
         return slow

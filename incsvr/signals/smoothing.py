@@ -153,10 +153,9 @@ def _lines(
     weight = (bell - _EDGE) * cell
     height, _ = _line(weight, offset, change, starts)
     smoothed.value[block] = level + height
-    total, square = np.add.reduceat(
-        np.stack((weight, weight * (change - np.repeat(height, counts)) ** 2)), starts, axis=1
-    )
-    smoothed.spread[block] = np.sqrt(np.maximum(square / total, 0.0))
+    about = change - np.repeat(height, counts)
+    square = np.add.reduceat(weight * about * about, starts) / np.add.reduceat(weight, starts)
+    smoothed.spread[block] = np.sqrt(np.maximum(square, 0.0))  # at the very edge a weight is rounded below zero
     _, smoothed.slope[block] = _line(bell * cell, offset, change, starts)
 
 
