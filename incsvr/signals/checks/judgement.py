@@ -25,6 +25,7 @@ from incsvr.signals.checks.response import Estimate, Left, agrees, causes
 from incsvr.signals.checks.state import UNKNOWN, State, Vehicle
 from incsvr.signals.checks.stuck import CALLED, stuck
 from incsvr.signals.checks.unit import unit
+from incsvr.signals.checks.unmoved import unmoved
 from incsvr.signals.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
 
@@ -51,6 +52,7 @@ def check(
         learned: the curve that is learned, at any rates; None before anything is.
         older: the same from before the last batch: a curve follows what is wrong, and hides it by that.
     """
+    learned_until_now = learned
     learned, older = _trusted(state, vehicle, learned), _trusted(state, vehicle, older)
     known = None if learned is None else learned(batch.yaw_rate)
     saw = {
@@ -58,6 +60,7 @@ def check(
         "outliers": Saw(outliers(batch), True),
         "scatter": Saw(scatter(batch, vehicle.largest_rate) if vehicle.believed else [], True),
         "sign": _sign(vehicle, batch),
+        "unmoved": Saw(_unmoved(vehicle, batch, learned_until_now), True),
         "unit": _unit(state, vehicle, batch, known),
         "heading": Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
         "response": respond(state, vehicle, batch, learned, older or learned),
@@ -145,6 +148,13 @@ def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) 
 
 def _sign(vehicle: Vehicle, batch: Samples) -> Saw:
     return Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
+
+
+def _unmoved(vehicle: Vehicle, batch: Samples, learned: Learned | None) -> list[Finding]:
+    """By what the first batches taught already: of the curve only its size counts."""
+    if learned is None:
+        return []
+    return unmoved(batch, vehicle.largest_rate, learned(batch.yaw_rate).largest)
 
 
 def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:

@@ -1,0 +1,47 @@
+"""A torque that turns nothing: thrusters that are off while commands go on, or a vehicle that something holds.
+
+Near rest the water's drag is small, and what the torque does not spend on it turns the vehicle. Where it stays near
+rest under torques that else drive it at some pace, the torque is not what acts on it, or not alone; a drag of this size
+at rest would be learned from nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Samples
+from incsvr.signals.checks.power import MOVING
+from incsvr.signals.checks.verdict import Decision, Finding
+from incsvr.signals.raw import TORQUE
+
+FEWEST = 8
+"""Samples in a row: a vehicle that is turned round passes rest within two or three."""
+DRIVES = 0.4
+"""The part of the largest damping that the torque is in the median: so near rest a linear drag takes MOVING of it, dry
+friction some more."""
+
+
+def unmoved(batch: Samples, largest_rate: float, largest_damping: float) -> list[Finding]:
+    """The longest stretch of a batch in which the torque turned nothing.
+
+    Args:
+        largest_rate: that the vehicle reaches [rad/s].
+        largest_damping: that was learned [N m].
+    """
+    still = np.flatnonzero(np.abs(batch.yaw_rate) < MOVING * largest_rate)
+    runs = np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)
+    stretch = max(runs, key=len)
+    if stretch.size < FEWEST:
+        return []
+    torque = batch.raw[TORQUE][stretch]
+    if float(np.median(np.abs(torque))) < DRIVES * largest_damping:
+        return []
+    first, last = batch.time[stretch[0]], batch.time[stretch[-1]]
+    return [
+        Finding(
+            "unmoved",
+            Decision.PAUSE,
+            f"the torque reaches {float(torque[np.argmax(np.abs(torque))]):.3g} N m from {first:.10g} to {last:.10g} s "
+            "while the vehicle hardly turns: the thrusters are off (disarmed?), or something holds it",
+        )
+    ]
