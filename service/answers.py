@@ -191,7 +191,10 @@ def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:
         BadInput: there is one that nobody would heed.
     """
     given: Iterable[tuple[str, str]] = query.parameters  # type: ignore[assignment]  # its stubs lack __iter__
-    asked = {name: value for name, value in given if name and not name.startswith("_")}
+    pairs = [(name, value) for name, value in given if name and not name.startswith("_")]
+    asked = dict(pairs)
+    if len(asked) < len(pairs):
+        raise BadInput("a parameter is given twice, and only one of them could be answered; ask in two queries")
     for name in asked:
         if name not in known:
             may = f"ask with {', '.join(known)}" if known else "ask without parameters"
@@ -208,6 +211,8 @@ def _rates(query: zenoh.Query) -> Array:
         if len(query.payload) > MAX_QUESTION:
             raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask in several queries")
         rates = np.array(wire.decode(wire.DampingQuery, query.payload.to_bytes()).rate)
+    elif query.payload is not None and len(query.payload):
+        raise BadInput("ask for the rates either of rate= or of the payload, not for both")
     else:
         if text.count(",") >= MAX_RATES:
             raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")

@@ -29,6 +29,8 @@ from tests.service.test_processes import KEYS, client, client_after, command, se
         ("damping", b'{"rate": [' + b"0.1," * 5000 + b"0.1]}", "several queries"),
         ("damping", b" " * 300_000, "several queries"),
         ("damping?rate=0.1;revison=1", None, "revison= is no parameter"),
+        ("damping?rate=0.1;rate=0.2", None, "given twice"),
+        ("damping?rate=0.1", b'{"rate": [0.2]}', "not for both"),
         ("model?revision=1;at=2", None, "not for both"),
         ("model?revision=" + "9" * 4300, None, "no whole number"),
         ("iteration?revision=1;after=0", None, "not for both"),
