@@ -15,6 +15,7 @@ import numpy as np
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.misfit import UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.signals.checks.onset import onset
 from incsvr.signals.checks.power import turns
 from incsvr.signals.checks.response import Estimate, Left, causes
 from incsvr.signals.checks.state import State, Vehicle
@@ -82,6 +83,8 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
             findings = late_since_then(seen, found, scales, until_then)
         else:
             findings = misfit(seen, found, scales, state.kinds, joint)
+            if place == 0 and not findings and state.paused_since is None:
+                findings = onset(seen, scales)
         if not vehicle.believed:  # of a curve for unknown rates nobody says what is much
             findings = [finding for finding in findings if finding.kind != UNCLEAR]
         unclear = any(finding.kind == UNCLEAR for finding in findings)

@@ -18,6 +18,7 @@ from incsvr.signals.checks.agreement import LAG, LONGEST, YOUNG, Learned, Saw, l
 from incsvr.signals.checks.clock import paces, period
 from incsvr.signals.checks.curve import Curve
 from incsvr.signals.checks.heading import against_heading
+from incsvr.signals.checks.leaps import leaps
 from incsvr.signals.checks.misfit import RESPONSE, STILL, UNCLEAR
 from incsvr.signals.checks.outliers import outliers, scatter
 from incsvr.signals.checks.power import MOVING, drives, turns
@@ -59,6 +60,7 @@ def check(
         "stuck": _stuck(state, vehicle, batch, known),
         "outliers": Saw(outliers(batch), True),
         "scatter": Saw(scatter(batch, vehicle.largest_rate) if vehicle.believed else [], True),
+        "leaps": Saw([] if known is None else leaps(batch, known), True),
         "sign": _sign(vehicle, batch),
         "unmoved": Saw(_unmoved(vehicle, batch, learned_until_now), True),
         "unit": _unit(state, vehicle, batch, known),

@@ -1,0 +1,49 @@
+"""A yaw rate that leaps to and fro between messages: a loose connector, a value that falls to zero for a moment.
+
+A few samples of a batch are off by far, to both sides, while the others follow the learned curve: what leaps away
+comes back. A vehicle that changed is off in one direction, or as its damping is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks.curve import Curve
+from incsvr.signals.checks.verdict import Decision, Finding
+
+GROSS = 8.0
+"""Noise levels beyond which a sample is off by far."""
+SHARE = (0.06, 0.5)
+"""The part of the samples that are, from which on they are no single ones, and up to which they are not the rest."""
+BOTH_SIDES = 0.5
+"""The part of what they are off by that their sum is at most: what leaps and comes back cancels."""
+FITS = 2.0
+"""Noise levels that the others are off by at most, in their median."""
+
+
+def leaps(batch: Samples, curve: Curve) -> list[Finding]:
+    """The share of a batch's samples at learned rates between which the yaw rate leaps."""
+    inside = curve.inside
+    left, damping = (batch.damping - curve.damping)[inside], curve.damping[inside]
+    off = np.abs(left) > GROSS * curve.sigma
+    if not left.size or not SHARE[0] <= float(np.mean(off)) < SHARE[1]:
+        return []
+    if float(np.median(np.abs(left[~off]))) > FITS * curve.sigma:
+        return []
+    if _sided(left[off], np.ones(int(off.sum()))) > BOTH_SIDES or _sided(left[off], np.sign(damping[off])) > BOTH_SIDES:
+        return []
+    return [
+        Finding(
+            "leaps",
+            Decision.PAUSE,
+            f"{100.0 * float(np.mean(off)):.0f} % of the samples from {batch.time[0]:.10g} to {batch.time[-1]:.10g} s "
+            "are off by far, to both sides, and the others are not: the yaw rate leaps, or the torque falls out for "
+            "moments; check the sensors and their wiring",
+        )
+    ]
+
+
+def _sided(left: Array, direction: Array) -> float:
+    """How much of what is left over points one way along a direction: 1 where all does."""
+    return abs(float(left @ direction)) / float(np.abs(left).sum())

@@ -1,0 +1,51 @@
+"""What begins seconds before the end of a batch: too short to be named, and learned with it if nobody looks.
+
+The last samples are all off by far while those before follow the learned curve. Where a vehicle that changed would be
+like this, the batch is learned: a hull that is mounted is no fault. Else the batch waits for the next one, which tells.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Array
+from incsvr.signals.checks.misfit import BOUNDLESS, DRIVELESS, FOREIGN, OF_LARGEST, PLAIN, UNCLEAR, Scales
+from incsvr.signals.checks.response import Left
+from incsvr.signals.checks.verdict import Decision, Finding
+
+LAST = (8, 16)
+"""So many of the last samples are looked at: four hold no two stray ones that make a median, more are a window's."""
+CALM = 2.0
+"""Noise levels that the samples before are off by at most, in their deviation."""
+SHOWS = 2.0
+"""The damping over these samples, in noise levels, from which on a change of it would be seen."""
+
+
+def onset(seen: Left, scales: Scales) -> list[Finding]:
+    """Whether what the curve leaves over of a batch's last samples is no vehicle's change."""
+    for count in LAST:
+        if seen.time.size < 2 * count:
+            return []
+        left, damping, before = seen.left[-count:], seen.damping[-count:], seen.left[:-count]
+        if _deviation(before[: -LAST[0]]) > CALM * scales.sigma:
+            continue
+        if _deviation(left) < max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping):
+            continue
+        power = float(damping @ damping)
+        gain = float(damping @ left) / power if power > count * (SHOWS * scales.sigma) ** 2 else np.inf
+        rest = left - gain * damping if np.isfinite(gain) else left
+        if DRIVELESS < gain < BOUNDLESS and _deviation(rest) < PLAIN * scales.sigma:
+            continue
+        return [
+            Finding(
+                UNCLEAR,
+                Decision.PAUSE,
+                f"the learned curve leaves {_deviation(left):.3g} N m over since {seen.time[-count]:.10g} s: a sensor "
+                "failed or the vehicle changed; one batch more will tell",
+            )
+        ]
+    return []
+
+
+def _deviation(rest: Array) -> float:
+    return 1.4826 * float(np.median(np.abs(rest))) if rest.size else 0.0
