@@ -12,11 +12,9 @@ from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import PERIOD, TORQUE, named
 from incsvr.signals.settings import YAW_RATE
 
-PACE = (0.002, 0.05)
-"""A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one:
-a quartz keeps a ten-thousandth, and a rate that was set anew differs by more."""
-APART = 0.003
-"""The same between two streams, from which on they drift apart: where messages are lost, a batch errs by 0.002."""
+PACE = (0.003, 0.05)
+"""A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one.
+A quartz keeps a ten-thousandth; a batch in which messages are lost errs by 0.002; a rate set anew differs by more."""
 COMPLETE = 0.3
 """The part of the windows that hold every message, at least: a lost one makes a window's mean period longer."""
 
@@ -30,9 +28,9 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
     # what comes to less than a step between two stamps is their jitter
     changes = {name: change for name, change in changes.items() if abs(change) * lasted > usual[name]}
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
-    decision = Decision.PAUSE if abs(apart) > APART else Decision.WARN
+    decision = Decision.PAUSE if abs(apart) > PACE[0] else Decision.WARN
     follows = "its clock runs at another speed, " + (
-        "and the streams drift apart" if decision == Decision.PAUSE else "by little, or like that of the other stream"
+        "and the streams drift apart" if decision == Decision.PAUSE else "like that of the other stream"
     )
     found = [
         Finding(
