@@ -215,7 +215,12 @@ def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_no
 
 @pytest.mark.parametrize(
     "mission",
-    [Mission("survey", "rov", 5101), Mission("transit", "auv", 5003), Mission("waypoints", "rov", 5007)],
+    [
+        Mission("survey", "rov", 5101),
+        Mission("transit", "auv", 5003),
+        Mission("waypoints", "rov", 5007),
+        Mission("one_sided", "rov", 780601, duration=900.0),
+    ],
     ids=lambda mission: f"{mission.kind} {mission.vehicle}",
 )
 def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(mission: Mission) -> None:

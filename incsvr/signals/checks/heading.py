@@ -19,6 +19,8 @@ TURNED = 0.5
 """The angle [rad] that the gyro must have turned to and fro for a direction or a unit to be told."""
 AGREE = 0.7
 """Agreement of gyro and heading beyond which they turn together: both are noisy."""
+PAUSE = 1.5
+"""Of the least step between two samples, from which on some are missing between them."""
 FEWEST = 5
 """Headings of a batch from which anything is told."""
 
@@ -91,4 +93,9 @@ def _increments(batch: Samples, turn: float) -> tuple[Array, Array, Array]:
     kept = lasted <= 3.0 * float(np.median(np.diff(batch.time)))
     kept |= lasted <= 1.5 * float(np.median(lasted))
     kept &= stamp[:-1] >= batch.time[0]
+    # nor where samples are missing, as wherever a command changed: there it turns otherwise than before and after
+    step = np.diff(batch.time)
+    missing = np.flatnonzero(step > PAUSE * step.min())
+    begun = np.searchsorted(batch.time[missing], stamp[1:], side="left")
+    kept &= begun == np.searchsorted(batch.time[missing + 1], stamp[:-1], side="right")
     return gyro[kept], compass[kept], lasted[kept]
