@@ -14,7 +14,7 @@ from incsvr.signals.checks.verdict import Decision, Finding
 
 GROSS = 8.0
 """Noise levels beyond which a sample is off by far."""
-SHARE = (0.06, 0.5)
+SHARE = (0.1, 0.5)
 """The part of the samples that are, from which on they are no single ones, and up to which they are not the rest."""
 BOTH_SIDES = 0.5
 """The part of what they are off by that their sum is at most: what leaps and comes back cancels."""

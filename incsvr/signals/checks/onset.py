@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.samples import Array
-from incsvr.signals.checks.misfit import BOUNDLESS, DRIVELESS, FOREIGN, OF_LARGEST, PLAIN, UNCLEAR, Scales
+from incsvr.signals.checks.misfit import BOUNDLESS, DRIVELESS, PLAIN, UNCLEAR, Scales
 from incsvr.signals.checks.response import Left
 from incsvr.signals.checks.verdict import Decision, Finding
 
@@ -17,6 +17,10 @@ LAST = (8, 16)
 """So many of the last samples are looked at: four hold no two stray ones that make a median, more are a window's."""
 CALM = 2.0
 """Noise levels that the samples before are off by at most, in their deviation."""
+FAR = 6.0
+OF_REACH = 0.25
+"""Noise levels, and the part of the largest damping, that the last ones are off by at least: half a dozen samples in a
+swell are off by less, where whole batches are not."""
 SHOWS = 2.0
 """The damping over these samples, in noise levels, from which on a change of it would be seen."""
 
@@ -29,7 +33,7 @@ def onset(seen: Left, scales: Scales) -> list[Finding]:
         left, damping, before = seen.left[-count:], seen.damping[-count:], seen.left[:-count]
         if _deviation(before[: -LAST[0]]) > CALM * scales.sigma:
             continue
-        if _deviation(left) < max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping):
+        if _deviation(left) < max(FAR * scales.sigma, OF_REACH * scales.largest_damping):
             continue
         power = float(damping @ damping)
         gain = float(damping @ left) / power if power > count * (SHOWS * scales.sigma) ** 2 else np.inf
