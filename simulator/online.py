@@ -13,14 +13,16 @@ from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
-from incsvr.signals.holding import REPEATED
+from incsvr.signals.holding import REPEATED, held
 from incsvr.signals.raw import HEADING
-from incsvr.signals.settings import COMMANDED, MEASURED, ROTOR_LAG, SETTLES, TorqueKind
+from incsvr.signals.settings import COMMANDED, LONGEST_PAUSE, MEASURED, ROTOR_LAG, TorqueKind
 from incsvr.signals.smoothing import WIDTHS
 from simulator.recordings import Recording, Streams
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
 """The range for which the paper's settings were tuned [rad/s], [N m]."""
+RATE_BINS, SEEN, FEWEST_HELD = 10, (0.01, 0.99), 3
+"""So many bins of the rates between these quantiles, each of which so many windows must tell where a command held."""
 TORQUE_LIMIT = 1e9
 """Nobody said what torque [N m] is plausible: recordings are taken at their word."""
 HELD_SMOOTHING = 0.1
@@ -74,7 +76,7 @@ def signals_for(
     smoothing = max(3.0 * slower, ROTOR_LAG)
     duration = sum(float(np.ptp(recording.time)) for recording in recordings)
     narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], HELD_SMOOTHING)
-    share = 0.0 if torque == MEASURED else _held_share(recordings, 2.0 * WIDTHS * narrow + SETTLES)
+    share = 0.0 if torque == MEASURED else _held_share(recordings, narrow)
     if narrow <= smoothing and share >= ENOUGH_HELD:
         return SignalSettings(
             inertia=inertia,
@@ -97,19 +99,26 @@ def signals_for(
     )
 
 
-def _held_share(recordings: Sequence[Recording], window: float) -> float:
-    """For which share of the time a torque that repeats itself held for so long [s]; 0 where it does not."""
-    streams = [recording.streams()[TORQUE] for recording in recordings]
-    same = np.concatenate([np.diff(value) == 0.0 for _, value in streams])
+def _held_share(recordings: Sequence[Recording], smoothing: float) -> float:
+    """For which share of the time a torque that repeats itself held for a whole window of this filter [s]; 0 where it
+    does not repeat itself, or where the vehicle passes over some of its rates too fast for such a window."""
+    streams = [recording.streams() for recording in recordings]
+    same = np.concatenate([np.diff(each[TORQUE][1]) == 0.0 for each in streams])
     if same.size == 0 or np.mean(same) <= REPEATED:
         return 0.0
-    held = 0.0
-    for time, value in streams:
-        # Of each stretch of the same value, from its first message to its last, what a window finds room in.
-        edges = np.concatenate(([0], np.flatnonzero(np.diff(value) != 0.0) + 1, [time.size]))
-        lengths = time[edges[1:] - 1] - time[edges[:-1]]
-        held += float(np.maximum(lengths - window, 0.0).sum())
-    return held / sum(float(np.ptp(recording.time)) for recording in recordings)
+    rates, known = [], []
+    for each in streams:
+        (time, rate), (stamps, command) = each[YAW_RATE], each[TORQUE]
+        at = np.arange(time[0], time[-1], smoothing)
+        rates.append(np.interp(at, time, rate))
+        known.append(held(stamps, command, at, WIDTHS * smoothing, LONGEST_PAUSE).complete)
+    everywhere, there = np.concatenate(rates), np.concatenate(known)
+    if there.size == 0:
+        return 0.0
+    slowest, fastest = np.quantile(everywhere, SEEN).tolist()
+    edges = np.linspace(slowest, fastest, RATE_BINS + 1)
+    seen, told = (np.histogram(values, edges)[0] for values in (everywhere, everywhere[there]))
+    return float(there.mean()) if (told >= np.minimum(seen, FEWEST_HELD)).all() else 0.0
 
 
 def learner_for(samples: Samples, **chosen: object) -> Settings:

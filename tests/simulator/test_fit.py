@@ -244,3 +244,9 @@ def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
     off, says = examine(slow_commands.recording(13, 0.5), "measured")
     assert np.abs(off).max() > 25.0
     assert says
+
+
+def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line() -> None:
+    """A pilot's bursts turn a small vehicle up within one window of a gyro at 10 Hz."""
+    bursts = play(Mission("bursts", "rov", 780600, duration=400.0))
+    assert signals_for([bursts.recording], bursts.inertia, RATE_LIMIT).torque == "measured"
