@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from incsvr.signals.seldom import too_slow
 from service.config import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.measuring import Measured
@@ -51,6 +52,9 @@ def run(args: argparse.Namespace) -> int:
             measured = read(args.file, log, Proposal(proposal.inputs))
         except BadInput as error:
             proposal = Proposal(proposal.inputs, proposal.notes, {**proposal.missing, "reading": str(error)})
+    if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):
+        slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
+        measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow))
     streams = _streams(log.topics, log.read([topic.name for topic in log.topics]), proposal)
     emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
     return 0

@@ -92,7 +92,7 @@ def signals_for(
         sample_period=float(np.clip(duration / 500.0, 0.5 * smoothing, 5.0 * smoothing)),
         smoothing=smoothing,
         lateness=0.0,
-        gap=None if torque == COMMANDED else min(5.0 * slower, 2.0 * smoothing),
+        gap=None if torque == COMMANDED else min(5.0 * slower, 2.0 * smoothing, LONGEST_PAUSE),
         rate_limit=rate_limit,
         torque_limit=TORQUE_LIMIT,
         torque=torque or MEASURED,

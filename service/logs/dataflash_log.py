@@ -1,18 +1,38 @@
-"""ArduPilot's own logs (.BIN): messages that the log itself defines, stamped in µs since boot, read by pymavlink."""
+"""ArduPilot's own logs (.BIN): messages that the log itself defines, stamped in µs since boot, indexed by pymavlink.
+
+A message of several sensors says which of them it is of. Those of the first keep the name, `IMU`; those of others are
+numbered, `IMU[1]`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from incsvr.errors import BadInput
-from service.logs.gathering import Gathering
+from incsvr.samples import Array
 from service.logs.packages import needed
 from service.logs.table import Table, Topic
 
 _SELF_DESCRIBING = {"FMT", "FMTU", "UNIT", "MULT"}
 """Messages about the log and not about the vehicle."""
+_HEADER = 3
+"""Bytes before the fields of a message: two that are always the same, and its number."""
+_FORMATS = (
+    {"b": "i1", "B": "u1", "M": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8"}
+    | {"g": "<f2", "f": "<f4", "d": "<f8", "n": "S4", "N": "S16", "Z": "S64", "a": "V64"}
+    | {"c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4"}
+)
+"""NumPy's type by the letter of a field."""
+_FACTORS = {"c": 1e-2, "C": 1e-2, "e": 1e-2, "E": 1e-2, "L": 1e-7}
+"""What integers of these letters stand for."""
+_INSTANCE = ("I", "Instance")
+"""Fields that tell sensors apart in logs which do not say which field does."""
 
 
 class DataflashLog:
@@ -20,30 +40,54 @@ class DataflashLog:
 
     def __init__(self, path: Path, reader: Any) -> None:
         self.format = "ArduPilot DataFlash"
-        self._path, self._reader = path, reader
-        self._formats = {
-            each.name: each for each in reader.formats.values() if each.name not in _SELF_DESCRIBING and each.columns
-        }
-        self._counts = {each.name: reader.counts[key] for key, each in reader.formats.items()}
+        self._path = path
+        self._bytes = np.frombuffer(reader.data_map, dtype=np.uint8)
+        self._messages: dict[str, tuple[Any, np.ndarray[Any, np.dtype[np.int64]]]] = {}
+        for number, form in reader.formats.items():
+            places = np.asarray(reader.offsets[number], dtype=np.int64)
+            places = places[places + form.len <= self._bytes.size]
+            if places.size and form.columns and form.name not in _SELF_DESCRIBING:
+                for name, of_it in self._instances(form, places):
+                    self._messages[name] = (form, of_it)
 
     @property
     def topics(self) -> tuple[Topic, ...]:
         return tuple(
-            Topic(name, name, tuple(each.columns), self._counts[name])
-            for name, each in sorted(self._formats.items())
-            if self._counts[name]
+            Topic(name, form.name, tuple(form.columns), places.size)
+            for name, (form, places) in sorted(self._messages.items())
         )
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        wanted = [name for name in names if self._counts.get(name) and name in self._formats]
-        if not wanted:
-            return {}
-        gathered = {name: Gathering() for name in wanted}
-        self._reader.rewind()
-        while (message := self._reader.recv_match(type=wanted)) is not None:
-            fields = {name: getattr(message, name) for name in message.get_fieldnames()}
-            gathered[message.get_type()].add(_since_boot(fields), fields)
-        return {name: messages.table() for name, messages in gathered.items()}
+        return {name: self._table(*self._messages[name]) for name in names if name in self._messages}
+
+    def _instances(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[str, Any]]:
+        """The messages of each sensor, by the names of their topics."""
+        field = form.instance_field or next((name for name in _INSTANCE if name in form.columns), None)
+        fields = self._fields(form, places)
+        if field is None or fields[field].dtype.kind not in "iu":
+            return [(form.name, places)]
+        sensor = fields[field]
+        return [
+            (form.name if k == 0 else f"{form.name}[{which}]", places[sensor == which])
+            for k, which in enumerate(np.unique(sensor).tolist())
+        ]
+
+    def _fields(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> Any:
+        """The messages as records, as they are stored."""
+        kind = np.dtype([(name, _FORMATS[letter]) for name, letter in zip(form.columns, form.format, strict=False)])
+        stored = self._bytes[places[:, None] + np.arange(_HEADER, _HEADER + kind.itemsize)]
+        return np.ascontiguousarray(stored).view(kind)[:, 0]
+
+    def _table(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> Table:
+        fields = self._fields(form, places)
+        columns: dict[str, Array] = {}
+        texts: dict[str, tuple[str, ...]] = {}
+        for name, letter in zip(form.columns, form.format, strict=False):
+            if fields[name].dtype.kind == "S":
+                texts[name] = tuple(each.decode("utf-8", "replace") for each in fields[name].tolist())
+            elif fields[name].dtype.kind != "V":
+                columns[name] = fields[name].astype(np.float64) * _FACTORS.get(letter, 1.0)
+        return Table(_since_boot(columns, places.size), columns, texts)
 
 
 def open_log(path: Path) -> DataflashLog:
@@ -54,14 +98,21 @@ def open_log(path: Path) -> DataflashLog:
     """
     dataflash = needed("pymavlink.DFReader", path, "a DataFlash log")
     try:
-        reader = dataflash.DFReader_binary(str(path), zero_time_base=True)
+        with redirect_stderr(StringIO()):  # a page that was not written in full is told there, byte by byte
+            reader = dataflash.DFReader_binary(str(path), zero_time_base=True)
         reader.filehandle.close()  # what is read is mapped into memory
-        return DataflashLog(path, reader)
-    except (ValueError, IndexError, KeyError, OSError) as error:
+        log = DataflashLog(path, reader)
+    except Exception as error:  # pymavlink raises whatever its parser stumbles over
         raise BadInput(f"{path}: cannot be read as a DataFlash log ({error}); download it again") from None
+    if not log.topics:
+        raise BadInput(f"{path}: there is no message in this DataFlash log; download it again")
+    return log
 
 
-def _since_boot(fields: Mapping[str, Any]) -> float:
-    if "TimeUS" in fields:
-        return float(fields["TimeUS"]) * 1e-6
-    return float(fields.get("TimeMS", 0)) * 1e-3
+def _since_boot(columns: Mapping[str, Array], count: int) -> Array:
+    """When the messages were written [s]."""
+    if "TimeUS" in columns:
+        return columns["TimeUS"] * 1e-6
+    if "TimeMS" in columns:
+        return columns["TimeMS"] * 1e-3
+    return np.zeros(count)

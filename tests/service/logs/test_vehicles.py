@@ -159,6 +159,7 @@ def dataflash(truth: Dive, arms: bool = True) -> Dataflash:
         if arms and t == ARMED_FROM:
             log.add("ARM", stamp, 1)
         log.add("IMU", stamp, 0, 0.0, 0.0, rate, 0.0, 0.0, -9.8)
+        log.add("IMU", stamp, 1, 0.0, 0.0, rate + 0.5, 0.0, 0.0, -9.8)
         log.add("RCOU", stamp, *map(int, pulses), 1500, 1500, 1500, 1500)
         if k % 20 == 0:
             log.add("BAT", stamp, 0, VOLTS)
@@ -166,8 +167,12 @@ def dataflash(truth: Dive, arms: bool = True) -> Dataflash:
 
 
 def test_a_dataflash_log(tmp_path: Path) -> None:
-    recording = read(dataflash(DIVE).save(tmp_path / "00000012.BIN"))
-    same(recording, DIVE, BOOT, ARMED_FROM)
+    path = dataflash(DIVE).save(tmp_path / "00000012.BIN")
+    counts = {topic.name: topic.count for topic in opened(path).topics}
+    assert counts["IMU"] == counts["IMU[1]"] == counts["RCOU"] == DIVE.time.size
+    same(read(path), DIVE, BOOT, ARMED_FROM)
+    other = read(path, "yaw_rate=IMU[1].GyrZ")
+    np.testing.assert_allclose(other.streams()["yaw_rate"][1], DIVE.rate[DIVE.time >= ARMED_FROM] + 0.5, atol=1e-6)
     with pytest.raises(BadInput, match="never armed"):
         read(dataflash(DIVE, arms=False).save(tmp_path / "deck.BIN"))
 

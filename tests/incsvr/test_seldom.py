@@ -1,0 +1,50 @@
+"""A torque that comes too slowly for the vehicle is said; one that is sent on change, or comes often enough, is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.samples import Array
+from incsvr.signals.seldom import time_scale, too_slow
+
+TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
+
+
+def held(seed: int, longest: float = 2.0) -> tuple[Array, Array]:
+    """Instants and levels of a command."""
+    random = np.random.default_rng(seed)
+    at = np.cumsum(random.uniform(0.3, longest, 400))
+    return at[at < TIME[-1]], random.uniform(-1.0, 1.0, 400)[: np.count_nonzero(at < TIME[-1])]
+
+
+def turning(at: Array, levels: Array) -> Array:
+    """A yaw rate that follows the levels within a quarter of a second."""
+    command = levels[np.clip(np.searchsorted(at, TIME, side="right") - 1, 0, None)]
+    rate = np.zeros(TIME.size)
+    for k in range(1, TIME.size):
+        rate[k] = rate[k - 1] + 0.2 * (command[k - 1] - rate[k - 1])
+    return rate
+
+
+def test_the_time_scale_of_a_cosine_is_a_sixth_of_its_period() -> None:
+    assert time_scale(TIME, np.cos(2.0 * np.pi * TIME / 12.0)) == pytest.approx(2.0, abs=0.1)
+
+
+def test_commands_at_2_hz_are_said_with_the_cure() -> None:
+    at, levels = held(780100)
+    rate = turning(at, levels)
+    sentences = {}
+    for hz in (2.0, 20.0):
+        instants = np.arange(0.1, TIME[-1], 1.0 / hz, dtype=np.float64)
+        told = levels[np.clip(np.searchsorted(at, instants, side="right") - 1, 0, None)]
+        sentences[hz] = too_slow((TIME, rate), (instants, told))
+    assert sentences[20.0] is None
+    assert sentences[2.0] is not None
+    assert "the torque comes every 0.5 s" in sentences[2.0]
+    assert "Hz or more (on ArduPilot by the message interval of SERVO_OUTPUT_RAW" in sentences[2.0]
+
+
+def test_what_is_sent_on_change_is_known_between() -> None:
+    at, levels = held(780101)
+    assert too_slow((TIME, turning(at, levels)), (at, levels)) is None

@@ -1,0 +1,117 @@
+"""The torque from what thrusters are told: curves, levers, directions, voltage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from incsvr.errors import BadInput
+from incsvr.plant import Thruster as Formula
+from incsvr.plant import thruster_torque
+from service.inputs import frames
+from service.inputs.measuring import measured
+from service.inputs.settings import Inputs, Source, Thruster, Thrusters
+from service.inputs.thrust import t200
+from service.inputs.units import KGF
+from service.logs.table import Table
+
+TIME = np.arange(0.0, 5.0, 0.1, dtype=np.float64)
+
+
+def torque(settings: Thrusters, **columns: Any) -> Any:
+    """The torque that is made of columns of one table."""
+    given = {name: np.asarray(values, dtype=np.float64) * np.ones(TIME.size) for name, values in columns.items()}
+    table = Table(TIME, {"r": np.sin(TIME), **given}, {})
+    channels = {"surge": Source(topic="x", field="surge")} if "surge" in columns else {}
+    inputs = Inputs(yaw_rate=Source(topic="x", field="r"), thrusters=settings, channels=channels)
+    found = measured(inputs, {"x": table})
+    return found.streams["torque"][1], found.notes
+
+
+def one(**given: Any) -> Thrusters:
+    return Thrusters.model_validate({"topic": "x", "each": [{"field": "u", "arm": 0.5}], **given})
+
+
+def test_the_t200_is_the_makers_at_its_ends_and_silent_in_its_band() -> None:
+    pulses = np.array([400.0, -400.0, 27.0, -27.0, 500.0])
+    np.testing.assert_allclose(
+        t200(pulses, np.full(5, 16.0)), KGF * np.array([5.25, -4.07, 0.0, 0.0, 5.25]), rtol=1e-12
+    )
+    np.testing.assert_allclose(t200(np.array([400.0]), np.array([15.0])), KGF * (4.53 + 5.25) / 2.0)
+
+
+def test_the_t200_is_near_the_cubic_that_others_fitted_at_12_volts() -> None:
+    """PWM over thrust [kgf] as a published fit of the maker's data has it."""
+    for f in (0.25, 0.5, 1.0, 2.0, 3.0, 3.7):
+        pulse = 3.771 * f**3 - 31.19 * f**2 + 159.9 * f + 40.0
+        assert t200(np.array([pulse]), np.array([12.0]))[0] == pytest.approx(KGF * f, abs=0.02 * KGF * 3.71)
+
+
+def test_the_formula_of_section_iv_a() -> None:
+    """K₁ω|ω| + K₂v|ω|, as the plant has it."""
+    speeds, water = 40.0 * np.sin(TIME), 0.4 + 0.1 * TIME
+    wanted = thruster_torque((Formula(0.5, 0.02, -0.03),), (speeds,), (water,))
+    got, _ = torque(one(command="rad/s", curve="quadratic", full=0.02, inflow=-0.03), u=speeds, surge=water)
+    np.testing.assert_allclose(got, wanted)
+    turns, _ = torque(one(command="rpm", curve="quadratic", full=0.02), u=speeds * 30.0 / np.pi)
+    np.testing.assert_allclose(turns, thruster_torque((Formula(0.5, 0.02, 0.0),), (speeds,), (water,)))
+
+
+@pytest.mark.parametrize(
+    ("given", "command", "newtons"),
+    [
+        ({"command": "N"}, 7.0, 7.0),
+        ({"command": "fraction", "curve": "linear", "full": 40.0}, -0.5, -20.0),
+        ({"command": "fraction", "curve": "quadratic", "full": 40.0}, -0.5, -10.0),
+        ({"command": "pwm", "curve": "linear", "full": 40.0}, 1600.0, 10.0),
+        ({"command": "pwm", "voltage": 16.0}, 1900.0, 5.25 * KGF),
+        ({"command": "pwm", "voltage": 16.0}, 0.0, 0.0),
+    ],
+)
+def test_commands_of_every_kind(given: dict[str, Any], command: float, newtons: float) -> None:
+    np.testing.assert_allclose(torque(one(**given), u=command)[0], 0.5 * newtons)
+
+
+def test_a_curve_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "thrust.csv"
+    path.write_text("pwm,newtons\n1100,-40\n1500,0\n1900,50\n", encoding="utf-8")
+    np.testing.assert_allclose(torque(one(command="pwm", curve=str(path)), u=1700.0)[0], 12.5)
+    path.write_text("pwm,newtons\n1900,50\n1100,-40\n", encoding="utf-8")
+    with pytest.raises(BadInput, match="rises in the first"):
+        torque(one(command="pwm", curve=str(path)), u=1700.0)
+
+
+def test_position_and_direction_make_the_lever() -> None:
+    """A stern thruster that pushes to starboard, 1.25 m behind: it turns the bow to port."""
+    stern = Thruster(field="u", position=(-1.25, 0.0, 0.0), pushes=(0.0, 2.0, 0.0))
+    assert stern.lever == -1.25
+    port = Thruster(field="u", position=(0.3, -0.2, 0.1), pushes=(1.0, 0.0, 0.0))
+    assert port.lever == pytest.approx(0.2)
+    with pytest.raises(ValidationError, match="give either its arm"):
+        Thruster(field="u")
+
+
+def test_the_measured_voltage_counts_and_a_missing_one_is_said() -> None:
+    battery = Source(topic="x", field="volts", unit="mV")
+    full, notes = torque(one(command="pwm", measured_voltage=battery), u=1900.0, volts=12000.0)
+    np.testing.assert_allclose(full, 0.5 * 3.71 * KGF)
+    assert not notes
+    _, notes = torque(one(command="pwm"), u=1900.0)
+    assert notes == ("nothing says the battery's voltage: the thrust is that at 16 V",)
+
+
+def test_a_frame_by_the_vehicles_parameters() -> None:
+    told = {"FRAME_CONFIG": 1.0, "MOT_2_DIRECTION": -1.0, "SERVO7_FUNCTION": 34.0, "SERVO2_FUNCTION": 0.0}
+    found = frames.thrusters(told, 1, "servo{}_raw")
+    assert [each.field for each in found] == ["servo1_raw", "servo7_raw", "servo3_raw", "servo4_raw"]
+    assert [each.direction for each in found] == [1, -1, 1, 1]
+    assert [each.lever for each in found] == [0.189, -0.189, -0.189, 0.189]
+
+
+def test_torque_and_thrusters_exclude_each_other() -> None:
+    with pytest.raises(ValidationError, match="both say what the torque is"):
+        Inputs(torque=Source(topic="x", field="u"), thrusters=one(command="N"))
