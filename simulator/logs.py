@@ -12,6 +12,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from incsvr.signals.scales import white_noise
 from service.config import Config
 from service.inputs.arming import Spans, spans, within
 from service.inputs.measuring import Measured
@@ -196,7 +197,7 @@ def stillness(rate: Array) -> str | None:
     """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
     if rate.size < 10:
         return None
-    noise = 1.4826 * float(np.median(np.abs(np.diff(rate, 3)))) / np.sqrt(20.0)
+    noise = white_noise(np.diff(rate, 3))
     fastest = float(np.quantile(np.abs(rate), 0.99))
     if fastest >= NOISE * noise:
         return None

@@ -7,6 +7,7 @@ from math import ceil
 import numpy as np
 
 from incsvr.samples import Array
+from incsvr.signals.scales import time_scale
 
 TOO_SLOW = 0.1
 """Period of the torque over the vehicle's time scale from which it is said. In 143 simulated recordings of 24 vehicles
@@ -18,23 +19,6 @@ REGULAR = 0.5
 change alone is known between its messages, too."""
 
 
-def time_scale(time: Array, rate: Array) -> float:
-    """The lag at which the autocorrelation of a yaw rate falls below one half [s].
-
-    Args:
-        time: (n,) stamps [s], strictly increasing, without long pauses.
-        rate: (n,) [rad/s].
-    """
-    if time.size < 4:
-        return 0.0
-    period = float(np.median(np.diff(time)))
-    grid = np.interp(np.arange(time[0], time[-1], period), time, rate)
-    spectrum = np.abs(np.fft.rfft(grid - grid.mean(), 2 * grid.size)) ** 2
-    covariance = np.fft.irfft(spectrum)[: grid.size] / np.arange(grid.size, 0, -1)
-    below = np.flatnonzero(covariance < 0.5 * covariance[0])
-    return period * float(below[0] if below.size else grid.size // 2)
-
-
 def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> str | None:
     """A sentence with the cure where the torque is sampled too seldom for how fast the vehicle turns.
 
@@ -43,11 +27,12 @@ def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> str | No
         torque: stamps (m,) [s] and torques [N m].
     """
     steps = np.diff(torque[0])
-    if steps.size < 8 or not np.ptp(torque[1]) > 0.0:
+    if steps.size < 8 or rate[0].size < 4 or not np.ptp(torque[1]) > 0.0:
         return None
     period = float(np.median(steps))
     low, high = np.quantile(steps, (0.1, 0.9))
-    scale = time_scale(*rate)
+    even = float(np.median(np.diff(rate[0])))
+    scale = time_scale([np.interp(np.arange(rate[0][0], rate[0][-1], even), *rate)], even)
     if high - low > REGULAR * period or period < TOO_SLOW * scale or scale <= 0.0:
         return None
     return (

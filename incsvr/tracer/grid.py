@@ -10,6 +10,7 @@ from scipy.ndimage import median_filter
 
 from incsvr.effects.signals import Signals
 from incsvr.errors import BadInput
+from incsvr.signals import scales
 from incsvr.tracer.run import Array, Run, sample_period, stream
 
 BETWEEN = 4
@@ -17,11 +18,6 @@ BETWEEN = 4
 
 FEW_VALUES = 0.25
 """Of the samples: a torque of fewer values was recorded in steps."""
-
-
-def scatter(third: Array) -> float:
-    """Deviation of white noise from its third differences, which no motion survives."""
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
 
 
 def despiked(values: Array, threshold: float = 6.0) -> Array:
@@ -34,7 +30,7 @@ def despiked(values: Array, threshold: float = 6.0) -> Array:
     calm = median_filter(values, 5, mode="nearest")
     away = np.abs(values - calm)
     # where the values run faster than they scatter most are their own median: the third differences know the scatter
-    scale = max(1.4826 * float(np.median(away)), scatter(np.diff(values, 3)))
+    scale = max(1.4826 * float(np.median(away)), scales.white_noise(np.diff(values, 3)))
     if scale <= 0.0:  # a held command deviates by nothing but its resolution
         steps = np.abs(np.diff(values))
         scale = float(np.min(steps[steps > 0.0], initial=np.inf))
@@ -50,16 +46,7 @@ def time_scale(runs: Sequence[Run]) -> float:
     for piece in (piece for run in runs for piece in pieces(run)):
         at, rate = stream(piece, piece.yaw_rate)
         grids.append(np.interp(np.arange(at[0], at[-1], period), at, rate))
-    mean = float(np.mean(np.concatenate(grids)))
-    length = max(g.size for g in grids)
-    covariance, count = np.zeros(length), np.zeros(length)
-    for grid in grids:
-        spectrum = np.abs(np.fft.rfft(grid - mean, 2 * grid.size)) ** 2
-        covariance[: grid.size] += np.fft.irfft(spectrum)[: grid.size]
-        count[: grid.size] += np.arange(grid.size, 0, -1)
-    correlation = covariance / count / max(covariance[0] / count[0], 1e-300)
-    below = np.flatnonzero(correlation < 0.5)
-    return period * float(below[0] if below.size else length // 2)
+    return scales.time_scale(grids, period)
 
 
 def settling_time(runs: Sequence[Run], inertia: float) -> float:

@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.tracer.grid import despiked, scatter
+from incsvr.signals import scales
+from incsvr.tracer.grid import despiked
 from incsvr.tracer.run import Array, Run, sample_period, stream
 from incsvr.tracer.weak_form import Blocks
 
@@ -40,13 +41,13 @@ FEWEST_STEADY = 60
 def gyro_noise(runs: Sequence[Run]) -> float:
     """Deviation of the yaw rate's white noise [rad/s], from its third differences."""
     third = np.concatenate([np.diff(stream(run, run.yaw_rate)[1], 3) for run in runs])
-    return scatter(third)
+    return scales.white_noise(third)
 
 
 def white_noise(runs: Sequence[Run]) -> float:
     """Deviation of the torque's white noise [N m], from its third differences."""
     third = np.concatenate([np.diff(despiked(stream(run, run.torque)[1]), 3) for run in runs])
-    return scatter(third)
+    return scales.white_noise(third)
 
 
 def torque_scatter(runs: Sequence[Run], block: float) -> float:

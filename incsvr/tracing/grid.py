@@ -36,9 +36,6 @@ ALIKE = (0.6, 1.6)
 """Period of the torque over that of the gyro between which the cells begin where commands are given: a command in the
 middle of a cell would answer what happened in its first part, and nothing that answers is known at the beginning."""
 
-REPEATED = 0.3
-"""Of a torque's samples that repeat the one before: more are those of a command that was logged while it held."""
-
 
 @dataclass(frozen=True, slots=True)
 class Grid:
@@ -119,13 +116,6 @@ def in_blocks(runs: Sequence[Run], inertia: float, names: Sequence[str], length:
         return grid
     acting = acting_torque(grid.signals)
     return replace(grid, signals=replace(grid.signals, torque=acting), noise=grid.signals.torque - acting)
-
-
-def commanded(runs: Sequence[Run]) -> bool:
-    """Whether the torque was logged while it held: much of the time it is exactly what it was a sample before."""
-    values = [stream(run, run.torque)[1] for run in runs]
-    repeated = np.concatenate([np.diff(each) == 0.0 for each in values])
-    return bool(repeated.size and np.mean(repeated) > REPEATED)
 
 
 def _cut(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.signals.scales import white_noise
+
 Array = NDArray[np.float64]
 
 EVEN = 0.05
@@ -79,7 +81,7 @@ def torque_without_spikes(torque: Array) -> Array:
     calm[:2], calm[-2:] = torque[:2], torque[-2:]
     away = np.abs(torque - calm)
     # where a command runs faster than it scatters most are their own median: the third differences know the scatter
-    scatter = 1.4826 * float(np.median(np.abs(np.diff(torque, 3)))) / np.sqrt(20.0)
+    scatter = white_noise(np.diff(torque, 3))
     spike = away > max(FAR * max(1.4826 * float(np.median(away)), scatter), 0.02 * float(np.std(torque)))
     spike[1:] &= ~(spike[:-1] & (away[:-1] > 0.5 * away[1:]))  # two in a row are no spike
     return np.where(spike, calm, torque)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.signals.scales import white_noise
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.grid import Grid
 from incsvr.tracing.projection import Projection
@@ -67,7 +68,7 @@ def refuse_too_little_motion(grid: Grid, base: Fit) -> None:
     if float(np.ptp(s.torque)) == 0.0:
         return  # what turns a vehicle whose thrusters stand still is another question
     fastest = float(np.quantile(np.abs(s.rate), 0.99))
-    scatter = 1.4826 * float(np.median(np.abs(np.diff(s.rate, 3)))) / np.sqrt(20.0)
+    scatter = white_noise(np.diff(s.rate, 3))
     unsure = _gain_error(grid, base)
     idle = float(np.mean(np.abs(s.torque) < 0.02 * max(float(np.max(np.abs(s.torque))), 1e-300)))
     least = IDLE_RATE if idle > IDLE else LEAST_RATE

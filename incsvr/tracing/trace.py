@@ -9,11 +9,11 @@ stay that pay in the forward form.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.signals.settings import TorqueKind
 from incsvr.tracer.channels import usable
 from incsvr.tracer.findings import Trace
 from incsvr.tracer.run import Run, check
@@ -29,8 +29,6 @@ from incsvr.tracing.search import gain_of
 from incsvr.tracing.thresholds import REQUIRED_GAIN
 
 __all__ = ["Run", "Trace", "trace"]
-
-TorqueKind = Literal["commanded", "measured"]
 
 
 def trace(

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.tracer.run import Run
-from incsvr.tracing.grid import cells, commanded, in_blocks
+from incsvr.tracing.grid import cells, in_blocks
 from incsvr.tracing.interpolation import rate_without_spikes, torque_without_spikes
 from incsvr.tracing.scales import block_length
 
@@ -95,11 +95,3 @@ def test_the_torque_that_shapes_are_built_on_follows_the_command_and_holds_no_no
     # neighbouring blocks share the sample between them
     assert abs(np.corrcoef(own[steady], left[steady])[0, 1]) < 0.2
     assert np.std(left[steady]) < np.std(own[steady])
-
-
-def test_a_command_that_was_logged_while_it_held_is_told_from_a_measurement() -> None:
-    time = np.asarray(np.arange(0.0, 60.0, 0.05), dtype=np.float64)
-    held = np.repeat(np.random.default_rng(1).normal(size=120), 10)
-    measured = held + np.random.default_rng(2).normal(0.0, 0.1, time.size)
-    assert commanded([Run("x", time, np.sin(time), held)])
-    assert not commanded([Run("x", time, np.sin(time), measured)])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from incsvr.samples import Array
-from incsvr.signals.seldom import time_scale, too_slow
+from incsvr.signals.scales import time_scale
+from incsvr.signals.seldom import too_slow
 
 TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
 
@@ -28,7 +29,7 @@ def turning(at: Array, levels: Array) -> Array:
 
 
 def test_the_time_scale_of_a_cosine_is_a_sixth_of_its_period() -> None:
-    assert time_scale(TIME, np.cos(2.0 * np.pi * TIME / 12.0)) == pytest.approx(2.0, abs=0.1)
+    assert time_scale([np.cos(2.0 * np.pi * TIME / 12.0)], 0.05) == pytest.approx(2.0, abs=0.1)
 
 
 def test_commands_at_2_hz_are_said_with_the_cure() -> None:
