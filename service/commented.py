@@ -16,18 +16,24 @@ HEAD = """\
 """
 
 
-def commented(config: Config, head: str = HEAD) -> str:
-    """The configuration as YAML, each value with its meaning, unit and bounds, below some lines that begin it."""
-    return head + "\n".join(_section(config, config.model_dump(mode="json"), "")) + "\n"
+def commented(config: Config, head: str = HEAD, brief: bool = False) -> str:
+    """The configuration as YAML, each value with its meaning, unit and bounds, below some lines that begin it.
+
+    `brief` leaves out what is as it is by default.
+    """
+    usual = Config() if brief else None
+    return head + "\n".join(_section(config, config.model_dump(mode="json"), "", usual)) + "\n"
 
 
-def _section(section: BaseModel, values: dict[str, Any], indent: str) -> list[str]:
+def _section(section: BaseModel, values: dict[str, Any], indent: str, usual: BaseModel | None) -> list[str]:
     lines = []
     for name, field in type(section).model_fields.items():
-        value = getattr(section, name)
+        value, default = getattr(section, name), None if usual is None else getattr(usual, name)
+        if usual is not None and value == default:
+            continue
         if isinstance(value, BaseModel):
             lines += ["", f"# {(type(value).__doc__ or '').partition(chr(10))[0]}", f"{name}:"]
-            lines += _section(value, values[name], indent + "  ")
+            lines += _section(value, values[name], indent + "  ", default)
         else:
             lines.append(f"{indent}# {field.description}{_bounds(field.metadata)}")
             lines.append(f"{indent}{name}: {json.dumps(values[name], ensure_ascii=False)}")

@@ -28,7 +28,7 @@ from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
-from simulator import declared_inertia
+from simulator import declared_inertia, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
 from simulator.progress import progress
@@ -60,18 +60,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "data, or as configured)",
     )
     parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="write a configuration for `serve` there, scaled as this fit is"
+    )
     add_log_arguments(parser)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    written.check(args.write)
     config = read_config(args.config)
     reading = Reading.of(args, config)
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
     inertia, estimate = declared_inertia.inertia(args.inertia, config.vehicle.inertia, runs, args.torque)
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)
-    emit(args, fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks), fit.text(estimate))
+    text = fit.text(estimate)
+    if args.write is not None:
+        _write(args, config.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
+        text += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
+    emit(args, fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks), text)
     return 0
 
 
@@ -257,6 +265,21 @@ class Fit:
                 f"on {self.validated_on}: MAE {final.mae:.3g} N m, RMSE {final.rmse:.3g} N m; free run {ran}",
             ]
         return "\n".join(lines)
+
+
+def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit) -> None:
+    """What is in force, as a configuration: what was configured as it is, else scaled to the recordings."""
+    update = {"effects": args.effects} if args.effects else {}
+    if args.config:
+        vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
+        signals = config.signals.model_copy(update={"torque": fit.signals.torque})
+        learner = config.learner.model_copy(update={"policy": fit.learner.policy})
+        config = config.model_copy(update={"vehicle": vehicle, "signals": signals, "learner": learner})
+    else:
+        config = written.scaled(config, recording, fit.signals, fit.learner)
+    written.write(
+        args.write, config.model_copy(update=update), f"# By `incsvr fit` on {fit.name}, {fit.samples} samples.\n"
+    )
 
 
 def _refuse(name: str, verdicts: Sequence[Verdict]) -> None:

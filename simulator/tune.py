@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,20 +15,17 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
 from incsvr.samples import Samples
-from incsvr.signals import TORQUE, SignalSettings, synchronise
-from service.commented import commented
+from incsvr.signals import synchronise
 from service.config import Config
 from service.config import read as read_config
 from service.output import add_json_argument, emit
-from simulator import leng
+from simulator import leng, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 from simulator.progress import progress
-from simulator.recordings import RATE_LIMIT, Recording, sequence
+from simulator.recordings import RATE_LIMIT, sequence
 
 _BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
-MARGIN = 2.0
-"""A torque beyond so many times the recordings' largest is written down as no measurement."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,8 +44,7 @@ def run(args: argparse.Namespace) -> int:
     judged: Judged = "last" if args.last else "every"
     if (args.simulated is None) == (not args.recordings):
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
-    if args.write is not None and (args.write.is_dir() or not args.write.parent.is_dir()):
-        raise BadInput(f"{args.write} cannot be written; name a file in a folder that is there with --write")
+    written.check(args.write)
     config = read_config(args.config)
     name, samples, settings, grid, config = (
         _simulated(args, config) if args.recordings == [] else _recorded(args, config)
@@ -174,7 +169,7 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
     scaled = learner_for(samples)
     settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
     if not args.config:
-        config = _configured(joined, signals, settings)
+        config = written.scaled(config, joined, signals, settings)
     fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
     grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
     return joined.name, samples, settings, grid, config
@@ -190,35 +185,6 @@ def _round(factor: float) -> float:
     return min((decade * step for step in (1.0, 2.0, 5.0, 10.0)), key=lambda each: abs(math.log(each / factor)))
 
 
-def _configured(recording: Recording, signals: SignalSettings, settings: Settings) -> Config:
-    """A configuration that has the signals and the learner that suit the recordings."""
-    low, high = (float(f"{end:.3g}") for end in settings.rate_range)
-    torque = float(np.nanmax(np.abs(recording.columns[TORQUE])))
-    return Config.model_validate(
-        {
-            "vehicle": {
-                "name": re.sub(r"[^A-Za-z0-9_-]+", "-", recording.name.partition(".csv")[0])[:64],
-                "inertia": signals.inertia,
-                "rate_range": (low, high),
-                "rate_limit": float(f"{2.0 * high:.2g}"),
-                "torque_limit": float(f"{MARGIN * torque:.2g}"),
-            },
-            # Lateness and gap suit a file; on the bus the defaults do.
-            "signals": _fields(signals, ("sample_period", "smoothing")),
-            "learner": _fields(settings, type(Config().learner).model_fields),
-        }
-    )
-
-
-def _fields(settings: SignalSettings | Settings, names: Iterable[str]) -> dict[str, Any]:
-    values = asdict(settings)
-    return {name: _three(values[name]) for name in names}
-
-
-def _three(value: Any) -> Any:
-    return float(f"{value:.3g}") if isinstance(value, float) else value
-
-
 def _write(path: Path, config: Config, tuning: Tuning) -> None:
     """The configuration with the best point."""
     C, epsilon, gamma = tuning.trials[0].point
@@ -226,9 +192,6 @@ def _write(path: Path, config: Config, tuning: Tuning) -> None:
     tuned = config.model_copy(update={"learner": config.learner.model_copy(update=point)})
     head = (
         f"# C, ε and γ by `incsvr tune` on {tuning.name}, {tuning.samples} samples (Section IV-B), judged\n"
-        f"# {_BY[tuning.judged]}. `incsvr config check FILE` says what is wrong, and in which line.\n"
+        f"# {_BY[tuning.judged]}.\n"
     )
-    try:
-        path.write_text(commented(tuned, head), encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --write") from error
+    written.write(path, tuned, head)

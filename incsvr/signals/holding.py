@@ -14,7 +14,7 @@ Every result depends on the stamps and values around its own instant alone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,9 +110,8 @@ def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoo
         reach: half the window of the yaw rate's filter [s].
         gap: longest pause between two messages of a stream that is not slow [s].
     """
-    nothing = np.full(at.size, np.nan)
     if time.size < 2:
-        return Smoothed(*([nothing] * 9))
+        return Smoothed(**{each.name: np.full(at.size, np.nan) for each in fields(Smoothed)})
     period = periods(time, at)
     first = np.searchsorted(time, at - reach - SETTLES, side="right") - 1
     last = np.searchsorted(time, at + reach, side="left")
@@ -131,6 +130,7 @@ def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoo
         low=known,
         high=known,
         step=np.full(at.size, np.inf),
+        move=np.zeros(at.size),
         count=(tail - head + 1).astype(np.float64),
         spikes=np.zeros(at.size),
         period=period,

@@ -1,0 +1,82 @@
+"""What was scaled to recordings, as a configuration for `incsvr serve`: of `fit --write` and `tune --write`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.learner import Settings
+from incsvr.signals import TORQUE, SignalSettings
+from incsvr.signals.settings import COMMANDED
+from service.commented import commented
+from service.config import Config
+from simulator.recordings import Recording
+
+MARGIN = 2.0
+"""A torque or a yaw rate beyond so many times the recordings' largest is written down as no measurement."""
+FASTEST = 50.0
+"""The largest rate limit that the configuration takes [rad/s]."""
+
+
+def check(path: Path | None) -> None:
+    """Refuses a file that cannot be written, before the work is done that it is to hold."""
+    if path is not None and (path.is_dir() or not path.parent.is_dir()):
+        raise BadInput(f"{path} cannot be written; name a file in a folder that is there with --write")
+
+
+def scaled(base: Config, recording: Recording, signals: SignalSettings, learner: Settings) -> Config:
+    """`base` with the vehicle, the signals and the learner that suit a recording, to three digits."""
+    low, high = (_three(end) for end in learner.rate_range)
+    torque = float(np.nanmax(np.abs(recording.columns[TORQUE])))
+    named = base.vehicle.name != Config().vehicle.name
+    vehicle = base.vehicle.model_dump() | {
+        "name": base.vehicle.name if named else _name(recording),
+        "inertia": float(f"{signals.inertia:.5g}"),
+        "rate_range": (low, high),
+        "rate_limit": min(float(f"{MARGIN * high:.2g}"), FASTEST),
+        "torque_limit": float(f"{MARGIN * torque:.2g}"),
+    }
+    # Lateness and gap suit a file; on the bus the defaults do. A torque that is a command here is one there.
+    chosen = {"torque": COMMANDED} if signals.torque == COMMANDED else {}
+    return Config.model_validate(
+        base.model_dump()
+        | {
+            "vehicle": vehicle,
+            "signals": base.signals.model_dump()
+            | _fields(signals, ("sample_period", "smoothing", "channels"))
+            | chosen,
+            "learner": base.learner.model_dump() | _fields(learner, type(base.learner).model_fields),
+        }
+    )
+
+
+def write(path: Path, config: Config, head: str) -> None:
+    """Writes what of a configuration is not as it is by default, each value with its meaning, below lines of `head`.
+
+    Raises:
+        BadInput: it cannot be written.
+    """
+    rest = "# What is left out is as `incsvr config show` prints it; `incsvr config check FILE` says what is wrong.\n"
+    try:
+        path.write_text(commented(config, head + rest, brief=True), encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --write") from error
+
+
+def _name(recording: Recording) -> str:
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", recording.name.partition(" + ")[0].rpartition(".")[0] or recording.name)[:64]
+
+
+def _fields(settings: SignalSettings | Settings, names: Iterable[str]) -> dict[str, Any]:
+    values = asdict(settings)
+    return {name: _three(values[name]) for name in names if name in values}
+
+
+def _three(value: Any) -> Any:
+    return float(f"{value:.3g}") if isinstance(value, float) else value
