@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, model_validator
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import SignalSettings
+from service.inputs.presets.defaults import defaults
 from service.inputs.settings import Inputs
 from service.sections import Bus, HealthLimits, Learner, Name, Prefix, Section, Signals, Simulation, Tracing, Vehicle
 
@@ -131,6 +132,7 @@ def read(
     for place in _places(variables):
         where[place] = "the variable INCSVR_" + "__".join(place).upper()
     values = _merged(_merged(values, variables), flags or {})
+    values = _merged(defaults(values), values)
     where |= origin or {}
     config = _validated(values, where)
     for index, entry in enumerate(config.also):

@@ -10,6 +10,7 @@ from service.bus_check import check_bus, check_files
 from service.commented import commented
 from service.config import add_config_arguments, from_arguments, read
 from service.effects import configured
+from service.inputs.hearing import Hearing
 from service.output import add_json_argument, emit
 from service.validation import read_validation
 
@@ -44,6 +45,8 @@ def _checked(path: Path, user: str | None) -> str:
     prefixes = [each.prefix for each in config.each()]
     bus = check_bus(config.bus, prefixes)
     for each in config.each():
+        if not each.inputs.own:
+            Hearing(each.inputs)
         effects = configured(each)
         for recording in each.validation.values():
             read_validation(recording, each.signal_settings(), effects)

@@ -35,10 +35,13 @@ from service.validation import read_validation
 
 if TYPE_CHECKING:
     from service.live import LiveTracing
+    from service.mapped_ingest import MappedIngest
     from service.standing import Standing
 
 log = logging.getLogger(__name__)
 
+PARAMETERS = "parameters"
+"""The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
 HEALTH_PERIOD = 1.0
 """Health is published this often [s], and whenever its level or its reasons change."""
 
@@ -75,10 +78,23 @@ class Host:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._publishers[self.keys.model].put(wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
-        self.ingest = Ingest(session, self.keys, self.node, self.watch, learners)
+        self._mapped = self._mapping(learners)
+        self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners)
         self.tick()
         session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
+
+    def _mapping(self, learners: int) -> MappedIngest | None:
+        """What hears the forms of others; None where all comes in our own."""
+        inputs = self._config.inputs
+        if inputs.own:
+            return None
+        # Loaded where it is needed alone, like the other parts that not every learner has.
+        from service.mapped_ingest import MappedIngest
+
+        memory = (self._store.memory if self._store is not None else None) or {}
+        known = memory.get(PARAMETERS) or {}
+        return MappedIngest(self._session, self.keys, self.node, self.watch, inputs, known, learners)
 
     def _taken_up(self) -> tuple[LearnerNode, LiveTracing | None]:
         """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""
@@ -118,9 +134,11 @@ class Host:
         now = time.monotonic()
         store = self._store
         states = () if store is None else store.notices
-        self.watch.notices = (*states, *self._company.notice(), *self._warnings)
+        mapped = self._mapped
+        said = () if mapped is None else mapped.notices()
+        self.watch.notices = (*states, *self._company.notice(), *self._warnings, *said)
         self.watch.saved(None if store is None else store.problem)
-        self.watch.paused(self.node.said.paused)
+        self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons), health.learning.state)
@@ -227,7 +245,9 @@ class Host:
         self._session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
 
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
-        """The learner's memory, and where live tracing stands."""
+        """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
+        if self._mapped is not None:
+            memory = memory | {PARAMETERS: self._mapped.hearing.parameters}
         if self._live is None:
             return memory
         effects = self._live.effects

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 import zenoh
-from pydantic_core import from_json
 from zenoh.handlers import RingChannel
 
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED
 from service.health import HealthWatch
+from service.inputs.forms.own import Refused, parse
 from service.node import LearnerNode
 from service.wire import Keys
 
@@ -38,8 +38,6 @@ MESSAGE_BYTES = 500
 TURN_BYTES = 1_000_000
 #: A message of this size is read for as long as others wait to be taken from their rings [bytes].
 LARGE = 100_000
-#: Numbers of messages are whole up to here in JSON.
-MAX_SEQUENCE = 2**53
 _ENCODINGS = {
     str(encoding)
     for encoding in (
@@ -49,42 +47,11 @@ _ENCODINGS = {
         zenoh.Encoding.ZENOH_STRING,
     )
 }
-_NUMBERS = {int, float}
 
 
 def places(learners: int) -> int:
     """Messages that a stream of one of so many learners in a process may be behind."""
     return max(RING // learners, LEAST)
-
-
-class Refused(Exception):
-    """A message is no measurement; the one argument is the reason that is counted."""
-
-
-def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
-    """Stamps [s], values and number of a message; the lists have one length and hold numbers alone.
-
-    Raises:
-        Refused: the payload has not the contract's form. NaN and infinities pass: the synchroniser counts them.
-    """
-    try:
-        data = from_json(payload)
-    except ValueError:
-        raise Refused("not_json") from None
-    if type(data) is not dict or "t" not in data or "value" not in data:
-        raise Refused("wrong_form")
-    t, value, sequence = data["t"], data["value"], data.get("seq")
-    if type(t) is not list and type(value) is not list:
-        t, value = [t], [value]
-    if type(t) is not list or type(value) is not list or not (sequence is None or type(sequence) is int):
-        raise Refused("wrong_type")
-    if sequence is not None and not 0 <= sequence <= MAX_SEQUENCE:
-        raise Refused("implausible_seq")
-    if len(t) != len(value):
-        raise Refused("unequal_length")
-    if not set(map(type, t)) | set(map(type, value)) <= _NUMBERS:
-        raise Refused("wrong_type")
-    return t, value, sequence
 
 
 class _Queue:
@@ -125,10 +92,19 @@ class _Queue:
 
 
 class Ingest:
-    """The subscriptions of one learner of so many in the process; `drain` empties them."""
+    """The subscriptions of one learner of so many in the process; `drain` empties them.
+
+    Without `required`, yaw rate and torque come from elsewhere.
+    """
 
     def __init__(
-        self, session: zenoh.Session, keys: Keys, node: LearnerNode, watch: HealthWatch, learners: int = 1
+        self,
+        session: zenoh.Session,
+        keys: Keys,
+        node: LearnerNode,
+        watch: HealthWatch,
+        learners: int = 1,
+        required: bool = True,
     ) -> None:
         self._node, self._watch, self._places = node, watch, places(learners)
         most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
@@ -136,6 +112,7 @@ class Ingest:
             _Queue(name, session.declare_subscriber(key, RingChannel(self._places)), most_bytes)
             # The channels first: a sample is complete when both others have passed it, and takes what is there of them.
             for key, name in ((keys.any_channel, None), (keys.torque, "torque"), (keys.rate, "yaw_rate"))
+            if required or name is None
         ]
 
     def drain(self) -> bool:

@@ -198,7 +198,7 @@ def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
 def _line(name: str, source: Source | Thrusters | None, measured: Measured | None) -> str:
     if source is None:
         return f"  {name:<11} nothing"
-    where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topic}"
+    where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topics[0]}"
     unit = f" [{source.unit}]" if isinstance(source, Source) and source.unit else ""
     where = f"{'-' if isinstance(source, Source) and source.sign < 0 else ''}{where}"
     seen = ""

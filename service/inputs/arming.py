@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.samples import Array
+from service.inputs.settings import Armed
 
 Spans = tuple[tuple[float, float], ...]
 
@@ -22,6 +23,15 @@ def spans(time: Array, armed: Array) -> Spans:
     edges = [-np.inf, *(float(time[place]) for place in changes), np.inf]
     states = [bool(on[0]), *(bool(on[place]) for place in changes)]
     return tuple((edges[k], edges[k + 1]) for k, state in enumerate(states) if state)
+
+
+def says_armed(settings: Armed, values: Array) -> NDArray[np.bool_]:
+    """Whether each of the values (n,) of the field says that the thrusters may turn."""
+    if settings.bit is not None:
+        return np.asarray((np.nan_to_num(values).astype(np.int64) & settings.bit) != 0)
+    if settings.equals is not None:
+        return np.asarray(values == settings.equals)
+    return np.asarray(np.nan_to_num(values) != 0.0)
 
 
 def within(time: Array, wanted: Spans) -> NDArray[np.bool_]:

@@ -24,6 +24,27 @@ def frame(parameters: Mapping[str, float]) -> int | None:
     return None if said is None else int(said)
 
 
+def relevant(name: str) -> bool:
+    """Whether a parameter of the vehicle has to do with its thrusters."""
+    return name == "FRAME_CONFIG" or (name.startswith(("MOT_", "SERVO")) and name.endswith(("_DIRECTION", "_FUNCTION")))
+
+
+def assumed(parameters: Mapping[str, float]) -> str | None:
+    """What is taken for granted of the thrusters because the vehicle did not tell it, in one sentence with its cure."""
+    untold = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(YAW) + 1)]
+    untold = [name for name in ("FRAME_CONFIG", *untold) if name not in parameters]
+    if not untold:
+        return None
+    taken = (
+        "a BlueROV2 (frame 1) with motors that turn forward" if "FRAME_CONFIG" in untold else "motors that turn forward"
+    )
+    return (
+        f"the vehicle has not told {untold[0]}{' and others' if len(untold) > 1 else ''}: taken for {taken}, and the "
+        "torque is wrong where it is not so; let a ground station load the parameters while the learner listens, or "
+        "write them into inputs.parameters"
+    )
+
+
 def thrusters(parameters: Mapping[str, float], kind: int, field: str) -> tuple[Thruster, ...]:
     """The four thrusters of a frame that turn it; positive clockwise seen from above, as MAVLink's yaw rate is.
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from service.inputs.arming import says_armed
 from service.inputs.clocks import Clock
-from service.inputs.settings import Armed, Inputs, Source, Thrusters
-from service.inputs.thrust import T200_NOMINAL, thrust
+from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
+from service.inputs.thrust import T200_NOMINAL, moment, sensible
 from service.inputs.units import STAMPS
 from service.logs.table import Table
 
@@ -36,15 +37,15 @@ class Measured:
 
 def topics(inputs: Inputs) -> frozenset[str]:
     """The topics that the mapping reads."""
-    sources: list[Source | Thrusters | Armed | None] = [
+    sources: list[Source | Armed | None] = [
         inputs.yaw_rate,
         inputs.torque,
-        inputs.thrusters,
         inputs.armed,
         *inputs.channels.values(),
         inputs.thrusters.measured_voltage if inputs.thrusters else None,
     ]
-    return frozenset(each.topic for each in sources if each is not None)
+    commands = inputs.thrusters.topics if inputs.thrusters else ()
+    return frozenset(each.topic for each in sources if each is not None) | frozenset(commands)
 
 
 def measured(inputs: Inputs, tables: Mapping[str, Table]) -> Measured:
@@ -56,7 +57,7 @@ def measured(inputs: Inputs, tables: Mapping[str, Table]) -> Measured:
     if inputs.yaw_rate is None:
         raise BadInput("nothing says where the yaw rate stands")
     table = _table(inputs.yaw_rate.topic, tables)
-    stamps = _stamps(inputs.yaw_rate, table)
+    stamps = _stamps(inputs.yaw_rate, inputs.yaw_rate.topic, table)
     clock = Clock.of(_arrival(table, stamps), stamps)
     notes: list[str] = []
     streams = {"yaw_rate": _stream("yaw_rate", inputs.yaw_rate, tables, clock, notes)}
@@ -82,11 +83,11 @@ def _column(field: str, topic: str, table: Table) -> Array:
     return table.columns[field]
 
 
-def _stamps(source: Source | Thrusters, table: Table) -> Array | None:
+def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Array | None:
     """The stamps of a table by its own clock [s]; None where the time of arrival counts, or nobody set the stamps."""
-    if not source.stamp:
+    if source.stamp in ("", ARRIVAL):
         return None
-    stamps = _column(source.stamp, source.topic, table) * STAMPS[source.stamp_unit]
+    stamps = _column(source.stamp, topic, table) * STAMPS[source.stamp_unit]
     known = stamps[np.isfinite(stamps)]
     return stamps if known.size and (known.size == 1 or np.ptp(known) > 0.0) else None
 
@@ -104,11 +105,11 @@ def _arrival(table: Table, stamps: Array | None) -> Array:
 def _stream(name: str, source: Source, tables: Mapping[str, Table], clock: Clock, notes: list[str]) -> Stream:
     table = _table(source.topic, tables)
     values = _column(source.field, source.topic, table) * source.factor
-    return _ordered(_placed(name, source, table, clock, notes), values)
+    return _ordered(_placed(name, source, source.topic, table, clock, notes), values)
 
 
-def _placed(name: str, source: Source | Thrusters, table: Table, clock: Clock, notes: list[str]) -> Array:
-    stamps = _stamps(source, table)
+def _placed(name: str, source: Source | Thrusters, topic: str, table: Table, clock: Clock, notes: list[str]) -> Array:
+    stamps = _stamps(source, topic, table)
     time, own = clock.placed(_arrival(table, stamps), stamps)
     if stamps is not None and not own:
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count")
@@ -127,32 +128,29 @@ def _ordered(time: Array, values: Array) -> Stream:
 def _torque(
     settings: Thrusters, tables: Mapping[str, Table], clock: Clock, surge: Stream | None, notes: list[str]
 ) -> Stream:
-    """The moment of all thrusters from their commands, at the times of the commands."""
-    table = _table(settings.topic, tables)
-    time = _placed("torque", settings, table, clock, notes)
+    """The moment of all thrusters from their commands, at the times of the first one's; those of others hold."""
+    first = settings.topics[0]
+    time = _placed("torque", settings, first, _table(first, tables), clock, notes)
+    commands = []
+    for each, topic in zip(settings.each, settings.topics, strict=True):
+        table = _table(topic, tables)
+        told = _column(each.field, topic, table)
+        if topic != first:
+            stamps, values = _ordered(_placed("torque", settings, topic, table, clock, notes), told)
+            at = np.searchsorted(stamps, time, side="right") - 1
+            told = np.where(at >= 0, values[np.maximum(at, 0)], np.nan) if values.size else np.full(time.size, np.nan)
+        commands.append(told)
     volts = _volts(settings, tables, clock, time, notes)
     speed = np.zeros(time.size) if surge is None or not surge[0].size else np.interp(time, *surge)
-    total = np.zeros(time.size)
-    for each in settings.each:
-        command = _column(each.field, settings.topic, table)
-        forward = command if each.direction > 0 else _turned(settings, command)
-        total += each.lever * thrust(settings, forward, volts, speed)
-    return _ordered(time, settings.scale * total)
-
-
-def _turned(settings: Thrusters, command: Array) -> Array:
-    """The command of a thruster that counts in the other direction."""
-    if settings.command == "pwm":
-        return np.where(command > 0.0, 3000.0 - command, command)
-    return -command
+    return _ordered(time, moment(settings, commands, volts, speed))
 
 
 def _volts(settings: Thrusters, tables: Mapping[str, Table], clock: Clock, time: Array, notes: list[str]) -> Array:
     if settings.measured_voltage is not None and settings.measured_voltage.topic in tables:
         stamps, volts = _stream("voltage", settings.measured_voltage, tables, clock, notes)
-        sensible = (volts > 6.0) & (volts < 26.0)
-        if sensible.any():
-            return np.interp(time, stamps[sensible], volts[sensible])
+        real = sensible(volts)
+        if real.any():
+            return np.interp(time, stamps[real], volts[real])
     if settings.voltage is None and settings.curve == "t200":
         notes.append(f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL:g} V")
     return np.full(time.size, T200_NOMINAL if settings.voltage is None else settings.voltage)
@@ -164,15 +162,8 @@ def _armed(settings: Armed, tables: Mapping[str, Table], clock: Clock) -> Stream
         # What tells changes alone and never spoke did not arm.
         return (np.array([0.0]), np.zeros(1)) if settings.events else None
     values = table.columns[settings.field]
-    if settings.bit is not None:
-        armed = (np.nan_to_num(values).astype(np.int64) & settings.bit) != 0
-    elif settings.equals is not None:
-        armed = values == settings.equals
-    else:
-        armed = np.nan_to_num(values) != 0.0
-    stamps = (
-        None if not settings.stamp else _column(settings.stamp, settings.topic, table) * STAMPS[settings.stamp_unit]
-    )
+    armed = says_armed(settings, values)
+    stamps = _stamps(settings, settings.topic, table)
     time, _ = clock.placed(_arrival(table, stamps), stamps)
     if settings.events:
         time, armed = np.concatenate(([-np.inf], time)), np.concatenate(([False], armed))

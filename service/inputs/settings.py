@@ -18,6 +18,11 @@ Preset = Literal["blueos", "ros2", "keelson", "px4", "incsvr"]
 Form = Annotated[str, Field(pattern=r"^(json|keelson|incsvr|cdr:[A-Za-z0-9_]+/msg/[A-Za-z0-9_]+)$")]
 
 
+ARRIVAL = "arrival"
+"""In place of the path of a stamp: the time of arrival counts, whatever stamps a message bears."""
+STAMP = "path of the stamp in a message, or arrival; empty takes the form's own, or else the time of arrival"
+
+
 class StampedBy(TypedDict, total=False):
     """The clock of a topic, as its sources and thrusters take it."""
 
@@ -33,7 +38,7 @@ class Source(Section):
     unit: str = Field(default="", description="its unit, such as deg/s; empty where it is SI")
     sign: Sign = Field(default=1, description="-1 where it counts in the other direction")
     scale: float = Field(default=1.0, description="what it is multiplied by besides")
-    stamp: str = Field(default="", description="path of its stamp in a message; empty takes the time of arrival")
+    stamp: str = Field(default="", description=STAMP)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
 
@@ -59,14 +64,16 @@ class Armed(Section):
     bit: int | None = Field(default=None, description="armed where this bit of it is set, such as 128")
     equals: float | None = Field(default=None, description="armed where it has this value; else where it is not zero")
     events: bool = Field(default=False, description="it is told on change alone: not armed before the first message")
-    stamp: str = Field(default="", description="path of the stamp in a message; empty takes the time of arrival")
+    stamp: str = Field(default="", description=STAMP)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
+    form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
 
 
 class Thruster(Section):
     """One thruster: its command and its share of the moment."""
 
-    field: str = Field(description="path of its command in a message, such as servo1_raw")
+    field: str = Field(default="", description="path of its command in a message, such as servo1_raw")
+    topic: str = Field(default="", description="where its command stands, if not with those of the others")
     direction: Sign = Field(default=1, description="-1 where more command is less thrust")
     arm: float | None = Field(default=None, description="moment about the axis by its thrust [m], with its sign")
     position: Vector | None = Field(default=None, description="where it is mounted, in the vehicle's axes [m]")
@@ -90,7 +97,7 @@ class Thruster(Section):
 class Thrusters(Section):
     """The torque, put together from what the thrusters are told."""
 
-    topic: str = Field(description="topic of a log, key expression on the bus")
+    topic: str = Field(default="", description="topic of a log, key expression on the bus")
     command: Literal["pwm", "fraction", "rpm", "rad/s", "N"] = Field(description="what a command is; pwm in µs")
     each: tuple[Thruster, ...] = Field(min_length=1, description="the thrusters that turn the vehicle")
     curve: Literal["t200", "linear", "quadratic"] | Path = Field(
@@ -103,9 +110,20 @@ class Thrusters(Section):
     voltage: float | None = Field(default=None, ge=6.0, le=26.0, description="of the battery, where none is measured")
     measured_voltage: Source | None = Field(default=None, description="where the battery's voltage stands")
     scale: float = Field(default=1.0, description="what the torque is multiplied by besides")
-    stamp: str = Field(default="", description="path of the stamp in a message; empty takes the time of arrival")
+    stamp: str = Field(default="", description=STAMP)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, cdr:<type>")
+
+    @model_validator(mode="after")
+    def _told(self) -> Self:
+        if not self.topic and not all(each.topic for each in self.each):
+            raise ValueError("give the topic of the commands, of all together or of each thruster")
+        return self
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Where the command of each thruster stands, in their order."""
+        return tuple(each.topic or self.topic for each in self.each)
 
 
 class Inputs(Section):
@@ -117,6 +135,15 @@ class Inputs(Section):
     thrusters: Thrusters | None = Field(default=None, description="or what the thrusters are told, and their arms")
     channels: dict[Name, Source] = Field(default={}, description="further channels by name")
     armed: Armed | None = Field(default=None, description="what says that the thrusters may turn")
+    parameters: dict[str, float] = Field(
+        default={}, description="the vehicle's, such as FRAME_CONFIG, where it does not tell them"
+    )
+
+    @property
+    def own(self) -> bool:
+        """Whether all comes in our own form on our own keys."""
+        rest = self.model_copy(update={"preset": None})
+        return self.preset in (None, "incsvr") and rest == Inputs()
 
     @model_validator(mode="after")
     def _one_torque(self) -> Self:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
@@ -34,10 +36,10 @@ T200_NOMINAL = 16.0
 
 
 def t200(pulse: Array, volts: Array) -> Array:
-    """Thrust of a Blue Robotics T200 at rest (n,) [N].
+    """Thrust of a Blue Robotics T200 at rest [N].
 
     Args:
-        pulse: (n,) from neutral, positive forward [µs].
+        pulse: (…, n) from neutral, positive forward [µs].
         volts: (n,) of the battery, within 10 to 20 [V]; beyond, those at the end.
     """
     full = np.where(
@@ -49,8 +51,36 @@ def t200(pulse: Array, volts: Array) -> Array:
     return thrust
 
 
+def sensible(volts: Array) -> NDArray[np.bool_]:
+    """Which of these (n,) are voltages of a battery at all: a monitor that is not there says 0 or 65.5 V."""
+    return (volts > 6.0) & (volts < 26.0)
+
+
+def moment(settings: Thrusters, commands: Sequence[Array], volts: Array, speed: Array) -> Array:
+    """Moment of all thrusters about the vertical axis (n,) [N m].
+
+    Args:
+        commands: (n,) of each thruster, as it is told.
+        volts: (n,) of the battery [V].
+        speed: (n,) of the vehicle along its bow [m/s].
+    """
+    forward = [
+        command if each.direction > 0 else _turned(settings, command)
+        for each, command in zip(settings.each, commands, strict=True)
+    ]
+    levers = np.array([each.lever for each in settings.each])
+    return settings.scale * np.asarray(levers @ thrust(settings, np.stack(forward), volts, speed))
+
+
+def _turned(settings: Thrusters, command: Array) -> Array:
+    """The command of a thruster that counts in the other direction."""
+    if settings.command == "pwm":
+        return np.where(command > 0.0, 2.0 * NEUTRAL - command, command)
+    return -command
+
+
 def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> Array:
-    """Thrust of one thruster at rest (n,) [N], by commands (n,) in their unit that are positive forward.
+    """Thrust at rest [N] by commands (…, n) in their unit that are positive forward.
 
     Args:
         volts: (n,) of the battery [V].
@@ -72,7 +102,7 @@ def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> A
 
 
 def pulse_thrust(settings: Thrusters, pulse: Array, volts: Array) -> Array:
-    """Thrust (n,) [N] by pulses from neutral (n,) [µs]."""
+    """Thrust [N] by pulses from neutral (…, n) [µs]."""
     if isinstance(settings.curve, Path):
         return _tabled(settings.curve, pulse + NEUTRAL if settings.command == "pwm" else pulse / SPAN)
     if settings.curve == "t200":

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.inputs.forms.mavlink_json import with_flags
 from service.logs.cdr import RosTypes
 from service.logs.gathering import Gathering
 from service.logs.packages import needed
@@ -94,6 +95,6 @@ def open_log(path: Path) -> McapLog:
 
 def _json(payload: bytes) -> Any:
     try:
-        return json.loads(payload)
+        return with_flags(json.loads(payload))
     except ValueError:
         return {}

@@ -55,7 +55,8 @@ def parameters(log: Log) -> dict[str, float]:
 def described(log: Log, description: Description) -> Proposal:
     """The mapping for a log: what a person says of it, and what the presets find beside that."""
     said = told(description.columns, log.topics)
-    found = proposed(Observed(log.topics, parameters(log)), description.inputs.preset)
+    known = {**description.inputs.parameters, **parameters(log)}
+    found = proposed(Observed(log.topics, known), description.inputs.preset)
     return _stamped(found.with_inputs(description.inputs).with_inputs(said.inputs), found.inputs, said, log)
 
 

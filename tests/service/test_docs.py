@@ -12,7 +12,7 @@ import pytest
 
 from service import wire
 from service.answers import MAX_RATES
-from service.ingest import parse
+from service.inputs.forms.own import parse
 from tests.service.conftest import teach
 from tests.service.test_processes import KEYS, client_after, endpoint, following, next_model
 

@@ -17,8 +17,12 @@ _CHANNELS = {
     "surge_velocity_mps": ("surge", "m/s"),
     "sway_velocity_mps": ("sway", "m/s"),
     "battery_voltage_v": ("voltage", "V"),
+    "rudder_angle_deg": ("rudder_angle", "deg"),
 }
 """Name and unit of a channel by its subject."""
+RATE, ARMED = "yaw_rate_degps", "vehicle_armed"
+SUBJECTS = (RATE, ARMED, *_CHANNELS)
+"""What is listened to on a bus."""
 TORQUE = (
     "Keelson has no torque: it comes of the propellers and the rudder; describe them in inputs.thrusters of a "
     "configuration (propeller_rate_rpm, rudder_angle_deg)"
@@ -32,15 +36,15 @@ def proposal(observed: Observed) -> Proposal | None:
         key = _KEY.match(topic.name)
         if key is not None:
             subjects[key[1]] = topic
-    if "yaw_rate_degps" not in subjects:
+    if RATE not in subjects:
         return None
     channels = {name: _source(subjects[key], unit) for key, (name, unit) in _CHANNELS.items() if key in subjects}
-    armed = subjects.get("vehicle_armed")
+    armed = subjects.get(ARMED)
     inputs = Inputs(
         preset="keelson",
-        yaw_rate=_source(subjects["yaw_rate_degps"], "deg/s"),
+        yaw_rate=_source(subjects[RATE], "deg/s"),
         channels=channels,
-        armed=None if armed is None else Armed(topic=armed.name, field="value"),
+        armed=None if armed is None else Armed(topic=armed.name, field="value", form="keelson"),
     )
     return Proposal(inputs, (), {"torque": TORQUE})
 

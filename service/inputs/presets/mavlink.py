@@ -15,6 +15,16 @@ from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.logs.table import Topic
 
 _KEY = re.compile(r"(?:^|.*/)mavlink/(\d+)/(\d+)/([A-Z0-9_]+)$")
+MESSAGES = (
+    "ATTITUDE",
+    "SERVO_OUTPUT_RAW",
+    "HEARTBEAT",
+    "VFR_HUD",
+    "BATTERY_STATUS",
+    "SYS_STATUS",
+    "PARAM_VALUE",
+)
+"""What is listened to on a bus."""
 AUTOPILOT = 1
 """The component that flies."""
 ARMED = 128

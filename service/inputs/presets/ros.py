@@ -14,6 +14,9 @@ RATES = {
     "geometry_msgs/msg/Vector3Stamped": "vector.z",
 }
 TORQUES = {"geometry_msgs/msg/WrenchStamped": "wrench.torque.z", "geometry_msgs/msg/Wrench": "torque.z"}
+STATE = "mavros_msgs/msg/State"
+READ = (*RATES, *TORQUES, STATE)
+"""The types whose keys are listened to on a bus."""
 _STAMP = "header.stamp"
 
 
@@ -33,7 +36,7 @@ def proposal(observed: Observed) -> Proposal | None:
     if not torques:
         cure = f" (their commands may be {commands[0].name})" if commands else ""
         missing["torque"] = NOTHING["torque"] + cure
-    state = first(observed.typed("mavros_msgs/msg/State"), "armed")
+    state = first(observed.typed(STATE), "armed")
     odometry = first(observed.typed("nav_msgs/msg/Odometry"), "twist.twist.linear.x", "twist.twist.linear.y")
     channels = {}
     if odometry is not None:
@@ -50,7 +53,7 @@ def proposal(observed: Observed) -> Proposal | None:
         yaw_rate=_source(rate, RATES[rate.type], "rad/s"),
         torque=_source(torques[0], TORQUES[torques[0].type], "N m") if torques else None,
         channels=channels,
-        armed=None if state is None else Armed(topic=state.name, field="armed"),
+        armed=None if state is None else Armed(topic=state.name, field="armed", form=f"cdr:{STATE}"),
     )
     return Proposal(inputs, tuple(notes), missing)
 

@@ -1,0 +1,132 @@
+"""Which keys of a bus a mapping listens to, and what a key says of its messages: their form and their type.
+
+A topic of the configuration may be a key expression, a ROS topic with its leading slash, which rmw_zenoh and
+zenoh-bridge-ros2dds put on different keys, or, with the preset blueos, the name of a MAVLink message.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import zenoh
+
+from incsvr.errors import BadInput
+from service.inputs.presets.keelson import SUBJECTS
+from service.inputs.presets.mavlink import AUTOPILOT, MESSAGES
+from service.inputs.presets.ros import READ
+from service.inputs.settings import Inputs, Preset
+
+BRIDGED = "@/*/@ros2_lv/MP/**"
+"""Liveliness tokens by which zenoh-bridge-ros2dds says what is published: the key, with § for /, and the type."""
+_RMW = re.compile(r"^\d+/.+/([a-z][a-z0-9_]*)::msg::dds_::([A-Za-z0-9]+)_/[^/]+$")
+_TOKEN = re.compile(r"^@/[^/]+/@ros2_lv/MP/([^/]+)/([^/]+)(?:/.*)?$")
+_KEELSON = re.compile(r"(^|.*/)@v\d+/.+/pubsub/[^/]+/.+$")
+_MAVLINK = re.compile(r"(?:^|.*/)mavlink/(\d+)/\d+/([A-Z0-9_]+)$")
+_MESSAGE = re.compile(r"^[A-Z][A-Z0-9_]+$")
+ON_A_BUS: tuple[Preset | None, ...] = ("blueos", "ros2", "keelson", "incsvr", None)
+
+
+def listened(inputs: Inputs) -> tuple[str, ...]:
+    """The key expressions of a mapping, none within another.
+
+    Raises:
+        BadInput: a topic is no key expression, or the preset has nothing on a bus.
+    """
+    if inputs.preset not in ON_A_BUS:
+        raise BadInput(
+            f"inputs.preset: {inputs.preset} is a preset of logs; on a bus take ros2, or blueos where it speaks MAVLink"
+        )
+    wanted = dict.fromkeys(_of_preset(inputs.preset))
+    for name, topic in topics(inputs):
+        for text in expressions(topic, inputs.preset):
+            try:
+                wanted[str(zenoh.KeyExpr(text))] = None
+            except zenoh.ZError:
+                raise BadInput(
+                    f"inputs.{name}: {topic!r} is no key expression; write one such as vessel/imu/*"
+                ) from None
+    keys = {text: zenoh.KeyExpr(text) for text in wanted}
+    return tuple(
+        text
+        for text, key in keys.items()
+        if not any(other.includes(key) for name, other in keys.items() if name != text)
+    )
+
+
+def topics(inputs: Inputs) -> Iterator[tuple[str, str]]:
+    """What a configuration names: where it does so, and the topic."""
+    for name in ("yaw_rate", "torque", "armed"):
+        source = getattr(inputs, name)
+        if source is not None:
+            yield name, source.topic
+    for name, channel in inputs.channels.items():
+        yield f"channels.{name}", channel.topic
+    if inputs.thrusters is not None:
+        for number, topic in enumerate(inputs.thrusters.topics):
+            yield f"thrusters.each.{number}", topic
+        if inputs.thrusters.measured_voltage is not None:
+            yield "thrusters.measured_voltage", inputs.thrusters.measured_voltage.topic
+
+
+def expressions(topic: str, preset: Preset | None) -> tuple[str, ...]:
+    """The key expressions on which a topic of a configuration may come."""
+    if preset == "blueos" and _MESSAGE.match(topic):
+        return (f"mavlink/*/{AUTOPILOT}/{topic}",)
+    if topic.startswith("/"):
+        return topic[1:], f"*{topic}/*/*"
+    return (topic,)
+
+
+def matches(topic: str, key: str, preset: Preset | None) -> bool:
+    """Whether a key is of a topic of the configuration."""
+    if topic == key:
+        return True
+    return any(zenoh.KeyExpr(each).includes(zenoh.KeyExpr(key)) for each in expressions(topic, preset))
+
+
+def ros_type(key: str) -> str | None:
+    """The type that a key of rmw_zenoh names, such as `sensor_msgs/msg/Imu`."""
+    found = _RMW.match(key)
+    return None if found is None else f"{found[1]}/msg/{found[2]}"
+
+
+def bridged(token: str) -> tuple[str, str] | None:
+    """Key and type of what a token of zenoh-bridge-ros2dds announces."""
+    found = _TOKEN.match(token)
+    return None if found is None else (found[1].replace("§", "/"), found[2].replace("§", "/"))
+
+
+def form(key: str) -> str | None:
+    """The form of a key's messages, where the key tells it."""
+    kind = ros_type(key)
+    if kind is not None:
+        return f"cdr:{kind}"
+    return "keelson" if _KEELSON.match(key) else None
+
+
+def system(key: str) -> str | None:
+    """The number of the vehicle that a MAVLink message is of."""
+    found = _MAVLINK.match(key)
+    return None if found is None else found[1]
+
+
+def mavlink_message(key: str) -> str | None:
+    """The name of the MAVLink message that a key holds."""
+    found = _MAVLINK.match(key)
+    return None if found is None else found[2]
+
+
+def _of_preset(preset: Preset | None) -> tuple[str, ...]:
+    if preset == "blueos":
+        return tuple(f"mavlink/*/{AUTOPILOT}/{message}" for message in MESSAGES)
+    if preset == "ros2":
+        return tuple(f"*/**/{_dds(kind)}/*" for kind in READ)
+    if preset == "keelson":
+        return tuple(f"**/@v0/**/pubsub/{subject}/**" for subject in SUBJECTS)
+    return ()
+
+
+def _dds(kind: str) -> str:
+    package, _, name = kind.partition("/msg/")
+    return f"{package}::msg::dds_::{name}_"

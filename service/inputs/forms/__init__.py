@@ -1,0 +1,7 @@
+"""How a message is written on the bus, and its numbers: JSON, CDR of ROS 2, Keelson's envelopes, our own form."""
+
+from __future__ import annotations
+
+from service.inputs.forms.decoding import Undecodable, decoder, number
+
+__all__ = ["Undecodable", "decoder", "number"]

@@ -1,0 +1,69 @@
+"""The form of a key's messages, and the number at a path within one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+from pydantic_core import from_json
+
+from incsvr.errors import BadInput
+from service.inputs.forms import cdr, keelson
+from service.inputs.forms.mavlink_json import with_flags
+
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
+
+class Undecodable(Exception):
+    """A message does not have the form that was told."""
+
+
+def decoder(form: str) -> Callable[[bytes], Any]:
+    """What reads messages of a form (`json`, `incsvr`, `keelson`, `cdr:<type>`); it raises Undecodable.
+
+    Raises:
+        BadInput: the type of CDR is not known here.
+    """
+    if form == "keelson":
+        return _told(keelson.decoded)
+    if form in ("json", "incsvr"):
+        return _told(_json)
+    name = form.removeprefix("cdr:")
+    if name not in cdr.TYPES:
+        known = ", ".join(sorted({each for each in cdr.TYPES if each.startswith(name.partition("/")[0])}))
+        raise BadInput(
+            f"the type {name} is not read on the bus; "
+            + (f"of its package are {known}" if known else "known are those of geometry_msgs, sensor_msgs, std_msgs")
+        )
+    return _told(lambda payload: cdr.decoded(payload, name))
+
+
+def number(message: Any, path: str) -> float | None:
+    """The number at a path such as `angular_velocity.z` or `data[2]`; an empty path is the message itself."""
+    for step in _steps(path):
+        if isinstance(step, str):
+            message = message.get(step) if isinstance(message, Mapping) else None
+        else:
+            message = message[step] if isinstance(message, list) and step < len(message) else None
+    return float(message) if isinstance(message, int | float) else None
+
+
+@cache
+def _steps(path: str) -> tuple[str | int, ...]:
+    return tuple(name or int(index) for name, index in _STEP.findall(path))
+
+
+def _json(payload: bytes) -> Any:
+    return with_flags(from_json(payload))
+
+
+def _told(read: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
+    def decode(payload: bytes) -> Any:
+        try:
+            return read(payload)
+        except ValueError as error:
+            raise Undecodable(str(error)) from None
+
+    return decode

@@ -1,0 +1,41 @@
+"""Our own form: `{"t": 12.34, "value": 0.083}`, or arrays of equal length in both; optional `"seq"`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic_core import from_json
+
+MAX_SEQUENCE = 2**53
+"""Numbers of messages are whole up to here in JSON."""
+_NUMBERS = {int, float}
+
+
+class Refused(Exception):
+    """A message is no measurement; the one argument is the reason that is counted."""
+
+
+def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
+    """Stamps [s], values and number of a message; the lists have one length and hold numbers alone.
+
+    Raises:
+        Refused: the payload has not the contract's form. NaN and infinities pass: the synchroniser counts them.
+    """
+    try:
+        data = from_json(payload)
+    except ValueError:
+        raise Refused("not_json") from None
+    if type(data) is not dict or "t" not in data or "value" not in data:
+        raise Refused("wrong_form")
+    t, value, sequence = data["t"], data["value"], data.get("seq")
+    if type(t) is not list and type(value) is not list:
+        t, value = [t], [value]
+    if type(t) is not list or type(value) is not list or not (sequence is None or type(sequence) is int):
+        raise Refused("wrong_type")
+    if sequence is not None and not 0 <= sequence <= MAX_SEQUENCE:
+        raise Refused("implausible_seq")
+    if len(t) != len(value):
+        raise Refused("unequal_length")
+    if not set(map(type, t)) | set(map(type, value)) <= _NUMBERS:
+        raise Refused("wrong_type")
+    return t, value, sequence

@@ -1,0 +1,88 @@
+"""A learner as one more client of a BlueOS router: `inputs: {preset: blueos}`, and the vehicle says the rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from service.wire import Health
+from tests.service.inputs import mavlink
+from tests.service.inputs.conftest import Board
+from tests.service.logs.dive import Dive, dive
+
+
+@pytest.fixture(scope="module")
+def swim() -> Dive:
+    """A minute and a half at 10 Hz, the usual rate of telemetry."""
+    return dive(90.0, 10.0)
+
+
+def test_yaw_is_learned_from_what_blueos_publishes(board: Board, swim: Dive) -> None:
+    vessel = board({"preset": "blueos"})
+    for key, payload in mavlink.parameters():
+        vessel.put(key, payload)
+    health = vessel.send(mavlink.stream(swim), swim.time.size)
+    assert health.streams["torque"].received == swim.time.size
+    assert health.streams["heading"].received == swim.time.size
+    vessel.health_when(lambda health: health.iteration >= 8)
+    assert vessel.off() < 0.4  # of 13.9 N m; the samples scatter by 0.3
+    assert not [name for name in health.counters if name.startswith("rejected:")]
+    assert not [reason for reason in health.reasons if "taken for" in reason]
+
+
+def test_only_while_the_autopilot_says_armed(board: Board, swim: Dive) -> None:
+    """The ground station's heartbeat and the companion's have the bit as well, and the text form is read."""
+    vessel = board({"preset": "blueos"})
+    rest = "MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | MAV_MODE_FLAG_STABILIZE_ENABLED"
+    early, later = mavlink.stream(swim, 0.0, 20.0, rest), mavlink.stream(swim, 20.0, 40.0, f"{rest} | SAFETY_ARMED")
+    for key, payload in mavlink.parameters():
+        vessel.put(key, payload)
+    health = vessel.send(early, 200)
+    health = vessel.health_when(lambda health: health.learning.state == "paused")
+    assert "not armed (by mavlink/1/1/HEARTBEAT)" in health.learning.why
+    assert health.counters["samples"] == 0
+    assert health.streams["torque"].received == 200
+    vessel.send(later, 200)
+    health = vessel.health_when(lambda health: health.learning.state == "learning")
+    assert 40 <= vessel.health_when(lambda health: health.counters["samples"] >= 40).counters["samples"] <= 50
+
+
+def test_what_the_vehicle_has_not_told_is_said(board: Board, swim: Dive, tmp_path: Path) -> None:
+    """Directions that are not told are taken for forward, aloud; told once they are kept over a restart."""
+
+    def doubts(health: Health) -> bool:
+        return any("has not told FRAME_CONFIG and others: taken for a BlueROV2" in reason for reason in health.reasons)
+
+    vessel = board({"preset": "blueos"}, tmp_path)
+    vessel.send(mavlink.stream(swim, 0.0, 5.0), 50)
+    vessel.health_when(doubts)
+    for key, payload in mavlink.parameters():
+        vessel.put(key, payload)
+    vessel.send(mavlink.stream(swim, 5.0, 10.0), 50)
+    vessel.health_when(lambda health: not doubts(health))
+    vessel.stop()
+    again = board({"preset": "blueos"}, tmp_path)
+    again.send(mavlink.stream(swim, 10.0, 15.0), 50)
+    assert not doubts(again.health_when(lambda health: health.streams["torque"].received >= 49))
+    said = board({"preset": "blueos", "parameters": {"FRAME_CONFIG": 7.0}})
+    said.send(mavlink.stream(swim, 0.0, 2.0), 20)
+    health = said.health_when(lambda health: any("levers of frame 7" in reason for reason in health.reasons))
+    assert "torque" not in {name for name, stream in health.streams.items() if stream.received}
+
+
+def test_outputs_that_do_not_come_are_missed_with_the_cure(board: Board, swim: Dive) -> None:
+    vessel = board({"preset": "blueos"})
+    silent = [each for each in mavlink.stream(swim, 0.0, 5.0) if not each[0].endswith("SERVO_OUTPUT_RAW")]
+    vessel.send(silent, 50)
+    health = vessel.health_when(lambda health: any("no SERVO_OUTPUT_RAW" in reason for reason in health.reasons))
+    assert health.level == "STALE"
+
+
+def test_another_vehicle_on_the_bus_is_left_alone(board: Board, swim: Dive) -> None:
+    vessel = board({"preset": "blueos"})
+    other = [(key.replace("mavlink/1/", "mavlink/2/"), load) for key, load in mavlink.stream(swim, 0.0, 10.0)]
+    mixed = [each for pair in zip(mavlink.stream(swim, 0.0, 10.0), other, strict=True) for each in pair]
+    health = vessel.send(mixed, 100)
+    assert health.streams["yaw_rate"].received == 100
+    vessel.health_when(lambda health: any("mavlink/2/1/ATTITUDE is heard as well" in r for r in health.reasons))

@@ -1,0 +1,134 @@
+"""The forms of messages, against bytes that the formats' own libraries write, and against bytes that are broken."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import keelson
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from keelson.payloads.Primitives_pb2 import TimestampedBool, TimestampedFloat, TimestampedInt
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from incsvr.errors import BadInput
+from service.inputs.forms import Undecodable, cdr, decoder, number
+from service.logs.cdr import RosTypes
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+MAVROS = {
+    "mavros_msgs/msg/RCOut": "std_msgs/Header header\nuint16[] channels\n",
+    "mavros_msgs/msg/State": (
+        "std_msgs/Header header\nbool connected\nbool armed\nbool guided\nbool manual_input\nstring mode\n"
+        "uint8 system_status\n"
+    ),
+}
+for name, text in MAVROS.items():
+    STORE.register(get_types_from_msg(text, name))
+ONES = {"bool": 1, "u8": 100, "i16": -3, "u16": 1540, "i32": -70_000, "u32": 5, "f32": 0.5, "f64": -1.25e-3}
+
+
+def some(kind: str, rng: np.random.Generator) -> Any:
+    """A message of rosbags, or a value in one, with sequences of any length and texts that spoil the alignment."""
+    if kind == "time":
+        return STORE.types["builtin_interfaces/msg/Time"](1_700_000_000, 250_000_000)
+    if kind == "string":
+        return "x" * int(rng.integers(0, 9))
+    if kind in ONES:
+        return bool(ONES[kind]) if kind == "bool" else ONES[kind]
+    values = {}
+    for field, inner, count in cdr.fields(kind):
+        size = int(rng.integers(0, 4)) if count == cdr.MANY else count
+        if count == cdr.ONE:
+            values[field] = some(inner, rng)
+        elif inner in ONES:
+            names = {"f32": np.float32, "f64": np.float64, "i16": np.int16, "i32": np.int32, "u16": np.uint16}
+            values[field] = np.full(size, ONES[inner], dtype=names[inner])
+        else:
+            values[field] = [some(inner, rng) for _ in range(size)]
+    return STORE.types[kind](**values)
+
+
+def plain(value: Any) -> Any:
+    """The same as JSON has it, without the constants of a type, which rosbags tells as fields."""
+    if isinstance(value, dict):
+        return {name: plain(each) for name, each in value.items() if not name.isupper()}
+    if isinstance(value, list):
+        return [plain(each) for each in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+@pytest.mark.parametrize("kind", sorted(cdr.TYPES))
+def test_cdr_is_read_as_rosbags_writes_it(kind: str) -> None:
+    oracle = RosTypes("test")
+    for name, text in MAVROS.items():
+        oracle.define(name, text)
+    for seed in range(8):
+        message = some(kind, np.random.default_rng(seed))
+        for little in (True, False):
+            payload = bytes(STORE.serialize_cdr(message, kind, little_endian=little))
+            assert cdr.decoded(payload, kind) == plain(oracle.decoded(payload, kind))
+
+
+def test_diagnostics_are_written_as_rosbags_reads_them() -> None:
+    values = [{"key": "samples", "value": "17"}, {"key": "µ", "value": ""}]
+    status = [{"level": 1, "name": "leng/yaw", "message": "learning", "hardware_id": "leng", "values": values}] * 2
+    header = {"stamp": 1_700_000_000_250_000_000, "frame_id": ""}
+    payload = cdr.encoded("diagnostic_msgs/msg/DiagnosticArray", {"header": header, "status": status})
+    message = STORE.deserialize_cdr(payload, "diagnostic_msgs/msg/DiagnosticArray")
+    assert bytes(STORE.serialize_cdr(message, "diagnostic_msgs/msg/DiagnosticArray")).rstrip(b"\0") == payload.rstrip(
+        b"\0"
+    )
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_700_000_000, 250_000_000)
+    assert [(each.key, each.value) for each in message.status[1].values] == [("samples", "17"), ("µ", "")]
+
+
+@pytest.mark.parametrize(
+    ("message", "value"),
+    [
+        (TimestampedFloat(value=-12.5), -12.5),
+        (TimestampedBool(value=True), 1.0),
+        (TimestampedBool(), 0.0),
+        (TimestampedInt(value=-3), -3.0),
+    ],
+)
+def test_keelsons_envelopes(message: Any, value: float) -> None:
+    message.timestamp.FromNanoseconds(1_700_000_000_250_000_000)
+    decoded = decoder("keelson")(keelson.enclose(message.SerializeToString()))
+    assert number(decoded, "value") == value
+    assert number(decoded, "timestamp") == pytest.approx(1_700_000_000.25, abs=1e-6)
+
+
+@pytest.mark.parametrize("form", ["json", "keelson", "cdr:sensor_msgs/msg/Imu", "cdr:std_msgs/msg/Float64MultiArray"])
+@given(payload=st.binary(max_size=400))
+def test_any_bytes_are_read_or_refused(form: str, payload: bytes) -> None:
+    for prefix in (b"", b"\0\1\0\0", b"\x12\x20\x0a\x08"):
+        try:
+            decoder(form)(prefix + payload)
+        except Undecodable:
+            continue
+
+
+@pytest.mark.parametrize("mode", [209, {"bits": 209}, "MAV_MODE_FLAG_SAFETY_ARMED | MAV_MODE_FLAG_CUSTOM_MODE_ENABLED"])
+def test_flags_of_mavlink_in_whichever_way_they_are_written(mode: Any) -> None:
+    payload = json.dumps({"header": {}, "message": {"type": "HEARTBEAT", "base_mode": mode}}).encode()
+    told = number(decoder("json")(payload), "message.base_mode")
+    assert told is not None
+    assert int(told) & 128
+
+
+def test_paths() -> None:
+    message = decoder("json")(b'{"a": {"b": [1, {"c": 2.5}]}, "nan": NaN, "text": "x"}')
+    assert number(message, "a.b[1].c") == 2.5
+    assert number(message, "a.b[0]") == 1.0
+    assert [number(message, path) for path in ("a", "a.b[2]", "a.b.c", "text", "z")] == [None] * 5
+    assert number(decoder("json")(b"0.25"), "") == 0.25
+
+
+def test_a_type_that_is_not_known_is_told_with_those_that_are() -> None:
+    with pytest.raises(
+        BadInput, match="sensor_msgs/msg/Imus is not read on the bus; of its package are sensor_msgs/msg/Batt"
+    ):
+        decoder("cdr:sensor_msgs/msg/Imus")
