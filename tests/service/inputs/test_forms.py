@@ -17,7 +17,7 @@ from incsvr.errors import BadInput
 from service.inputs.forms import Undecodable, cdr, decoder, number
 from service.logs.cdr import RosTypes
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
+STORE: Any = get_typestore(Stores.ROS2_JAZZY)
 MAVROS = {
     "mavros_msgs/msg/RCOut": "std_msgs/Header header\nuint16[] channels\n",
     "mavros_msgs/msg/State": (
@@ -76,11 +76,10 @@ def test_diagnostics_are_written_as_rosbags_reads_them() -> None:
     values = [{"key": "samples", "value": "17"}, {"key": "µ", "value": ""}]
     status = [{"level": 1, "name": "leng/yaw", "message": "learning", "hardware_id": "leng", "values": values}] * 2
     header = {"stamp": 1_700_000_000_250_000_000, "frame_id": ""}
-    payload = cdr.encoded("diagnostic_msgs/msg/DiagnosticArray", {"header": header, "status": status})
-    message = STORE.deserialize_cdr(payload, "diagnostic_msgs/msg/DiagnosticArray")
-    assert bytes(STORE.serialize_cdr(message, "diagnostic_msgs/msg/DiagnosticArray")).rstrip(b"\0") == payload.rstrip(
-        b"\0"
-    )
+    kind = "diagnostic_msgs/msg/DiagnosticArray"
+    payload = cdr.encoded(kind, {"header": header, "status": status})
+    message = STORE.deserialize_cdr(payload, kind)
+    assert bytes(STORE.serialize_cdr(message, kind)).rstrip(b"\0") == payload.rstrip(b"\0")
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_700_000_000, 250_000_000)
     assert [(each.key, each.value) for each in message.status[1].values] == [("samples", "17"), ("µ", "")]
 
