@@ -96,7 +96,7 @@ class Hearing:
         self._clock = ClockOfRate()
         self._latest: dict[str, float] = {}
         self._commands: list[float] = []
-        self._due: set[str] = set()
+        self._moment: Heard | None = None
         self._ignored: set[str] = set()
         self._resolve()
 
@@ -172,10 +172,10 @@ class Hearing:
             self._arm(known.armed, message)
         return [
             Heard(heard.name, heard.t, heard.value, sequence) if sequence is not None else heard
-            for heard in self._told(key, known, message, arrival)
+            for heard in self._told(known, message, arrival)
         ]
 
-    def _told(self, key: str, known: Known, message: Any, arrival: float) -> Iterator[Heard]:
+    def _told(self, known: Known, message: Any, arrival: float) -> Iterator[Heard]:
         for name, source in known.quantities:
             values = _numbers(message, source.field)
             if values is None:
@@ -195,27 +195,31 @@ class Hearing:
                 continue
             yield Heard(name, times, values)
         if known.commands and self.inputs.thrusters is not None:
-            yield from self._torque(self.inputs.thrusters, key, known, message, arrival)
+            yield from self._torque(self.inputs.thrusters, known, message, arrival)
 
-    def _torque(self, settings: Thrusters, key: str, known: Known, message: Any, arrival: float) -> Iterator[Heard]:
-        """The moment, once every thruster has told its command since it was told last."""
+    def _torque(self, settings: Thrusters, known: Known, message: Any, arrival: float) -> Iterator[Heard]:
+        """The moment, once every thruster has told its command.
+
+        Where each has a key of its own, it waits for a later stamp: what bears the same belongs to the same moment.
+        """
         for each in known.commands:
             command = number(message, settings.each[each].field)
             if command is None:
                 self.refused["no_field"] += 1
                 return
             self._commands[each] = command
-        self._due.discard(key)
-        if self._due or np.isnan(self._commands).any():
-            return
-        self._due = {name for name, other in self.known.items() if other.commands}
         times, self.placed[TORQUE] = self._clock.placed(_stamps(message, *_stamp(settings, known)), arrival)
-        if len(times) != 1:
+        if len(times) != 1 or np.isnan(self._commands).any():
             return
-        volts = np.array([self._volts(settings)])
-        speed = np.array([self._latest.get(SURGE, 0.0)])
         commands = [np.array([command]) for command in self._commands]
-        yield Heard(TORQUE, times, [float(moment(settings, commands, volts, speed)[0])])
+        volts, speed = np.array([self._volts(settings)]), np.array([self._latest.get(SURGE, 0.0)])
+        told = Heard(TORQUE, times, [float(moment(settings, commands, volts, speed)[0])])
+        if len(known.commands) == len(settings.each):
+            yield told
+            return
+        if self._moment is not None and self._moment.t < told.t:
+            yield self._moment
+        self._moment = told
 
     def _volts(self, settings: Thrusters) -> float:
         measured = self._latest.get(VOLTAGE)
@@ -310,7 +314,6 @@ class Hearing:
             )
             if before != len(each):
                 self._commands = [float("nan")] * len(each)
-            self._due = {name for name, known in self.known.items() if known.commands}
 
     def _take(self, name: str, source: Source, known: Known) -> None:
         """From now on this quantity is taken from messages of a key; what the newest says holds."""

@@ -1,0 +1,138 @@
+"""A learner on the bus of ROS 2: keys of rmw_zenoh and of zenoh-bridge-ros2dds, bytes that rosbags serialises."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from incsvr.errors import BadInput
+from service.inputs.bus_keys import matches, ros_type
+from service.inputs.hearing import Hearing
+from service.inputs.settings import Inputs
+from service.mapped_ingest import MappedIngest
+from tests.service.inputs.conftest import Board
+from tests.service.inputs.test_forms import MAVROS
+from tests.service.logs.dive import EPOCH, Dive, dive
+
+STORE: Any = get_typestore(Stores.ROS2_JAZZY)
+for name, text in MAVROS.items():
+    STORE.register(get_types_from_msg(text, name))
+HASH = "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b"
+
+
+@pytest.fixture(scope="module")
+def swim() -> Dive:
+    return dive(90.0, 20.0)
+
+
+def rmw(topic: str, kind: str, hashed: str = HASH) -> str:
+    package, _, name = kind.partition("/msg/")
+    return f"0/{topic}/{package}::msg::dds_::{name}_/{hashed}"
+
+
+def cdr(kind: str, **fields: Any) -> bytes:
+    return bytes(STORE.serialize_cdr(STORE.types[kind](**fields), kind))
+
+
+def header(t: float) -> Any:
+    at = round(1e9 * (EPOCH + t))
+    stamp = STORE.types["builtin_interfaces/msg/Time"](at // 10**9, at % 10**9)
+    return STORE.types["std_msgs/msg/Header"](stamp, "base_link")
+
+
+def vector(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
+    return STORE.types["geometry_msgs/msg/Vector3"](x, y, z)
+
+
+def imu(t: float, rate: float) -> bytes:
+    still, none = STORE.types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0), np.zeros(9)
+    fields = {"orientation": still, "orientation_covariance": none, "angular_velocity": vector(z=rate)}
+    fields |= {"angular_velocity_covariance": none, "linear_acceleration": vector(z=9.8)}
+    return cdr("sensor_msgs/msg/Imu", header=header(t), **fields, linear_acceleration_covariance=none)
+
+
+def wrench(torque: float) -> bytes:
+    return cdr("geometry_msgs/msg/Wrench", force=vector(), torque=vector(z=torque))
+
+
+def wrench_stamped(t: float, torque: float) -> bytes:
+    inner = STORE.types["geometry_msgs/msg/Wrench"](vector(), vector(z=torque))
+    return cdr("geometry_msgs/msg/WrenchStamped", header=header(t), wrench=inner)
+
+
+IMU, WRENCH, STAMPED = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped"
+
+
+@pytest.mark.parametrize("hashed", [HASH, "TypeHashNotSupported"])
+def test_yaw_is_learned_from_imu_and_wrench_of_rmw_zenoh(board: Board, swim: Dive, hashed: str) -> None:
+    """The wrench bears no stamp: it is placed by when it arrives, here between two samples of the Imu."""
+    vessel = board({"preset": "ros2"})
+    messages = []
+    for t, rate, torque in zip(swim.time, swim.rate, swim.torque, strict=True):
+        messages += [(rmw("nucleo/imu", IMU, hashed), imu(t, rate)), (rmw("thrust", WRENCH, hashed), wrench(torque))]
+    health = vessel.send(messages, swim.time.size, "application/octet-stream")
+    assert health.streams["roll_rate"].received == swim.time.size
+    vessel.health_when(lambda health: health.iteration >= 8)
+    assert vessel.off() < 0.4
+
+
+def test_and_from_what_a_bridge_announces(board: Board, swim: Dive) -> None:
+    """The keys of zenoh-bridge-ros2dds say no type: its liveliness tokens do; what is not read is left alone."""
+    vessel = board({"preset": "ros2"})
+    kinds = {"rov/imu": IMU, "rov/wrench": STAMPED, "rov/camera": "sensor_msgs/msg/Image"}
+    spelt = [(key.replace("/", "§"), kind.replace("/", "§")) for key, kind in kinds.items()]
+    tell = vessel.session.liveliness().declare_token
+    tokens = [tell(f"@/1a2b3c/@ros2_lv/MP/{key}/{kind}/:::,,") for key, kind in spelt]
+    ingest = vessel.host.ingest
+    assert isinstance(ingest, MappedIngest)
+    vessel.health_when(lambda _: len(ingest.hearing.types) == 2)
+    messages = []
+    for t, rate, torque in zip(swim.time[:400], swim.rate, swim.torque, strict=False):
+        messages += [("rov/imu", imu(t, rate)), ("rov/wrench", wrench_stamped(t, torque)), ("rov/camera", b"\0" * 64)]
+    health = vessel.send(messages, 400, "application/octet-stream")
+    assert vessel.health_when(lambda health: health.counters["samples"] >= 40).counters["rejected"] == 0
+    assert health.streams["torque"].t == pytest.approx(EPOCH + swim.time[399], abs=1e-3)
+    del tokens
+
+
+def test_topics_that_the_configuration_names(board: Board, swim: Dive) -> None:
+    """A topic as ROS calls it, in the other direction, in another unit, and an autopilot that is not armed at first."""
+    told = {"topic": "/fast/gyro", "form": "cdr:geometry_msgs/msg/Vector3Stamped", "unit": "deg/s", "sign": -1}
+    vessel = board({"preset": "ros2", "yaw_rate": told})
+    state = {"connected": True, "guided": False, "manual_input": True, "mode": "MANUAL", "system_status": 4}
+    gyro, status = "geometry_msgs/msg/Vector3Stamped", "mavros_msgs/msg/State"
+    messages = []
+    for k, (t, rate, torque) in enumerate(zip(swim.time[:600], swim.rate, swim.torque, strict=False)):
+        if k % 200 == 0:
+            messages.append((rmw("mavros/state", status), cdr(status, header=header(t), armed=k > 0, **state)))
+        turned = cdr(gyro, header=header(t), vector=vector(z=-np.degrees(rate)))
+        messages += [(rmw("fast/gyro", gyro), turned), (rmw("other/imu", IMU), imu(t, 0.0))]
+        messages.append((rmw("thrust", STAMPED), wrench_stamped(t, torque)))
+    health = vessel.send(messages, 600, "application/octet-stream")
+    assert health.streams["yaw_rate"].value == pytest.approx(swim.rate[599], abs=1e-9)
+    samples = vessel.health_when(lambda health: health.counters["samples"] >= 40).counters["samples"]
+    assert samples <= 50  # the first third was not armed
+
+
+def test_broken_messages_are_counted_and_learn_nothing(board: Board, swim: Dive) -> None:
+    vessel = board({"preset": "ros2"})
+    whole = imu(0.0, 0.5)
+    broken = [(rmw("imu", IMU), payload) for payload in (b"", b"\0\1", whole[:100], b"\7" * 300)]
+    vessel.send([*broken, (rmw("imu", IMU), whole)], 1, "application/octet-stream")
+    health = vessel.health_when(lambda health: health.counters.get("rejected:undecodable", 0) == 4)
+    assert any("4 values rejected: undecodable" in reason for reason in health.reasons)
+
+
+def test_keys_and_topics() -> None:
+    assert ros_type(rmw("a/b", IMU)) == IMU
+    assert ros_type("a/b/sensor_msgs::msg::dds_::Imu_/x") is None
+    for key in ("nucleo/imu", rmw("nucleo/imu", IMU)):
+        assert matches("/nucleo/imu", key, "ros2")
+        assert not matches("/imu", key, "ros2")
+    with pytest.raises(BadInput, match=r"inputs.yaw_rate: '/a//b' is no key expression"):
+        Hearing(Inputs.model_validate({"yaw_rate": {"topic": "/a//b"}}))
+    with pytest.raises(BadInput, match="px4 is a preset of logs; on a bus take ros2"):
+        Hearing(Inputs(preset="px4"))
