@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from incsvr.effects.bias_drift import BiasDrift
 from incsvr.effects.bias_torque import BiasTorque
+from incsvr.effects.coriolis import Coriolis
 from incsvr.effects.coulomb import Coulomb
 from incsvr.effects.coupling import Coupling
 from incsvr.effects.dead_zone import DeadZone
@@ -26,12 +27,16 @@ from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.effects.torque_lag import TorqueLag
 from incsvr.effects.torque_saturation import Saturation, SoftSaturation
 from incsvr.effects.wave import Wave
+from incsvr.plant.axes import YAW, of_rate, products
 
 __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
 
 
-def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
-    """Every effect that may be named, with a coupling and the modulations of each of the `channels`."""
+def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effect, ...]:
+    """Every effect that may be named of the axis with this `rate`, with a coupling and the modulations of each of the
+    `channels`, and the products of the velocities among them.
+    """
+    channels = tuple(channels)
     fixed: list[Effect] = [
         BiasTorque(), Inertia(), TorqueLag("moment"), TorqueLag("rotor speed"), TorqueLag("rotor speed, commanded"),
         TorqueDelay(), DeadZone("shifted"), DeadZone("step"), TorqueAsymmetry(), CommandedAsymmetry(),
@@ -46,11 +51,18 @@ def candidates(channels: Iterable[str] = ()) -> tuple[Effect, ...]:
             LevelledThrustModulation(channel),
             DampingModulation(channel),
         ]
+    for pair in products(of_rate(rate), channels):
+        fixed.append(Coriolis(*pair, own=rate if rate in pair else ""))
     return tuple(fixed)
 
 
 def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
-    """All effects by key, with the rivals and the smooth terms that are never named as effects."""
+    """All effects by key, with the rivals and the smooth terms that are never named as effects.
+
+    A channel may also be a product of two, a*b, on any axis.
+    """
     names = list(channels)
     smooth = [SmoothTerm(name) for name in (*names, "time", "heading")]
-    return {effect.key: effect for effect in (*candidates(names), ThrustEfficiency(), *smooth)}
+    pairs = [pair for pair in (name.split("*") for name in names) if len(pair) == 2]
+    moved = [Coriolis(first, second, own) for first, second in pairs for own in ("", first, second)]
+    return {effect.key: effect for effect in (*candidates(names), ThrustEfficiency(), *smooth, *moved)}

@@ -66,6 +66,7 @@ class Signals:
         scale: T_c, the time in which the yaw rate forgets itself [s].
         block: T_b [s].
         origin: first and last stamp of the fitted recordings, to which drifts refer [s].
+        rate_name: what the recordings call the velocity that is traced: `yaw_rate` here stands for any axis's.
     """
 
     step: float
@@ -94,6 +95,7 @@ class Signals:
     scale: float = 1.0
     block: float = 1.0
     origin: tuple[float, float] = (0.0, 1.0)
+    rate_name: str = "yaw_rate"
 
     @property
     def from_rate(self) -> bool:

@@ -189,7 +189,8 @@ def _best_again(problem: Problem, before: Problem, best: Hypothesis, channels: S
 def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None = None) -> Hypothesis:
     """What explains most: one effect more than `beside`, that, or nothing."""
     base = nothing(problem) if beside is None else beside
-    effects = [effect for effect in demand(problem, candidates(channels)) if effect.name not in base.names()]
+    every = candidates(channels, problem.signals.rate_name)
+    effects = [effect for effect in demand(problem, every) if effect.name not in base.names()]
     leads = best_leads(problem, base, effects, LEADS)
     settled = [with_lead(problem, base, lead) for lead in leads]
     # a delay within a sample, or a rotor ahead of its command, is the other of the two torques in disguise

@@ -54,6 +54,12 @@ class Plan:
         self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*courses, strict=True))
         motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry] for each in effects]
         self._alike = _alike(motion, count)
+        read = {name for each in motion for effect, _ in each for name in effect.channels}
+        cut = [signals.pieces(each) for each in spans] if read else []
+        self._channels = {
+            name: np.concatenate([self._cells(each.channels[name], each.runs()) for each in cut], axis=1)
+            for name in sorted(read)
+        }
         inertia = [
             model.inertia + sum(t.coefficients[0] for e, t in each if e.acts == "inertia")
             for model, each in zip(models, effects, strict=True)
@@ -128,19 +134,20 @@ class Plan:
         for alike in self._alike:
             if alike.motions:
                 own = alike.own
-                moment[:, own] -= self._of_motion(alike, both[:, own], drag[:, own], self._thrust[k], heading, water)
+                moment[:, own] -= self._of_motion(alike, both[:, own], drag[:, own], k, heading, water)
         push, there = moment / self._inertia
         return push, there
 
-    def _of_motion(self, alike: _Alike, both: Array, drag: Array, thrust: Array, heading: Array, water: Array) -> Array:
-        """(2, own) what the effects of models that are alike take that look at how the vehicle moves."""
+    def _of_motion(self, alike: _Alike, both: Array, drag: Array, k: int, heading: Array, water: Array) -> Array:
+        """(2, own) what the effects of models that are alike take that look at how the vehicle moves, in step k."""
         own = alike.own
         of_water = water[: len(alike.constants), own]
         moving = {constant: _twice(w) for constant, w in zip(alike.constants, of_water, strict=True)}
         now = _Instant(
-            both.ravel(), drag.ravel(), _twice(heading[own]), _twice(thrust[own]), moving,
+            both.ravel(), drag.ravel(), _twice(heading[own]), _twice(self._thrust[k, own]), moving,
             lambda rate: self._drag_at(rate.reshape(both.shape), own).ravel(),
             lambda usual: self._slope(usual, own),
+            {name: _twice(values[k, own]) for name, values in self._channels.items()},
         )  # fmt: skip
         taken = np.zeros(both.size)
         for effect, inner, coefficients in alike.motions:
@@ -223,6 +230,7 @@ class _Instant:
     water: Mapping[float, Array]
     drag_at: Callable[[Array], Array]
     drag_slope: Callable[[float], Array]
+    channels: Mapping[str, Array]
 
     def lowpass(self, values: Array, time_constant: float) -> Array:
         """The moving water's rate: of the simulated rate, the only signal that an effect filters while it moves."""

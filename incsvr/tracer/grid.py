@@ -108,6 +108,7 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
     uneven stamps and missing cells need no case of their own.
     """
     parts: list[dict[str, Array]] = []
+    channels: dict[str, list[Array]] = {name: [] for name in names}
     starts = [0]
     for run in runs:
         for piece in pieces(run):
@@ -126,14 +127,15 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
                 "torque": _cells(when, torque, centres, step, held),
             }
             for name in names:
-                part[name] = _channel(piece, name, centres, step)
+                channels[name].append(_channel(piece, name, centres, step))
             parts.append(part)
             starts.append(starts[-1] + centres.size)
     if not parts:
         raise BadInput("yaw_rate and torque never overlap in time: check the stamps of the two streams")
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     start = np.array(starts, dtype=np.intp)
-    heading = joined.pop("heading", None)
+    others = {name: np.concatenate(values) for name, values in channels.items()}
+    heading = others.pop("heading", None)
     signals = Signals(
         step=step,
         start=start,
@@ -142,7 +144,8 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
         ends=joined.pop("ends"),
         torque=joined.pop("torque"),
         quantum=_quantum(runs),
-        channels=joined,
+        channels=others,
+        rate_name=runs[0].rate_name,
     )
     return replace(signals, heading=signals.integral(signals.rate) if heading is None else heading)
 
@@ -185,4 +188,4 @@ def pieces(run: Run) -> list[Run]:
 def _part(run: Run, begin: float, end: float) -> Run:
     here = (run.time >= begin) & (run.time <= end)
     channels = {name: values[here] for name, values in run.channels.items()}
-    return Run(run.name, run.time[here], run.yaw_rate[here], run.torque[here], channels)
+    return Run(run.name, run.time[here], run.yaw_rate[here], run.torque[here], channels, run.rate_name)

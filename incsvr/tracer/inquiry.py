@@ -104,7 +104,7 @@ def _searched(
     torque were read otherwise, is tried again.
     """
     court, pieces = Court.of(problem, validate), Court.of(problem, None, quick=True)
-    case = Case(problem, demand(problem, candidates(channels)), court, pieces, channels)
+    case = Case(problem, demand(problem, candidates(channels, problem.signals.rate_name)), court, pieces, channels)
     refused = dict(excluded)
     vetoes = VETOES if validate else 0
     while True:

@@ -32,6 +32,7 @@ class Run:
         yaw_rate: (n,) r [rad/s].
         torque: (n,) τ, the yaw moment that the actuators are told to apply, positive the way yaw_rate is [N m].
         channels: further streams by name, (n,) each; `heading` in rad.
+        rate_name: what the recording calls the velocity that stands in `yaw_rate`, of another axis than yaw.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Run:
     yaw_rate: Array
     torque: Array
     channels: Mapping[str, Array] = field(default_factory=dict)
+    rate_name: str = "yaw_rate"
 
 
 def stream(run: Run, values: Array) -> tuple[Array, Array]:

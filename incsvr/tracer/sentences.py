@@ -28,6 +28,7 @@ LABELS = {
     "nm_per_s": ("drift", "N m/s"),
     "start_nm": ("at the start", "N m"),
     "reference": ("reference level", ""),
+    "ratio": ("in parts of the declared inertia", ""),
 }
 """Parameter → what to call it, and its unit."""
 

@@ -19,13 +19,13 @@ SLIGHT = 0.02
 """Part of the size that physics allows, at which the tangent of a thrust effect is taken."""
 
 
-def admissible(names: Sequence[str], torque: Array) -> tuple[Effect, ...]:
+def admissible(names: Sequence[str], signals: Signals) -> tuple[Effect, ...]:
     """The catalogue's effects for these channels; of forms that differ only where the torque is noisy, the plain one.
-    Of a vehicle whose torque (n,) never changes, those that turn it without."""
+    Of a vehicle whose torque never changes, those that turn it without."""
     left_out = {"torque_lag/rotor speed, commanded", "torque_asymmetry/before a limit"}
     left_out |= {f"modulation:{name}/thrust, own level" for name in names}
-    effects = tuple(effect for effect in candidates(names) if effect.key not in left_out)
-    if float(np.ptp(torque)) > 0.0:
+    effects = tuple(effect for effect in candidates(names, signals.rate_name) if effect.key not in left_out)
+    if float(np.ptp(signals.torque)) > 0.0:
         return effects
     return tuple(effect for effect in effects if effect.acts == "outside" or effect.name in OF_HEADING)
 

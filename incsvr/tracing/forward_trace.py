@@ -40,7 +40,7 @@ def forward_trace(
     channels = read(runs, names)
     grid = cells(runs, inertia, channels)
     base = fit(grid)
-    asked = Question.of(grid, admissible(names, grid.signals.torque), base)
+    asked = Question.of(grid, admissible(names, grid.signals), base)
     unseen = cells(validate, inertia, channels) if validate else None
     pair = None if unseen is None else (unseen, unseen)
     return result_of(asked, search(asked, base), grid, pair, ignored, closed_loop=True)
@@ -64,7 +64,7 @@ def forward_trace_in_blocks(
     refuse_constant_torque(grid)
     refuse_too_short(grid)
     base = fit(grid)
-    asked = Question.of(grid, admissible(names, grid.signals.torque), base, fine)
+    asked = Question.of(grid, admissible(names, grid.signals), base, fine)
     unseen = None
     if validate:
         unseen = in_blocks(validate, inertia, channels, length, measured), cells(validate, inertia, channels)

@@ -130,6 +130,7 @@ def _cut(
 ) -> Grid:
     """The recordings in cells of one length; of `blocks` channels and heading are those of the middle."""
     parts: list[dict[str, Array]] = []
+    channels: dict[str, list[Array]] = {name: [] for name in names}
     starts, origin = [0], []
     late = 0.5 * step if blocks else 0.0
     for number, run in enumerate(runs):
@@ -158,14 +159,16 @@ def _cut(
             for name in names:
                 stamps, values = stream(piece, piece.channels[name])
                 angle = np.unwrap(values) if name == "heading" else values
-                part[name] = np.interp(edges[:-1] + late, stamps, angle) if stamps.size else np.zeros(edges.size - 1)
+                found = np.interp(edges[:-1] + late, stamps, angle) if stamps.size else np.zeros(edges.size - 1)
+                channels[name].append(found)
             parts.append(part)
             origin.append(number)
             starts.append(starts[-1] + edges.size - 1)
     if not parts:
         raise BadInput("yaw_rate and torque never overlap in time: check the stamps of the two streams")
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    time, heading = joined.pop("time"), joined.pop("heading", None)
+    others = {name: np.concatenate(values) for name, values in channels.items()}
+    time, heading = joined.pop("time"), others.pop("heading", None)
     rise, shift, command = joined.pop("rise"), joined.pop("shift"), joined.pop("command")
     start = np.array(starts, dtype=np.intp)
     rate, torque = joined.pop("rate"), joined.pop("torque")
@@ -178,7 +181,8 @@ def _cut(
         time=time,
         rate=rate,
         torque=torque,
-        channels=joined,
+        channels=others,
+        rate_name=runs[0].rate_name,
         heading=heading,
         known=True,
         inertia=inertia,

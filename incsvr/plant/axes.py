@@ -1,0 +1,62 @@
+"""The six axes of a body-fixed frame (SNAME, 1950): what each is called in recordings, and its units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One degree of freedom.
+
+    Attributes:
+        name: as people say it.
+        rate: column of its velocity, [m/s] along an axis, [rad/s] about one.
+        effort: column of what the actuators apply: a force [N] along an axis, a moment [N m] about one.
+        products: pairs of other velocities whose products push along this axis: those in its row of C(ν)ν, M diagonal;
+            in surge also what a centre of gravity ahead of the origin makes of the turn, m x_g (q² + r²), and the
+            hull's drag at an angle of drift, X_vv v² + X_ww w².
+    """
+
+    name: str
+    rate: str
+    effort: str
+    products: tuple[tuple[str, str], ...]
+
+
+_EVEN = tuple((name, name) for name in ("sway", "heave", "pitch_rate", "yaw_rate"))
+
+AXES = {
+    axis.name: axis
+    for axis in (
+        Axis("surge", "surge", "surge_force", (("sway", "yaw_rate"), ("heave", "pitch_rate"), *_EVEN)),
+        Axis("sway", "sway", "sway_force", (("surge", "yaw_rate"), ("heave", "roll_rate"))),
+        Axis("heave", "heave", "heave_force", (("surge", "pitch_rate"), ("sway", "roll_rate"))),
+        Axis("roll", "roll_rate", "roll_torque", (("sway", "heave"), ("pitch_rate", "yaw_rate"))),
+        Axis("pitch", "pitch_rate", "pitch_torque", (("surge", "heave"), ("roll_rate", "yaw_rate"))),
+        Axis("yaw", "yaw_rate", "torque", (("surge", "sway"), ("roll_rate", "pitch_rate"))),
+    )
+}
+"""By name, in the order of ν."""
+
+YAW = AXES["yaw"]
+
+VELOCITIES = tuple(axis.rate for axis in AXES.values())
+"""ν = (u, v, w, p, q, r) as recordings call it."""
+
+
+def of_rate(rate: str) -> Axis:
+    """The axis whose velocity is in this column."""
+    return next(axis for axis in AXES.values() if axis.rate == rate)
+
+
+def products(axis: Axis, recorded: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Pairs of velocities whose product may push along the axis, of those that are recorded beside its own.
+
+    Those of the axis, and the own velocity with every other one: what a centre of gravity off the origin and lift add
+    (m x_g u r, Y_uv u v).
+    """
+    own = tuple((a, b) for a, b in combinations(VELOCITIES, 2) if axis.rate in (a, b))
+    known = {axis.rate, *recorded}
+    return tuple(pair for pair in (*axis.products, *own) if known.issuperset(pair))
