@@ -39,7 +39,7 @@ def boat(seed: int, munk: float = 0.0, lift: float = 0.0, count: int = 1500) -> 
             moment -= munk * surge[k] * sway[k] + lift * (surge[k] - 0.6) * r
             r += 0.25 * STEP / INERTIA * moment
         rate[k + 1] = r
-    time = STEP * np.arange(count)
+    time: Array = STEP * np.arange(count, dtype=np.float64)
     rate += random.normal(0.0, 0.002, count)
     return Run(f"boat {seed}", time, rate, torque, {"surge": surge, "sway": sway})
 
@@ -97,8 +97,8 @@ def test_a_saved_product_is_read_back_and_runs_on_the_simulated_rate(own: str) -
     measured, still = np.full(count, 0.4), np.zeros(count)
     measured[0] = 0.0
     signals = Signals(
-        step=STEP, start=np.array([0, count]), time=STEP * np.arange(count), rate=measured, heading=still,
-        torque=still, channels={"surge": np.ones(count), "sway": np.ones(count)},
+        step=STEP, start=np.array([0, count]), time=np.linspace(0.0, STEP * (count - 1), count), rate=measured,
+        heading=still, torque=still, channels={"surge": np.ones(count), "sway": np.ones(count)},
     )  # fmt: skip
     _, simulated = again.simulate(signals, STEP)
     if own:
