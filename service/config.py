@@ -21,7 +21,19 @@ from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import SignalSettings
 from service.inputs.presets.defaults import defaults
 from service.inputs.settings import Inputs
-from service.sections import Bus, HealthLimits, Learner, Name, Prefix, Section, Signals, Simulation, Tracing, Vehicle
+from service.sections import (
+    Archive,
+    Bus,
+    HealthLimits,
+    Learner,
+    Name,
+    Prefix,
+    Section,
+    Signals,
+    Simulation,
+    Tracing,
+    Vehicle,
+)
 
 
 class Config(Section):
@@ -43,6 +55,7 @@ class Config(Section):
     learner: Learner = Learner()
     health: HealthLimits = HealthLimits()
     tracing: Tracing = Tracing()
+    archive: Archive = Archive()
     simulation: Simulation = Simulation()
     inputs: Inputs = Inputs()
 

@@ -22,6 +22,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Samples
 from service import wire
 from service.answers import JSON, Answers
+from service.archive import Archive, about
 from service.company import Company
 from service.config import Config
 from service.effects import TracedEffects, configured
@@ -64,11 +65,12 @@ class Host:
             {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
         )
         self._company = Company(session, self.keys, self.node.boot, time.monotonic)
+        self._archive = _archive(config, self.node.boot, learners)
         self._watch_over(effects)
         if self._live is not None:
             self.node.tell(self._live.standing.history)
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
-        self._health_publisher = session.declare_publisher(self.keys.health, encoding=JSON)
+        self._publishers[self.keys.health] = session.declare_publisher(self.keys.health, encoding=JSON)
         self._said: tuple[Any, ...] = ()
         self._learning = "learning"
         self._next_health = self._next_log = 0.0
@@ -76,12 +78,12 @@ class Host:
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
-            self._publishers[self.keys.model].put(wire.encode(latest))
+            self._publish(self.keys.model, wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
         self._mapped = self._mapping(learners)
-        self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners)
+        self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners, archive=self._archive)
         self.tick()
-        session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
+        self._publish(self.keys.effects, wire.encode(self.node.ledger))
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
     def _mapping(self, learners: int) -> MappedIngest | None:
@@ -94,7 +96,7 @@ class Host:
 
         memory = (self._store.memory if self._store is not None else None) or {}
         known = memory.get(PARAMETERS) or {}
-        return MappedIngest(self._session, self.keys, self.node, self.watch, inputs, known, learners)
+        return MappedIngest(self._session, self.keys, self.node, self.watch, inputs, known, learners, self._archive)
 
     def _taken_up(self) -> tuple[LearnerNode, LiveTracing | None]:
         """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""
@@ -136,14 +138,15 @@ class Host:
         states = () if store is None else store.notices
         mapped = self._mapped
         said = () if mapped is None else mapped.notices()
-        self.watch.notices = (*states, *self._company.notice(), *self._warnings, *said)
+        archived = () if self._archive is None else self._archive.notices()
+        self.watch.notices = (*states, *self._company.notice(), *self._warnings, *said, *archived)
         self.watch.saved(None if store is None else store.problem)
         self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons), health.learning.state)
         if now >= self._next_health or says != self._said:
-            self._health_publisher.put(wire.encode(health))
+            self._publish(self.keys.health, wire.encode(health))
             self._next_health, self._said = now + HEALTH_PERIOD, says
         if health.learning.state != self._learning:
             log.log(
@@ -184,6 +187,8 @@ class Host:
         """Takes what has come and saves; the threads that call the other methods have ended before."""
         with ExitStack() as last:  # the last is done first, and each whatever the others raise
             last.callback(in_time, self._undeclare)
+            if self._archive is not None:
+                last.callback(self._archive.close)
             if self._live is not None:
                 last.callback(self._live.close)
             if self._store is not None:
@@ -242,7 +247,17 @@ class Host:
         self.node.tell(live.standing.history)
         if self._store is not None:
             self._store.save_memory(self._memory(self.node.memory()))
-        self._session.put(self.keys.effects, wire.encode(self.node.ledger), encoding=JSON)
+        self._publish(self.keys.effects, wire.encode(self.node.ledger))
+
+    def _publish(self, key: str, payload: bytes) -> None:
+        """Says it on the bus, and keeps what was said."""
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            self._session.put(key, payload, encoding=JSON)
+        else:
+            publisher.put(payload)
+        if self._archive is not None:
+            self._archive.went(key, payload)
 
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
         """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
@@ -274,9 +289,19 @@ class Host:
         if self._store is not None:
             memory, of = self._memory(outcome.memory), outcome.snapshot
             self._store.save(memory, of.revision, of.t, snapshot, report)
-        self._publishers[self.keys.model].put(snapshot)
-        self._publishers[self.keys.iteration].put(report)
+        self._publish(self.keys.model, snapshot)
+        self._publish(self.keys.iteration, report)
         log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report))
+
+
+def _archive(config: Config, boot: str, learners: int) -> Archive | None:
+    """Where what comes and goes is kept; None where it is not."""
+    archive = config.archive
+    if archive.directory is None:
+        return None
+    told, most = about(config.model_dump(mode="json", exclude={"also"}), boot), 1_000_000 * archive.most_mb // learners
+    size = min(1_000_000 * archive.file_mb, most // 2)
+    return Archive(archive.directory, config.prefix, told, file_bytes=size, most_bytes=most)
 
 
 def _late_joiners_too(session: zenoh.Session, key: str) -> Any:

@@ -18,6 +18,7 @@ from zenoh.handlers import RingChannel
 
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED
+from service.archive import Archive
 from service.health import HealthWatch
 from service.inputs.forms.own import Refused, parse
 from service.node import LearnerNode
@@ -38,6 +39,7 @@ MESSAGE_BYTES = 500
 TURN_BYTES = 1_000_000
 #: A message of this size is read for as long as others wait to be taken from their rings [bytes].
 LARGE = 100_000
+AS_JSON = str(zenoh.Encoding.APPLICATION_JSON)
 _ENCODINGS = {
     str(encoding)
     for encoding in (
@@ -105,8 +107,9 @@ class Ingest:
         watch: HealthWatch,
         learners: int = 1,
         required: bool = True,
+        archive: Archive | None = None,
     ) -> None:
-        self._node, self._watch, self._places = node, watch, places(learners)
+        self._node, self._watch, self._places, self._archive = node, watch, places(learners), archive
         most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
         self._queues = [
             _Queue(name, session.declare_subscriber(key, RingChannel(self._places)), most_bytes)
@@ -143,7 +146,11 @@ class Ingest:
         try:
             if sample.kind != zenoh.SampleKind.PUT:
                 raise Refused("no_put")
-            if str(sample.encoding) not in _ENCODINGS:
+            encoding = str(sample.encoding)
+            if self._archive is not None:
+                kept_as = AS_JSON if encoding in _ENCODINGS else encoding
+                self._archive.came(str(sample.key_expr), kept_as, payload.to_bytes())
+            if encoding not in _ENCODINGS:
                 raise Refused("wrong_encoding")
             if name is None:
                 name = str(sample.key_expr).rpartition("/")[2]

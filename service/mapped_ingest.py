@@ -16,8 +16,9 @@ import numpy as np
 import zenoh
 from zenoh.handlers import Callback
 
+from service.archive import Archive
 from service.health import HealthWatch
-from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, places
+from service.ingest import AS_JSON, MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, places
 from service.inputs.bus_keys import BRIDGED, bridged
 from service.inputs.hearing import RATE, TORQUE, Hearing
 from service.inputs.presets.ros import READ
@@ -49,8 +50,9 @@ class MappedIngest:
         inputs: Inputs,
         parameters: Mapping[str, float],
         learners: int = 1,
+        archive: Archive | None = None,
     ) -> None:
-        self._session, self._node, self._watch = session, node, watch
+        self._session, self._node, self._watch, self._archive = session, node, watch, archive
         mapping = with_own_keys(inputs, keys)
         self.hearing = Hearing(mapping, parameters)
         self._began = time.monotonic()
@@ -60,7 +62,7 @@ class MappedIngest:
         self._first: dict[str, int] = {}
         self._announced: deque[str] = deque(maxlen=self._most)
         # Further channels still come on our own keys.
-        self._channels = Ingest(session, keys, node, watch, learners, required=False)
+        self._channels = Ingest(session, keys, node, watch, learners, required=False, archive=archive)
         self._subscribers: list[Any] = []
         for expression in self.hearing.keys:
             self._subscribe(expression)
@@ -80,9 +82,12 @@ class MappedIngest:
         refused = self.hearing.refused
         while self._waiting:
             with self._lock:
-                key, payload, arrival, size = self._waiting.popleft()
+                key, sample, arrival, size = self._waiting.popleft()
                 self._bytes -= size
-            for heard in self.hearing.hear(key, payload.to_bytes(), arrival):
+            payload = sample.payload.to_bytes()
+            if self._archive is not None:
+                self._archive.came(key, AS_JSON if payload[:1] == b"{" else str(sample.encoding), payload, arrival)
+            for heard in self.hearing.hear(key, payload, arrival):
                 if heard.sequence is not None:
                     self._watch.numbered(heard.name, heard.sequence)
                 self._watch.received(heard.name, np.array(heard.t), np.array(heard.value))
@@ -127,7 +132,7 @@ class MappedIngest:
                 return
             lost = 0
             with self._lock:
-                self._waiting.append((key, sample.payload, arrival, size))
+                self._waiting.append((key, sample, arrival, size))
                 self._bytes += size
                 while self._bytes > self._most_bytes or len(self._waiting) > self._most:
                     self._bytes -= self._waiting.popleft()[3]

@@ -135,6 +135,20 @@ class Tracing(Section):
         return self
 
 
+class Archive(Section):
+    """Whether all that comes in and goes out is kept, as MCAP files."""
+
+    directory: Path | None = Field(default=None, description="where they are; null keeps none")
+    file_mb: int = Field(default=32, ge=1, le=10_000, description="size at which another file is begun [MB]")
+    most_mb: int = Field(default=2_000, ge=4, le=10_000_000, description="of all learners together; the oldest go [MB]")
+
+    @model_validator(mode="after")
+    def _several(self) -> Self:
+        if self.most_mb < 2 * self.file_mb + 2:
+            raise ValueError("most_mb must hold two files of file_mb and 2 MB more")
+        return self
+
+
 class Simulation(Section):
     """What `incsvr simulate` plays: Leng's experiment and the faults of its sensors."""
 

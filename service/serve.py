@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import ctypes
+import json
 import logging
 import os
 import sys
 import threading
+from pathlib import Path
 
 from incsvr.errors import BadInput
 from service import notify
@@ -32,11 +34,16 @@ _ARENA_MAX, _TRIM_THRESHOLD = -8, -1  # of mallopt(3)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument("--listen", metavar="ENDPOINT", help="where to listen, such as tcp/127.0.0.1:7447")
+    parser.add_argument(
+        "--archive", metavar="DIR", type=Path, help="keep all that comes and goes there, as MCAP files that are bounded"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     if args.listen is not None:
         args.set.append(f"bus.listen={args.listen}")
+    if args.archive is not None:
+        args.set.append(f"archive.directory={json.dumps(str(args.archive))}")
     config = from_arguments(args)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
     sys.setswitchinterval(SWITCH)
@@ -102,6 +109,7 @@ def beginning(config: Config) -> tuple[str, ...]:
         f"hears {keys.rate}, {keys.torque} and {keys.any_channel}",
         f"publishes {keys.model}, {keys.iteration}, {keys.health} and {keys.effects}; answers {keys.damping}",
         f"keeps its state {state}",
+        *([] if config.archive.directory is None else [f"archives all of it in {config.archive.directory}"]),
     )
 
 

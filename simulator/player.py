@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import zenoh
@@ -30,6 +31,20 @@ HEARD_WITHIN = 2.0
 
 class Unheard(Exception):
     """The learner does not receive what is sent; the message is one sentence."""
+
+
+class Played(Protocol):
+    """What is sent, in the order in which it is sent, as in `Messages`."""
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def stream(self) -> NDArray[np.intp]: ...
+    @property
+    def send(self) -> Array: ...
+    def __len__(self) -> int: ...
+    def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]: ...
+    def payload(self, index: int, sequence: int) -> bytes: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +67,14 @@ class Messages:
 
     def __len__(self) -> int:
         return self.t.size
+
+    def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]:
+        """Where a stream is sent, and as what."""
+        return keys.stream(self.names[stream]), zenoh.Encoding.APPLICATION_JSON
+
+    def payload(self, index: int, sequence: int) -> bytes:
+        """What is sent, as the message of its stream with that number."""
+        return measurement(float(self.t[index]), float(self.value[index]), sequence)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +141,7 @@ def wait_for_learner(session: zenoh.Session, keys: Keys, patience_s: float, stop
 def play(
     session: zenoh.Session,
     keys: Keys,
-    what: Messages,
+    what: Played,
     *,
     speed: float,
     stop: threading.Event,
@@ -136,23 +159,20 @@ def play(
             drops without a word what a client may not publish.
     """
     unheard, before = set(REQUIRED) & set(what.names), _received(session, keys)
+    placed = [what.key(stream, keys) for stream in range(len(what.names))]
     publishers = [
-        session.declare_publisher(
-            keys.stream(name),
-            encoding=zenoh.Encoding.APPLICATION_JSON,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-        )
-        for name in what.names
+        session.declare_publisher(key, encoding=encoding, congestion_control=zenoh.CongestionControl.BLOCK)
+        for key, encoding in placed
     ]
     sequence = [0] * len(publishers)
-    streams, stamps, values = what.stream.tolist(), what.t.tolist(), what.value.tolist()
+    streams = what.stream.tolist()
     began, first, sent = time.monotonic(), float(what.send[0]) if len(what) else 0.0, 0
     while sent < len(what) and not stop.is_set():
         now = first + (time.monotonic() - began) * speed
         due = int(np.searchsorted(what.send, now, side="right"))
         for index in range(sent, due):
             number = streams[index]
-            publishers[number].put(measurement(stamps[index], values[index], sequence[number]))
+            publishers[number].put(what.payload(index, sequence[number]))
             sequence[number] += 1
         sent = max(sent, due)
         if before is not None and unheard:
@@ -172,11 +192,12 @@ def play(
 
 
 def _received(session: zenoh.Session, keys: Keys) -> dict[str, int] | None:
-    """How many values of each stream the learner has received; None where none answers."""
+    """How much of each stream the learner has received, or refused of all; None where none answers."""
     for reply in session.get(keys.health, timeout=2.0):
         if reply.ok is not None:
-            streams = decode(Health, reply.ok.payload.to_bytes()).streams
-            return {name: stream.received for name, stream in streams.items()}
+            health = decode(Health, reply.ok.payload.to_bytes())
+            refused = health.counters.get("rejected", 0)
+            return {name: health.streams[name].received + refused for name in REQUIRED if name in health.streams}
     return None
 
 

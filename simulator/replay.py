@@ -1,4 +1,4 @@
-"""`incsvr replay`: plays recorded runs onto the keys, at their own pace or faster."""
+"""`incsvr replay`: plays recorded runs onto the keys, at their own pace or faster; an archive byte for byte."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
 from service.session import connecting, from_file, open_session, told_to_stop
 from service.wire import Keys
+from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments
-from simulator.player import Messages, Unheard, messages, play, wait_for_learner
+from simulator.player import Played, Unheard, messages, play, wait_for_learner
 from simulator.recordings import sequence
 
 
@@ -34,11 +35,14 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
+    if is_archive(args.recordings[0]):
+        kept = Kept.read(args.recordings)
+        return play_to_learner(args, config, kept, kept.name)
     recording = sequence(Reading.of(args, config).of_all(args.recordings))
     return play_to_learner(args, config, messages(recording.streams()), recording.name)
 
 
-def play_to_learner(args: argparse.Namespace, config: Config, what: Messages, name: str) -> int:
+def play_to_learner(args: argparse.Namespace, config: Config, what: Played, name: str) -> int:
     """Plays messages to the learner of the configuration with a progress bar; exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")

@@ -42,15 +42,18 @@ class Clock:
         apart = np.split(arrival - stamps, begins[1:])
         since = arrival[begins]
         since[0] = -np.inf
-        return Clock(since, np.array([float(np.median(piece)) for piece in apart]))
+        return Clock(since, np.array([_median(piece) for piece in apart]))
 
-    def placed(self, arrival: Array, stamps: Array | None) -> tuple[Array, bool]:
+    def placed(self, arrival: Array, stamps: Array | None, ours: bool = False) -> tuple[Array, bool]:
         """The stream's times (n,) [s] on this clock, and whether its own stamps count on it.
 
-        Times go on over a restart of the vehicle, by as much as went by on the log's clock.
+        In our own form they always do (`ours`): there the stamps alone are the time. Times go on over a restart of the
+        vehicle, by as much as went by on the log's clock.
         """
         piece = np.clip(np.searchsorted(self.since, arrival, side="right") - 1, 0, None)
         shift = self.offset[piece] - self.offset[0]
+        if ours and stamps is not None:
+            return stamps + shift, True
         if stamps is not None and arrival.size:
             # By how many turns of a 32-bit counter the two clocks are apart, message by message.
             apart = arrival - stamps - self.offset[piece]
@@ -58,3 +61,9 @@ class Clock:
             if float(np.median(np.abs(apart - turns * WRAP))) < SAME:
                 return stamps + turns * WRAP + shift, True
         return arrival - self.offset[0], False
+
+
+def _median(apart: Array) -> float:
+    """Of the known ones; zero where none is, for then nothing is placed by it."""
+    known = apart[np.isfinite(apart)]
+    return float(np.median(known)) if known.size else 0.0

@@ -110,7 +110,8 @@ def _stream(name: str, source: Source, tables: Mapping[str, Table], clock: Clock
 
 def _placed(name: str, source: Source | Thrusters, topic: str, table: Table, clock: Clock, notes: list[str]) -> Array:
     stamps = _stamps(source, topic, table)
-    time, own = clock.placed(_arrival(table, stamps), stamps)
+    ours = isinstance(source, Source) and source.form == "incsvr"
+    time, own = clock.placed(_arrival(table, stamps), stamps, ours)
     if stamps is not None and not own:
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count")
     return time

@@ -1,14 +1,15 @@
-"""MCAP files: JSON as BlueOS records it, CDR of ROS 2, messages of ROS 1, and protobuf as Keelson records it."""
+"""MCAP files: JSON as BlueOS and our archive record it, CDR of ROS 2, messages of ROS 1, protobuf as of Keelson."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
 from service.inputs.forms.mavlink_json import with_flags
+from service.logs.archive_files import archived
 from service.logs.cdr import RosTypes
 from service.logs.gathering import Gathering
 from service.logs.packages import needed
@@ -16,23 +17,25 @@ from service.logs.protobuf import ProtobufType
 from service.logs.table import Table, Topic
 
 Decode = Callable[[bytes], Any]
+SHOWN = 20
+"""So many messages of a topic tell its fields: an archive also holds what was refused."""
 
 
 class McapLog:
-    """An MCAP file, read from its beginning: one that was never finished, as after a power cut, is read as well."""
+    """MCAP files, one after the other, read from their beginning: one that was never finished is read as well."""
 
-    def __init__(self, path: Path) -> None:
-        self._path, self.format = path, "MCAP"
+    def __init__(self, path: Path, files: Sequence[Path]) -> None:
+        self._path, self._files, self.format = path, files, "MCAP"
         self._ros: dict[bool, RosTypes] = {}
         self._decoders: dict[tuple[int, str], Decode | None] = {}
         counts: dict[str, int] = {}
         shown: dict[str, tuple[str, Gathering]] = {}
         for schema, channel, message in self._messages(None):
             counts[channel.topic] = counts.get(channel.topic, 0) + 1
-            if channel.topic not in shown:
-                first = Gathering()
+            if counts[channel.topic] <= SHOWN:
+                kind = schema.name if schema else channel.message_encoding
+                _, first = shown.setdefault(channel.topic, (kind, Gathering()))
                 self._add(first, schema, channel, message)
-                shown[channel.topic] = (schema.name if schema else channel.message_encoding, first)
         self.topics = tuple(
             Topic(name, kind, first.fields, counts[name]) for name, (kind, first) in sorted(shown.items())
         )
@@ -47,9 +50,13 @@ class McapLog:
 
     def _messages(self, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
         """Schema, channel and message, as they were written, up to where the file ends or is damaged."""
-        reader = needed("mcap.reader", self._path, "an MCAP file")
+        for path in self._files:
+            yield from self._of_one(path, names)
+
+    def _of_one(self, path: Path, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
+        reader = needed("mcap.reader", path, "an MCAP file")
         came = False
-        with self._path.open("rb") as file:
+        with path.open("rb") as file:
             try:
                 for found in reader.NonSeekingReader(file).iter_messages(topics=names, log_time_order=False):
                     came = True
@@ -57,7 +64,7 @@ class McapLog:
             except Exception as error:  # mcap raises what its decompressors do, too
                 if names is None and not came:
                     raise BadInput(
-                        f"{self._path}: cannot be read as MCAP ({error or type(error).__name__}); mend it with "
+                        f"{path}: cannot be read as MCAP ({error or type(error).__name__}); mend it with "
                         "`mcap recover`, or record it again"
                     ) from None
 
@@ -66,7 +73,8 @@ class McapLog:
         if key not in self._decoders:
             self._decoders[key] = self._decoder(schema, channel.message_encoding)
         decode = self._decoders[key]
-        gathering.add(message.log_time * 1e-9, {} if decode is None else decode(message.data))
+        for each in _each({} if decode is None else decode(message.data)):
+            gathering.add(message.log_time * 1e-9, each)
 
     def _decoder(self, schema: Any, encoding: str) -> Decode | None:
         """What reads the messages of a channel; None where nothing here does, as with pictures."""
@@ -85,12 +93,22 @@ class McapLog:
 
 
 def open_log(path: Path) -> McapLog:
-    """Counts what is in a file, and reads of each topic the first message.
+    """Counts what is in a file, and reads of each topic the first messages.
 
     Raises:
         BadInput: it is damaged from its beginning, or mcap is missing.
     """
-    return McapLog(path)
+    return McapLog(path, archived(path) if path.is_dir() else (path,))
+
+
+def _each(message: Any) -> Sequence[Any]:
+    """The measurements of a message of our own form, which may hold many; any other message is one."""
+    if not isinstance(message, Mapping):
+        return (message,)
+    t, value = message.get("t"), message.get("value")
+    if not (isinstance(t, list) and isinstance(value, list) and len(t) == len(value)):
+        return (message,)
+    return [{"t": stamp, "value": each} for stamp, each in zip(t, value, strict=True)]
 
 
 def _json(payload: bytes) -> Any:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from incsvr.errors import BadInput
+from service.logs.archive_files import archived
 from service.logs.table import Log
 
 HEAD = 64
@@ -28,7 +29,7 @@ _YEARS = (9.4e14, 4.1e15)
 
 
 def opened(path: Path) -> Log:
-    """The log in a file, or in the folder of a bag.
+    """The log in a file, or in the folder of a bag or an archive.
 
     Raises:
         BadInput: there is no such file, or nothing that is read here.
@@ -41,7 +42,12 @@ def reader(path: Path) -> str:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return "bag_log"
-        raise BadInput(f"{path}: this folder cannot be read as a log; give a file, or the folder of a ROS 2 bag")
+        if archived(path):
+            return "mcap_log"
+        raise BadInput(
+            f"{path}: this folder cannot be read as a log; give a file, or the folder of a ROS 2 bag or of an "
+            "archive of `serve`"
+        )
     head = first_bytes(path)
     for magic, module in _MAGIC:
         if head.startswith(magic):

@@ -1,0 +1,214 @@
+"""All that came in and went out, as MCAP files that are bounded: `incsvr serve --archive DIR`.
+
+Messages are written as they came, byte for byte and in the order in which the learner took them: what it lost before is
+not in them, so that `incsvr replay DIR` brings a learner that begins anew to the same models. A thread of its own
+writes, so that a slow disk or a full one stops nothing else.
+
+    leng-yaw_000017.mcap    the oldest go where more than `most_bytes` would be kept
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from incsvr.errors import BadInput
+from service.claim import passes
+from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
+from service.logs.packages import needed
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.5
+"""How often what waits is written [s]."""
+CHUNK = 65_536
+"""Of this size [bytes] parts are compressed and written: a kill -9 loses what is in the last one."""
+QUEUE_BYTES = 8_000_000
+"""What waits to be written at most [bytes]; beyond, what comes is not archived, and counted."""
+MESSAGE_BYTES = 300
+"""What a message that waits costs beside its payload [bytes]."""
+AGAIN = 5.0
+"""After a disk took nothing, it is tried again so much later [s]."""
+OVERSHOOT = 1_100_000
+"""By so much a file may become larger than it should [bytes]: by a chunk, that one large message fills alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Message:
+    key: str
+    encoding: str
+    payload: bytes
+    at: int  # ns since 1970
+
+
+class Archive:
+    """The archive of one learner; `came` and `went` may be called from any thread and never wait for the disk.
+
+    Args:
+        directory: where the files are; made where it is missing.
+        prefix: of the learner's keys.
+        about: texts that every file begins with, such as the configuration.
+        file_bytes: a file of this size is finished, and another one begun.
+        most_bytes: the files of this learner together are no larger.
+
+    Raises:
+        BadInput: the directory cannot be written, or the package mcap is missing. A full disk is no reason.
+    """
+
+    def __init__(
+        self, directory: Path, prefix: str, about: Mapping[str, str], *, file_bytes: int, most_bytes: int
+    ) -> None:
+        self._writing = needed("mcap.writer", directory, "an archive")
+        self._directory, self._name, self._prefix = directory, prefix.replace("/", "-"), prefix
+        self._about = dict(about)
+        self._file_bytes, self._most_bytes = file_bytes, most_bytes
+        self._waiting: deque[_Message] = deque()
+        self._lock = threading.Lock()
+        self._bytes = self._lost = 0
+        self._problem: str | None = None
+        self._retry = 0.0
+        self._file: IO[bytes] | None = None
+        self._writer: Any = None
+        self._channels: dict[tuple[str, str], int] = {}
+        self._numbers: dict[int, int] = {}
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            self._begin()
+        except OSError as error:
+            if not passes(error):
+                raise BadInput(
+                    f"nothing can be archived in {directory} ({error.strerror}); name another with --archive"
+                ) from error
+            self._fails(error)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._work, name=f"archive of {prefix}", daemon=True)
+        self._thread.start()
+
+    def came(self, key: str, encoding: str, payload: bytes, arrival: float | None = None) -> None:
+        """A message was taken in; `encoding` is that of the bus, `arrival` when it came [s], if not now."""
+        self._put(key, JSON if encoding in _JSON else encoding, payload, arrival)
+
+    def went(self, key: str, payload: bytes) -> None:
+        """This was published, as JSON."""
+        self._put(key, JSON, payload)
+
+    def notices(self) -> tuple[str, ...]:
+        """What is not archived and why, as sentences."""
+        if self._problem is not None:
+            return (f"what comes and goes is not archived: {self._problem}",)
+        return (f"{self._lost} messages are missing in the archive",) if self._lost else ()
+
+    def close(self) -> None:
+        """Writes what waits and finishes the file."""
+        self._stop.set()
+        self._thread.join()
+
+    def _put(self, key: str, encoding: str, payload: bytes, arrival: float | None = None) -> None:
+        at = time.time_ns() if arrival is None else int(arrival * 1e9)
+        size = len(payload) + MESSAGE_BYTES
+        with self._lock:
+            if self._problem is not None or self._bytes + size > QUEUE_BYTES:
+                self._lost += 1
+                return
+            self._bytes += size
+            self._waiting.append(_Message(key, encoding, payload, at))
+
+    def _work(self) -> None:
+        while not self._stop.wait(PERIOD):
+            self._write()
+        self._write()
+        self._finish()
+
+    def _write(self) -> None:
+        """Writes what waits; where the disk takes nothing, what waits is dropped and counted."""
+        try:
+            if self._writer is None:
+                if time.monotonic() < self._retry:
+                    return
+                self._begin()
+            while self._waiting:
+                with self._lock:
+                    message = self._waiting.popleft()
+                    self._bytes -= len(message.payload) + MESSAGE_BYTES
+                self._add(message)
+            if self._file is not None:
+                self._file.flush()
+        except OSError as error:
+            self._fails(error)
+
+    def _add(self, message: _Message) -> None:
+        if self._file is not None and self._file.tell() >= self._file_bytes:
+            self._finish()
+            self._begin()
+        known = (message.key, message.encoding)
+        if known not in self._channels:
+            self._channels[known] = self._writer.register_channel(*known, schema_id=0)
+        channel = self._channels[known]
+        self._numbers[channel] = self._numbers.get(channel, 0) + 1
+        self._writer.add_message(channel, message.at, message.payload, message.at, self._numbers[channel])
+
+    def _begin(self) -> None:
+        """Another file, for which there is room once the oldest are gone."""
+        files = archived(self._directory, self._name)
+        sizes, after = [path.stat().st_size for path in files], 1 + (number(files[-1]) if files else 0)
+        while files and sum(sizes) + self._file_bytes + OVERSHOOT > self._most_bytes:
+            files.pop(0).unlink()
+            sizes.pop(0)
+        path = self._directory / f"{self._name}_{after:06d}.mcap"
+        file = path.open("xb")
+        try:
+            writer = self._writing.Writer(file, chunk_size=CHUNK)
+            writer.start(profile=PROFILE, library=f"incsvr, archive of {self._prefix}")
+            writer.add_metadata(ABOUT, {"prefix": self._prefix, "missing_before": str(self._lost), **self._about})
+            file.flush()
+        except OSError:
+            with contextlib.suppress(OSError):
+                file.close()
+            path.unlink()
+            raise
+        self._file, self._writer, self._problem = file, writer, None
+        self._channels.clear()
+        self._numbers.clear()
+
+    def _finish(self) -> None:
+        file, writer, self._file, self._writer = self._file, self._writer, None, None
+        if file is None:
+            return
+        try:
+            writer.finish()
+        except OSError as error:
+            self._fails(error)
+        finally:
+            with contextlib.suppress(OSError):
+                file.close()
+
+    def _fails(self, error: OSError) -> None:
+        """The disk takes nothing now."""
+        if self._problem is None:
+            log.error("%s: the archive in %s cannot be written: %s", self._prefix, self._directory, error)
+        with self._lock:
+            self._problem = error.strerror or str(error)
+            self._lost += len(self._waiting)
+            self._waiting.clear()
+            self._bytes = 0
+        self._retry = time.monotonic() + AGAIN
+        file, self._file, self._writer = self._file, None, None
+        if file is not None:
+            with contextlib.suppress(OSError):
+                file.close()
+
+
+_JSON = {"application/json", "text/json"}
+
+
+def about(config_json: Mapping[str, Any], boot: str) -> dict[str, str]:
+    """What a file says of the learner: which start of the process, and its configuration."""
+    return {"boot": boot, "config": json.dumps(config_json, ensure_ascii=False)}
