@@ -262,7 +262,7 @@ class Host:
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
         """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
         if self._mapped is not None:
-            memory = memory | {PARAMETERS: self._mapped.hearing.parameters}
+            memory = memory | {PARAMETERS: self._mapped.parameters()}
         if self._live is None:
             return memory
         effects = self._live.effects

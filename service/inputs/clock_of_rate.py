@@ -36,8 +36,9 @@ class ClockOfRate:
             return stamps or [], True
         if stamps:
             # By how many turns of a 32-bit counter of microseconds the two are apart.
-            turns = round((self.newest - stamps[-1]) / WRAP) if isfinite(stamps[-1]) else 0
-            if abs(self.newest - stamps[-1] - turns * WRAP) <= APART:
+            apart = self.newest - stamps[-1]
+            turns = round(apart / WRAP) if isfinite(apart) else 0
+            if abs(apart - turns * WRAP) <= APART:
                 return [stamp + turns * WRAP for stamp in stamps], True
             if len(stamps) > 1:
                 return [], False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 
 from service.inputs.settings import Sign, Thruster
 
@@ -21,7 +22,7 @@ OUTPUTS = 16
 def frame(parameters: Mapping[str, float]) -> int | None:
     """The frame that the vehicle says it has."""
     said = parameters.get("FRAME_CONFIG")
-    return None if said is None else int(said)
+    return None if said is None or not isfinite(said) else int(said)
 
 
 def relevant(name: str) -> bool:

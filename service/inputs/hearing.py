@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from incsvr.errors import BadInput
 from service.inputs import bus_keys, frames
 from service.inputs.arming import says_armed
 from service.inputs.clock_of_rate import ClockOfRate
-from service.inputs.forms import Undecodable, decoder, number
+from service.inputs.forms import Undecodable, as_float, decoder, number
 from service.inputs.forms.cdr import has_header
 from service.inputs.forms.own import Refused, parse
 from service.inputs.presets import Observed, Proposal, proposed
@@ -30,6 +31,8 @@ from service.inputs.units import FRACTION, STAMPS
 from service.logs.gathering import leaves
 from service.logs.table import Topic
 
+LARGEST = 2.0**53
+"""Flags and states are whole numbers below."""
 MOST = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
 RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
@@ -213,7 +216,8 @@ class Hearing:
             return
         commands = [np.array([command]) for command in self._commands]
         volts, speed = np.array([self._volts(settings)]), np.array([self._latest.get(SURGE, 0.0)])
-        told = Heard(TORQUE, times, [float(moment(settings, commands, volts, speed)[0])])
+        with np.errstate(all="ignore"):  # what is no command makes no moment, and is refused as beyond the plausible
+            told = Heard(TORQUE, times, [float(moment(settings, commands, volts, speed)[0])])
         if len(known.commands) == len(settings.each):
             yield told
             return
@@ -229,7 +233,7 @@ class Hearing:
 
     def _arm(self, settings: Armed, message: Any) -> None:
         value = number(message, settings.field)
-        if value is None:
+        if value is None or not abs(value) < LARGEST:
             self.refused["no_field"] += 1
         else:
             self.armed = bool(says_armed(settings, np.array([value]))[0])
@@ -240,11 +244,12 @@ class Hearing:
         name, value = body.get("param_id"), body.get("param_value")
         if isinstance(name, list):
             name = "".join(str(each) for each in name)
-        if not isinstance(name, str) or not isinstance(value, int | float):
+        told = as_float(value)
+        if not isinstance(name, str) or told is None:
             return
         name = name.partition("\0")[0]
-        if frames.relevant(name) and self.parameters.get(name) != value:
-            self.parameters[name] = float(value)
+        if frames.relevant(name) and self.parameters.get(name) != told:
+            self.parameters[name] = told
             self._resolve()
 
     def _meet(self, key: str) -> Known:
@@ -313,7 +318,7 @@ class Hearing:
                 update={"thrusters": thrusters.model_copy(update={"each": tuple(each)})}
             )
             if before != len(each):
-                self._commands = [float("nan")] * len(each)
+                self._commands = [nan] * len(each)
 
     def _take(self, name: str, source: Source, known: Known) -> None:
         """From now on this quantity is taken from messages of a key; what the newest says holds."""
@@ -391,7 +396,7 @@ def _stamps(message: Any, path: str, factor: float) -> list[float] | None:
 def _numbers(message: Any, path: str) -> list[float] | None:
     """The number at a path; of our own form all of them."""
     if isinstance(message, dict) and path in message and isinstance(message[path], list):
-        return [float(each) for each in message[path] if isinstance(each, int | float)]
+        return [nan if (value := as_float(each)) is None else value for each in message[path]]
     found = number(message, path)
     return None if found is None else [found]
 

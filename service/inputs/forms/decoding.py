@@ -47,7 +47,17 @@ def number(message: Any, path: str) -> float | None:
             message = message.get(step) if isinstance(message, Mapping) else None
         else:
             message = message[step] if isinstance(message, list) and step < len(message) else None
-    return float(message) if isinstance(message, int | float) else None
+    return as_float(message)
+
+
+def as_float(value: Any) -> float | None:
+    """A number of a message; None where it is none, or beyond all floats."""
+    if not isinstance(value, int | float):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return None
 
 
 @cache

@@ -1,0 +1,103 @@
+"""The mapping message by message: clocks, units, directions, and whatever else may come."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.inputs.clocks import WRAP
+from service.inputs.hearing import Heard, Hearing
+from service.inputs.settings import Inputs
+from tests.service.inputs import mavlink
+from tests.service.logs.dive import BOOT, dive
+
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+FIELDS = ("time_boot_ms", "time_usec", "yawspeed", "base_mode", "param_id", "param_value", "servo1_raw", "voltages")
+
+
+def hear(hearing: Hearing, key: str, arrival: float, **message: Any) -> dict[str, Heard]:
+    return {heard.name: heard for heard in hearing.hear(key, json.dumps(message).encode(), arrival)}
+
+
+def mapping(**inputs: Any) -> Hearing:
+    return Hearing(Inputs.model_validate(inputs))
+
+
+def test_units_directions_and_stamps() -> None:
+    rate = {"topic": "imu", "field": "gyro[2]", "unit": "mrad/s", "sign": -1, "stamp": "at", "stamp_unit": "ms"}
+    hearing = mapping(yaw_rate=rate, torque={"topic": "tau/*", "unit": "kN m", "scale": 0.5})
+    heard = hear(hearing, "imu", 100.0, gyro=[0.0, 0.0, 250.0], at=5000)
+    assert heard == {"yaw_rate": Heard("yaw_rate", [5.0], [-0.25])}
+    (told,) = hearing.hear("tau/yaw", b"0.4", 100.02)  # a bare number, placed by when it arrives
+    assert told.name == "torque"
+    assert [told.t[0], told.value[0]] == pytest.approx([5.02, 200.0])
+    assert hearing.hear("tau/roll", b"0.4", 100.03) == []  # what was heard first stays
+
+
+def test_stamps_of_another_clock_give_way_to_the_time_of_arrival() -> None:
+    hearing = mapping(
+        yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v", "stamp": "t"}
+    )
+    hear(hearing, "r", 50.0, t=10.0, v=0.1)
+    assert hear(hearing, "n", 50.1, t=10.05, v=2.0)["torque"].t == [10.05]
+    assert not hearing.notices()
+    assert hear(hearing, "n", 50.2, t=1e9, v=2.0)["torque"].t == [pytest.approx(10.2)]
+    assert any("stamps of torque are of another clock" in sentence for sentence in hearing.notices())
+
+
+def test_a_counter_of_32_bits_that_runs_over() -> None:
+    hearing = Hearing(Inputs(preset="blueos"))
+    swim = dive(4.0, 10.0)
+    hearing.hear(*mavlink.parameters()[0], 0.0)
+    for shift in (0.0, WRAP - BOOT - 2.0):
+        times = []
+        for key, payload in mavlink.stream(swim):
+            message = json.loads(payload)["message"]
+            for name, unit in (("time_boot_ms", 1e3), ("time_usec", 1e6)):
+                if name in message:
+                    message[name] = int((message[name] + unit * shift) % 2**32)
+            times += [
+                heard.t[0]
+                for heard in hearing.hear(key, json.dumps({"message": message}).encode(), 0.0)
+                if heard.name == "torque"
+            ]
+        np.testing.assert_allclose(np.diff(times), 0.1, atol=2e-3)
+
+
+def test_a_ros_name_and_a_message_of_mavlink_stand_for_their_keys() -> None:
+    hearing = mapping(preset="blueos", yaw_rate={"topic": "SCALED_IMU2", "field": "zgyro", "unit": "mrad/s"})
+    heard = hear(hearing, "mavlink/1/1/SCALED_IMU2", 7.0, message={"time_boot_ms": 5100, "zgyro": -250})
+    assert (heard["yaw_rate"].t, heard["yaw_rate"].value) == (pytest.approx([5.1]), [-0.25])
+
+
+def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
+    thrusters = {"topic": "u", "command": "rad/s", "curve": "quadratic", "full": 0.02, "inflow": -0.03}
+    hearing = mapping(
+        yaw_rate={"topic": "r", "field": "v"},
+        thrusters={**thrusters, "each": [{"field": "w[0]", "arm": 0.5}, {"field": "w[1]", "arm": -0.5}]},
+        channels={"surge": {"topic": "speed"}},
+    )
+    hear(hearing, "r", 1.0, v=0.1)
+    hearing.hear("speed", b"0.5", 1.0)
+    heard = hear(hearing, "u", 1.0, w=[30.0, -20.0])
+    assert heard["torque"].value[0] == pytest.approx(0.5 * 0.02 * (900.0 + 400.0) - 0.5 * 0.03 * 0.5 * (30.0 - 20.0))
+
+
+@given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
+def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
+    hearing = Hearing(Inputs(preset="blueos"))
+    for key, payload in mavlink.stream(dive(1.0, 5.0)):
+        hearing.hear(key, payload, 0.0)
+    for kind, anything in messages:
+        for message in (anything, {"message": dict.fromkeys(FIELDS, anything)}):
+            hearing.hear(f"mavlink/1/1/{kind}", json.dumps(message).encode(), 1.0)
+    hearing.notices()
