@@ -23,6 +23,7 @@ COMMANDS = {
     "query": ("service.query", "asks a running learner for the damping"),
     "status": ("service.status", "what a running learner hears, makes of it and why; exit status 0 where health is OK"),
     "watch": ("service.watch", "the same, live, and a line for each iteration"),
+    "inputs": ("service.inputs_command", "what is heard on a vehicle's bus, how often, and whether it can be true"),
     "inspect": ("service.inspecting", "what is in a log of any format, and what of it would be learned from"),
     "convert": ("simulator.convert", "logs of any format as one recording in our form"),
     "fit": ("simulator.fit", "the online loop over recordings; errors for each iteration"),

@@ -22,6 +22,7 @@ from incsvr.signals.streams import FUTURE, JUMP
 from service import wire
 from service.learning_state import LearningState
 from service.node import LearnerNode
+from service.recent import Pace
 from service.sections import HealthLimits
 from service.sequence import Sequence
 from service.starvation import NAMES, Starvation, slow_stream
@@ -54,6 +55,12 @@ class HealthWatch:
         limits: when to warn.
         started: of `clock`, when the process began [s].
         clock: a monotonic clock [s].
+
+    Attributes:
+        notices: sentences of others, to be told as warnings.
+        effect_channels: channels without which no sample can be freed of the traced effects.
+        asks: whether the vehicle can be asked for more from here.
+        queries: that were answered.
     """
 
     def __init__(self, limits: HealthLimits, started: float, clock: Callable[[], float]) -> None:
@@ -68,9 +75,11 @@ class HealthWatch:
         self._paused: str | None = None
         self._learning = LearningState()
         self._starvation: Starvation | None = None
+        self._pace = Pace()
         self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
         self.notices: tuple[str, ...] = ()
         self.effect_channels: tuple[str, ...] = ()
+        self.asks = False
         self.queries = 0
 
     def received(self, name: str, t: Array, value: Array) -> None:
@@ -84,6 +93,8 @@ class HealthWatch:
                 t, value = t[believed], value[believed]
                 if not t.size:
                     return
+            if name in NAMES:
+                (self._pace.rate if name == "yaw_rate" else self._pace.torque).add(t, value)
             # Over a jump of the clock nothing is known.
             changed = np.flatnonzero((value[1:] != value[:-1]) | (np.abs(np.diff(t)) > JUMP))
             if changed.size:
@@ -254,6 +265,9 @@ class HealthWatch:
         signals, recent_batches = node.config.signal_settings(), node.recent_batches
         slow = slow_stream(signals, node.batches.smoothing, node.batches.readings)
         warnings += [slow] if slow else []
+        with self._lock:
+            seldom = self._pace.look()
+        warnings += [seldom.on_a_bus(self.asks)] if seldom is not None else []
         quick, excitation = recent_batches.unresolved, recent_batches.excitation
         if quick is not None:
             warnings.append(f"{quick.sentence}; {quick.cure(signals)}")

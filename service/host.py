@@ -94,6 +94,7 @@ class Host:
         # Loaded where it is needed alone, like the other parts that not every learner has.
         from service.mapped_ingest import MappedIngest
 
+        self.watch.asks = inputs.preset == "blueos"
         memory = (self._store.memory if self._store is not None else None) or {}
         known = memory.get(PARAMETERS) or {}
         return MappedIngest(self._session, self.keys, self.node, self.watch, inputs, known, learners, self._archive)

@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
             proposal = Proposal(proposal.inputs, proposal.notes, {**proposal.missing, "reading": str(error)})
     if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):
         slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
-        measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow))
+        measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow.of_a_log))
     streams = _streams(log.topics, log.read([topic.name for topic in log.topics]), proposal)
     emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -14,13 +15,51 @@ TOO_SLOW = 0.1
 (steps held for 0.8 to 2.4 s, torque at 1 to 20 Hz; seeds 780000 to 780023) a curve that was learned with the torque as
 a measurement was off at its worst rate by less than a third below it, in nine of ten, and from 0.4 on by two thirds in
 the median."""
+JITTERS = 1.05
+"""What comes nearly as often as is asked for is not too seldom."""
 REGULAR = 0.5
 """Spread of the middle eight tenths of the pauses over their median, below which a stream is sampled; what is sent on
 change alone is known between its messages, too."""
 
 
-def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> str | None:
-    """A sentence with the cure where the torque is sampled too seldom for how fast the vehicle turns.
+@dataclass(frozen=True, slots=True)
+class TooSlow:
+    """A torque that is sampled too seldom.
+
+    Attributes:
+        period: between its values [s].
+        scale: within which the yaw rate changes [s].
+        hertz: how often it would have to come.
+    """
+
+    period: float
+    scale: float
+    hertz: int
+
+    @property
+    def fault(self) -> str:
+        """For people, without the cure."""
+        return (
+            f"the torque comes every {self.period:.2g} s, too seldom for a vehicle whose yaw rate changes within "
+            f"{self.scale:.2g} s: what is told between is not known"
+        )
+
+    @property
+    def of_a_log(self) -> str:
+        """The same with the cure, for who records."""
+        return (
+            f"{self.fault}; record it at {self.hertz} Hz or more (on ArduPilot by the message interval of "
+            "SERVO_OUTPUT_RAW, or from the vehicle's own .BIN)"
+        )
+
+    def on_a_bus(self, asks: bool) -> str:
+        """The same with the cure, for who sends; `asks` where the vehicle can be asked from here."""
+        cure = f": `incsvr inputs --ask {self.hertz}` asks the vehicle for it" if asks else ""
+        return f"{self.fault}; send it at {self.hertz} Hz or more{cure}"
+
+
+def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> TooSlow | None:
+    """Whether the torque is sampled too seldom for how fast the vehicle turns.
 
     Args:
         rate: stamps (n,) [s] and yaw rates [rad/s].
@@ -33,10 +72,7 @@ def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> str | No
     low, high = np.quantile(steps, (0.1, 0.9))
     even = float(np.median(np.diff(rate[0])))
     scale = time_scale([np.interp(np.arange(rate[0][0], rate[0][-1], even), *rate)], even)
-    if high - low > REGULAR * period or period < TOO_SLOW * scale or scale <= 0.0:
+    if high - low > REGULAR * period or scale <= 0.0:
         return None
-    return (
-        f"the torque comes every {period:.2g} s, too seldom for a vehicle whose yaw rate changes within {scale:.2g} s: "
-        f"what is told between is not known; record it at {ceil(1.0 / (TOO_SLOW * scale))} Hz or more (on ArduPilot by "
-        "the message interval of SERVO_OUTPUT_RAW, or from the vehicle's own .BIN)"
-    )
+    hertz = ceil(1.0 / (TOO_SLOW * scale))
+    return None if period * hertz < JITTERS else TooSlow(period, scale, hertz)

@@ -35,15 +35,17 @@ def test_the_time_scale_of_a_cosine_is_a_sixth_of_its_period() -> None:
 def test_commands_at_2_hz_are_said_with_the_cure() -> None:
     at, levels = held(780100)
     rate = turning(at, levels)
-    sentences = {}
+    found = {}
     for hz in (2.0, 20.0):
         instants = np.arange(0.1, TIME[-1], 1.0 / hz, dtype=np.float64)
         told = levels[np.clip(np.searchsorted(at, instants, side="right") - 1, 0, None)]
-        sentences[hz] = too_slow((TIME, rate), (instants, told))
-    assert sentences[20.0] is None
-    assert sentences[2.0] is not None
-    assert "the torque comes every 0.5 s" in sentences[2.0]
-    assert "Hz or more (on ArduPilot by the message interval of SERVO_OUTPUT_RAW" in sentences[2.0]
+        found[hz] = too_slow((TIME, rate), (instants, told))
+    assert found[20.0] is None
+    slow = found[2.0]
+    assert slow is not None
+    assert "the torque comes every 0.5 s" in slow.of_a_log
+    assert "Hz or more (on ArduPilot by the message interval of SERVO_OUTPUT_RAW" in slow.of_a_log
+    assert slow.on_a_bus(True).endswith(f"or more: `incsvr inputs --ask {slow.hertz}` asks the vehicle for it")
 
 
 def test_what_is_sent_on_change_is_known_between() -> None:

@@ -86,3 +86,16 @@ def test_another_vehicle_on_the_bus_is_left_alone(board: Board, swim: Dive) -> N
     health = vessel.send(mixed, 100)
     assert health.streams["yaw_rate"].received == 100
     vessel.health_when(lambda health: any("mavlink/2/1/ATTITUDE is heard as well" in r for r in health.reasons))
+
+
+def test_outputs_at_2_hz_are_too_slow_for_the_vehicle_and_the_cure_is_a_command(board: Board, swim: Dive) -> None:
+    vessel = board({"preset": "blueos"})
+    messages, told = mavlink.parameters(), 0
+    for key, payload in mavlink.stream(swim, 0.0, 40.0):
+        told += key.endswith("SERVO_OUTPUT_RAW")
+        if not key.endswith("SERVO_OUTPUT_RAW") or told % 5 == 0:
+            messages.append((key, payload))
+    vessel.send(messages, 400)
+    health = vessel.health_when(lambda health: any("`incsvr inputs --ask" in reason for reason in health.reasons))
+    (slow,) = (reason for reason in health.reasons if "--ask" in reason)
+    assert slow.startswith("the torque comes every 0.5 s, too seldom for a vehicle whose yaw rate changes within")

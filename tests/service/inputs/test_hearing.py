@@ -76,7 +76,7 @@ def test_a_counter_of_32_bits_that_runs_over() -> None:
 def test_a_ros_name_and_a_message_of_mavlink_stand_for_their_keys() -> None:
     hearing = mapping(preset="blueos", yaw_rate={"topic": "SCALED_IMU2", "field": "zgyro", "unit": "mrad/s"})
     heard = hear(hearing, "mavlink/1/1/SCALED_IMU2", 7.0, message={"time_boot_ms": 5100, "zgyro": -250})
-    assert (heard["yaw_rate"].t, heard["yaw_rate"].value) == (pytest.approx([5.1]), [-0.25])
+    assert [*heard["yaw_rate"].t, *heard["yaw_rate"].value] == pytest.approx([5.1, -0.25])
 
 
 def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:

@@ -1,0 +1,174 @@
+"""What a mapping heard in some seconds: of each input what came, how often, its range, and whether it can be true."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from incsvr.samples import Array
+from incsvr.signals.checks import implausible
+from incsvr.signals.seldom import too_slow
+from service.inputs.hearing import RATE, TORQUE, Hearing, Known
+
+HEADING = "heading"
+TURNED = 0.2
+"""The heading must turn by so much [rad] before it is held against the yaw rate: a compass wanders by a few degrees."""
+AGREES = (0.5, 2.0)
+"""Turned by the yaw rate over turned by the heading; another unit makes 57 or 1/57 of it, the other direction −1."""
+PACES = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
+CALLED = {RATE: "the yaw rate", TORQUE: "the torque"}
+
+
+@dataclass(slots=True)
+class Came:
+    """One input: stamps [s], values in SI units, and when they came [s]."""
+
+    t: array[float] = field(default_factory=lambda: array("d"))
+    value: array[float] = field(default_factory=lambda: array("d"))
+    arrival: array[float] = field(default_factory=lambda: array("d"))
+
+    @property
+    def stream(self) -> tuple[Array, Array]:
+        """By rising stamps, each once."""
+        time, first = np.unique(np.array(self.t), return_index=True)
+        return time, np.array(self.value)[first]
+
+
+class Survey:
+    """Follows what a mapping hears.
+
+    Args:
+        limits: largest plausible magnitude of the yaw rate [rad/s] and of the torque [N m].
+    """
+
+    def __init__(self, hearing: Hearing, limits: dict[str, float]) -> None:
+        self.hearing, self._limits = hearing, limits
+        self.came: dict[str, Came] = {}
+
+    def hear(self, key: str, payload: bytes, arrival: float) -> None:
+        """A message came."""
+        for heard in self.hearing.hear(key, payload, arrival):
+            came = self.came.setdefault(heard.name, Came())
+            came.t.extend(heard.t)
+            came.value.extend(heard.value)
+            came.arrival.extend([arrival] * len(heard.t))
+
+    def missing(self) -> dict[str, str]:
+        """What did not come, by name: a sentence with the cure."""
+        found = dict(self.hearing.missing)
+        for name in (RATE, TORQUE):
+            if name not in self.came and name not in found:
+                found[name] = f"nothing came of {CALLED[name]} on {', '.join(self._keys_of(name)) or 'any key'}"
+        if self.hearing.armed is None and self.hearing.why_not is not None:
+            found["armed"] = self.hearing.why_not
+        return found
+
+    def doubts(self) -> dict[str, list[str]]:
+        """What cannot be true of an input, by name."""
+        found = {name: self._doubts(name, came) for name, came in self.came.items()}
+        heading = self._against_heading()
+        if heading:
+            found[RATE].append(heading)
+        if RATE in self.came and TORQUE in self.came:
+            slow = too_slow(self.came[RATE].stream, self.came[TORQUE].stream)
+            found[TORQUE] += [] if slow is None else [slow.on_a_bus(self.hearing.inputs.preset == "blueos")]
+        return {name: sentences for name, sentences in found.items() if sentences}
+
+    def summary(self) -> dict[str, Any]:
+        """All of it, as plain data."""
+        doubts = self.doubts()
+        inputs = {name: self._input(name, came, doubts.get(name, [])) for name, came in self.came.items()}
+        heard = {
+            key: {"count": known.count, "rate_hz": _hertz(known), "form": known.form, "fields": list(known.fields)}
+            for key, known in self.hearing.known.items()
+        }
+        return {
+            "inputs": inputs,
+            "armed": self.hearing.armed,
+            "armed_by": next((key for key, known in self.hearing.known.items() if known.armed is not None), None),
+            "parameters": dict(self.hearing.parameters),
+            "missing": self.missing(),
+            "notices": self.hearing.notices(),
+            "refused": dict(self.hearing.refused),
+            "heard": heard,
+        }
+
+    def _input(self, name: str, came: Came, doubts: list[str]) -> dict[str, Any]:
+        _, values = came.stream
+        finite = values[np.isfinite(values)]
+        return {
+            "keys": self._bound(name),
+            "count": len(came.t),
+            "rate_hz": _rate(np.array(came.arrival)),
+            "low": float(finite.min()) if finite.size else None,
+            "high": float(finite.max()) if finite.size else None,
+            "stamps": "arrival" if self.hearing.placed.get(name) is False else "own",
+            "doubts": doubts,
+        }
+
+    def _bound(self, name: str) -> list[str]:
+        """The keys that an input comes from."""
+        return [
+            key
+            for key, known in self.hearing.known.items()
+            if any(each == name for each, _ in known.quantities) or (name == TORQUE and known.commands)
+        ]
+
+    def _keys_of(self, name: str) -> list[str]:
+        inputs = self.hearing.inputs
+        source = inputs.yaw_rate if name == RATE else inputs.torque
+        if source is not None:
+            return [source.topic]
+        return [] if name == RATE or inputs.thrusters is None else sorted(set(inputs.thrusters.topics))
+
+    def _doubts(self, name: str, came: Came) -> list[str]:
+        found = []
+        values, arrival, t = np.array(came.value), np.array(came.arrival), np.array(came.t)
+        limit = self._limits.get(name)
+        if limit is not None:
+            beyond = int(np.count_nonzero(~(np.abs(values) <= limit)))
+            finding = implausible(name, beyond, values.size, limit)
+            if finding is not None:
+                found.append(finding.sentence)
+            if values.size > 1 and np.ptp(values) == 0.0:
+                found.append(f"{CALLED[name]} stands at {values[0]:g} all the time")
+        if arrival.size > 1 and self.hearing.placed.get(name) is not False and np.ptp(arrival) > 1.0:
+            pace = float(np.ptp(t)) / float(np.ptp(arrival))
+            unit = next((unit for factor, unit in PACES.items() if 0.5 < pace / factor < 2.0), None)
+            if unit is not None:
+                found.append(f"its stamps run as fast as {unit}: say stamp_unit")
+            elif pace == 0.0:
+                found.append("its stamps stand still: take the time of arrival (stamp: arrival)")
+        return found
+
+    def _against_heading(self) -> str | None:
+        """Whether the yaw rate turns as the heading does, where there is one and it turned."""
+        if RATE not in self.came or HEADING not in self.came:
+            return None
+        (time, rate), (stamps, heading) = self.came[RATE].stream, self.came[HEADING].stream
+        if time.size < 3 or stamps.size < 3:
+            return None
+        turned = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
+        shown = np.interp(time, stamps, np.unwrap(heading))
+        shown -= shown[0]
+        if np.abs(shown).max() < TURNED:
+            return None
+        ratio = float(turned @ shown / (shown @ shown))
+        if AGREES[0] < ratio < AGREES[1]:
+            return None
+        why = "is its unit or that of the heading another?"
+        if -AGREES[1] < ratio < -AGREES[0]:
+            why = "one of the two counts in the other direction (sign: -1)"
+        return f"it turns {ratio:.2g} times as far as the heading: {why}"
+
+
+def _hertz(known: Known) -> float:
+    return (known.count - 1) / (known.last - known.first) if known.count > 1 and known.last > known.first else 0.0
+
+
+def _rate(arrival: Array) -> float:
+    span = float(np.ptp(arrival)) if arrival.size > 1 else 0.0
+    return (arrival.size - 1) / span if span > 0.0 else 0.0

@@ -1,0 +1,182 @@
+"""`incsvr inputs`: listens to the vehicle's bus; of each input what came, how often, and whether it can be true.
+
+Exit status 0 where yaw rate and torque came and nothing is missing, 1 else. With `--ask HZ` the vehicle is asked before
+for its attitude and its outputs so often; nothing else ever writes to it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import time
+from textwrap import wrap
+from typing import Any
+
+import zenoh
+
+from incsvr.errors import BadInput
+from service.arrivals import Arrivals
+from service.config import Config, add_config_arguments, from_arguments
+from service.inputs import asking, bus_keys
+from service.inputs.hearing import RATE, TORQUE, Hearing
+from service.inputs.presets.mavlink import AUTOPILOT
+from service.inputs.survey import Survey
+from service.mapped_ingest import with_own_keys
+from service.output import add_json_argument, emit
+from service.session import connecting, from_file, listening, open_session
+from service.wire import Keys
+
+WIDTH = 80
+POLL = 0.05
+"""How often what has come is taken [s]."""
+MEET = 3.0
+"""How long it is waited for the vehicle that is to be asked, and for its answers [s]."""
+MOST_HERTZ = 400.0
+"""Faster no autopilot runs."""
+UNITS = {RATE: "rad/s", TORQUE: "N m"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seconds", type=float, default=10.0, help="how long to listen [s] (default 10)")
+    parser.add_argument(
+        "--ask", type=float, metavar="HZ", help="first ask a BlueOS vehicle for its attitude and outputs so often"
+    )
+    parser.add_argument("--wait", type=float, default=3.0, help="how long to try to reach the bus [s] (default 3)")
+    add_config_arguments(parser)
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    config = from_arguments(args)
+    if not 0.0 < args.seconds <= 3600.0:
+        raise BadInput(f"--seconds {args.seconds:g}: listen for more than nothing, and for an hour at most")
+    if args.ask is not None and config.inputs.preset != "blueos":
+        raise BadInput("--ask: only a vehicle with BlueOS is asked for more; say --set inputs.preset=blueos")
+    if args.ask is not None and not 0.0 < args.ask <= MOST_HERTZ:
+        raise BadInput(f"--ask {args.ask:g}: ask for messages a second, above 0 and at most {MOST_HERTZ:g}")
+    hearing = Hearing(with_own_keys(config.inputs, Keys(config.prefix)))
+    vehicle = config.vehicle
+    survey = Survey(hearing, {RATE: vehicle.rate_limit, TORQUE: vehicle.torque_limit})
+    asked: dict[str, Any] = {}
+    with _met(config, args.wait) as session:
+        arrivals = Arrivals(session, hearing, lambda reason, count: hearing.refused.update({reason: count}))
+        if args.ask is not None:
+            asked = {"asked": _ask(session, hearing, arrivals, args.ask)}
+        _listen(survey, arrivals, args.seconds)
+        arrivals.close()
+    result = {"seconds": args.seconds, **asked, **survey.summary()}
+    emit(args, result, text(config, result))
+    whole = {RATE, TORQUE} <= result["inputs"].keys() and not result["missing"]
+    return 0 if whole else 1
+
+
+def text(config: Config, result: dict[str, Any]) -> str:
+    """The same for people, in 80 columns."""
+    came = result["inputs"]
+    where = config.bus.connect or config.bus.zenoh_file or config.bus.listen
+    lines = [f"{where}, {result['seconds']:g} s" + (f", preset {config.inputs.preset}" if config.inputs.preset else "")]
+    lines += ["", f"{'input':<13} {'values':>6} {'Hz':>5} {'lowest':>9} {'highest':>9}"]
+    for name in sorted(came, key=lambda each: (each != RATE, each != TORQUE, each)):
+        lines.append(_line(name, came[name]))
+        lines += _wrapped("    doubt: ", came[name]["doubts"])
+    lines += [f"{name:<13} {'0':>6}" for name in (RATE, TORQUE) if name not in came]
+    armed = {True: "armed", False: "not armed: nothing would be learned now", None: "nothing says whether it is"}
+    by = f" (by {result['armed_by']})" if result["armed_by"] else ""
+    lines += ["", f"armed: {armed[result['armed']]}{by}"]
+    if "asked" in result:
+        lines += _wrapped("asked: ", [f"{name}: {said}" for name, said in result["asked"].items()])
+    lines += _wrapped("missing: ", result["missing"].values())
+    lines += _wrapped("note: ", result["notices"])
+    lines += _wrapped(
+        "refused: ", [f"{count} {reason.replace('_', ' ')}" for reason, count in result["refused"].items()]
+    )
+    used = {key for each in came.values() for key in each["keys"]} | {result["armed_by"]}
+    others = [f"{key} ({each['rate_hz']:.3g} Hz)" for key, each in result["heard"].items() if key not in used]
+    return "\n".join(lines + _wrapped("heard as well: ", [", ".join(others)] if others else []))
+
+
+def _line(name: str, came: dict[str, Any]) -> str:
+    low, high = ("-" if came[end] is None else f"{came[end]:.4g}" for end in ("low", "high"))
+    unit = UNITS.get(name, "")
+    where = ", ".join(came["keys"]) + (" (by arrival)" if came["stamps"] == "arrival" else "")
+    line = f"{name:<13} {came['count']:>6} {came['rate_hz']:>5.3g} {low:>9} {high:>9} {unit:<5}"
+    room = WIDTH - len(line) - 1
+    return f"{line} {where if len(where) <= room else '…' + where[1 - room :]}".rstrip()
+
+
+def _wrapped(begin: str, sentences: Any) -> list[str]:
+    return [
+        line
+        for sentence in sentences
+        for line in wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent="    ", break_on_hyphens=False)
+    ]
+
+
+def _met(config: Config, patience_s: float) -> zenoh.Session:
+    """The vehicle's bus: as a client; where the learner would listen itself and does not run, in its place."""
+    bus = config.bus
+    if bus.zenoh_file is not None:
+        return open_session(from_file(bus.zenoh_file), patience_s)
+    if bus.connect is not None:
+        try:
+            return open_session(connecting(bus.connect), patience_s)
+        except BadInput as error:
+            raise BadInput(f"{error}; name the place of the vehicle's router with --connect") from None
+    try:
+        return open_session(connecting(bus.listen))
+    except BadInput:
+        return open_session(listening(bus.listen))
+
+
+def _listen(survey: Survey, arrivals: Arrivals, seconds: float) -> None:
+    pause, until = threading.Event(), time.monotonic() + seconds
+    while True:
+        for key, payload, arrival in arrivals.take():
+            survey.hear(key, payload, arrival)
+        left = until - time.monotonic()
+        if left <= 0.0:
+            return
+        pause.wait(min(POLL, left))
+
+
+def _ask(session: zenoh.Session, hearing: Hearing, arrivals: Arrivals, hertz: float) -> dict[str, str]:
+    """Asks for the messages that are learned from; what the vehicle says to each.
+
+    Raises:
+        BadInput: there is no vehicle to ask.
+    """
+    system = _vehicle(hearing, arrivals)
+    answers: list[bytes] = []
+    key = f"mavlink/{system}/{AUTOPILOT}/{asking.ACK}"
+    listener = session.declare_subscriber(key, lambda sample: answers.append(sample.payload.to_bytes()))
+    said = {}
+    for name, number in asking.ASKED.items():
+        session.put(asking.KEY, asking.request(int(system), number, hertz), encoding="application/json")
+        said[name] = _answer(answers)
+    listener.undeclare()  # type: ignore[no-untyped-call]
+    return said
+
+
+def _vehicle(hearing: Hearing, arrivals: Arrivals) -> str:
+    """The number of the first vehicle that is heard."""
+    pause, until = threading.Event(), time.monotonic() + MEET
+    while time.monotonic() < until:
+        for key, payload, arrival in arrivals.take():
+            hearing.hear(key, payload, arrival)
+        system = next((found for key in hearing.known if (found := bus_keys.system(key))), None)
+        if system is not None:
+            return system
+        pause.wait(POLL)
+    raise BadInput("--ask: no vehicle is heard on mavlink/…; is the MAVLink server's Zenoh endpoint on in BlueOS?")
+
+
+def _answer(answers: list[bytes]) -> str:
+    """What the autopilot says, which is taken out of the answers."""
+    pause, until = threading.Event(), time.monotonic() + MEET
+    while time.monotonic() < until:
+        while answers:
+            accepted = asking.accepted(answers.pop(0))
+            if accepted is not None:
+                return "accepted" if accepted else "refused"
+        pause.wait(POLL)
+    return "no answer came"

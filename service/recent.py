@@ -1,0 +1,67 @@
+"""The newest minute of yaw rate and torque as they came, to see whether they come often enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from incsvr.samples import Array
+from incsvr.signals.seldom import TooSlow, too_slow
+from incsvr.signals.streams import JUMP
+
+KEPT = 1024
+"""Values of a stream: a minute and more of what comes at 2 to 20 Hz."""
+APART = 0.02
+"""Values that are nearer together [s] are thinned out: no vehicle changes its yaw rate within ten times as long."""
+ENOUGH = 20.0
+"""The time scale of a motion is seen in so much of it [s], and looked for again after half as much."""
+
+
+@dataclass(slots=True)
+class Recent:
+    """One stream: stamps [s] that rise, and values."""
+
+    t: list[float] = field(default_factory=list)
+    value: list[float] = field(default_factory=list)
+
+    def add(self, t: Array, value: Array) -> None:
+        """(n,) more; what jumps to another time begins anew."""
+        if self.t and not -1.0 < float(t[0]) - self.t[-1] < JUMP:
+            self.t.clear()
+            self.value.clear()
+        last = self.t[-1] if self.t else -np.inf
+        if t.size == 1:
+            if float(t[0]) - last >= APART:
+                self.t.append(float(t[0]))
+                self.value.append(float(value[0]))
+        else:
+            _, first = np.unique(np.floor(t / APART), return_index=True)
+            later = first[t[first] - last >= APART]
+            self.t += t[later].tolist()
+            self.value += value[later].tolist()
+        if len(self.t) > 2 * KEPT:
+            del self.t[:-KEPT], self.value[:-KEPT]
+
+    @property
+    def stream(self) -> tuple[Array, Array]:
+        return np.array(self.t[-KEPT:]), np.array(self.value[-KEPT:])
+
+
+@dataclass(slots=True)
+class Pace:
+    """Whether the torque comes too slowly for how fast the vehicle turns; looked at anew as the data goes on."""
+
+    rate: Recent = field(default_factory=Recent)
+    torque: Recent = field(default_factory=Recent)
+    looked: float = -np.inf
+    found: TooSlow | None = None
+
+    def look(self) -> TooSlow | None:
+        if not self.torque.t or not self.rate.t:
+            return None
+        newest = self.torque.t[-1]
+        if newest - self.torque.t[0] < ENOUGH or 0.0 <= newest - self.looked < 0.5 * ENOUGH:
+            return self.found
+        self.looked, self.found = newest, too_slow(self.rate.stream, self.torque.stream)
+        return self.found

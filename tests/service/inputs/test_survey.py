@@ -1,0 +1,174 @@
+"""`incsvr inputs`: what it says of a bus, and how it asks a vehicle for more."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+import zenoh
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from service.cli import main
+from service.inputs.hearing import Hearing
+from service.inputs.settings import Inputs
+from service.inputs.survey import Survey
+from service.session import connecting, free_endpoint, listening, open_session
+from tests.service.conftest import PATIENCE
+from tests.service.inputs import mavlink
+from tests.service.logs.dive import Dive, dive
+
+SWIM = dive(30.0, 20.0)
+LIMITS = {"yaw_rate": 6.0, "torque": 40.0}
+
+
+def surveyed(stream: list[tuple[str, bytes]], **inputs: Any) -> dict[str, Any]:
+    """What is said of messages that arrive as fast as they were sent."""
+    survey = Survey(Hearing(Inputs.model_validate({"preset": "blueos", **inputs})), LIMITS)
+    arrival = 1_000.0
+    for key, payload in [*mavlink.parameters(), *stream]:
+        arrival += 0.05 if key.endswith("ATTITUDE") else 0.0
+        survey.hear(key, payload, arrival)
+    return survey.summary()
+
+
+def with_heading(swim: Dive, sign: float = 1.0, factor: float = 1.0) -> list[tuple[str, bytes]]:
+    """The same with a heading that turns as the vehicle does, and a yaw rate in another unit or direction."""
+    yaw = np.cumsum(swim.rate) / 20.0
+    found = mavlink.stream(Dive(swim.time, sign * factor * swim.rate, swim.command))
+    turns = iter(zip(swim.time, swim.rate, (yaw + np.pi) % (2.0 * np.pi) - np.pi, strict=True))
+    told = []
+    for key, payload in found:
+        if key.endswith("ATTITUDE"):
+            t, rate, heading = next(turns)
+            key, payload = mavlink.attitude(t, sign * factor * rate, heading)
+        told.append((key, payload))
+    return told
+
+
+def test_what_came_how_often_and_in_which_range() -> None:
+    said = surveyed(with_heading(SWIM))
+    rate, torque = said["inputs"]["yaw_rate"], said["inputs"]["torque"]
+    assert (rate["count"], rate["keys"], rate["stamps"]) == (600, ["mavlink/1/1/ATTITUDE"], "own")
+    assert rate["rate_hz"] == pytest.approx(20.0)
+    assert (rate["low"], rate["high"]) == pytest.approx((SWIM.rate.min(), SWIM.rate.max()), abs=1e-6)
+    assert torque["keys"] == ["mavlink/1/1/SERVO_OUTPUT_RAW"]
+    assert said["inputs"]["voltage"]["high"] == pytest.approx(15.0)
+    assert said["armed"] is True
+    assert said["missing"] == {}
+    assert not any(each["doubts"] for each in said["inputs"].values())
+
+
+@pytest.mark.parametrize(
+    ("sign", "factor", "doubt"),
+    [
+        (-1.0, 1.0, "one of the two counts in the other direction"),
+        (1.0, 57.3, "beyond the plausible ±6 rad/s: are they in degrees per second?"),
+        (1.0, 0.001, "is its unit or that of the heading another?"),
+    ],
+)
+def test_a_unit_or_a_direction_that_cannot_be(sign: float, factor: float, doubt: str) -> None:
+    doubts = surveyed(with_heading(SWIM, sign, factor))["inputs"]["yaw_rate"]["doubts"]
+    assert any(doubt in sentence for sentence in doubts), doubts
+
+
+def test_outputs_at_2_hz_are_too_seldom_and_the_cure_is_a_command() -> None:
+    outputs = 0
+    slow = []
+    for key, payload in mavlink.stream(SWIM):
+        outputs += key.endswith("SERVO_OUTPUT_RAW")
+        if not key.endswith("SERVO_OUTPUT_RAW") or outputs % 10 == 0:
+            slow.append((key, payload))
+    (doubt,) = surveyed(slow)["inputs"]["torque"]["doubts"]
+    assert "the torque comes every 0.5 s" in doubt
+    assert "`incsvr inputs --ask" in doubt
+
+
+def test_stamps_in_another_unit() -> None:
+    told = {"yaw_rate": {"topic": "ATTITUDE", "field": "yawspeed", "stamp": "time_boot_ms"}}
+    assert "its stamps run as fast as milliseconds: say stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))
+
+
+@pytest.fixture
+def bus() -> Iterator[tuple[str, zenoh.Session]]:
+    endpoint = free_endpoint()
+    with open_session(listening(endpoint)), open_session(connecting(endpoint), PATIENCE) as session:
+        yield endpoint, session
+
+
+@contextmanager
+def repeating(session: zenoh.Session, messages: list[tuple[str, bytes]]) -> Iterator[None]:
+    """Publishes these again and again."""
+    stop = threading.Event()
+
+    def work() -> None:
+        while not stop.is_set():
+            for key, payload in messages:
+                session.put(key, payload)
+            stop.wait(0.01)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+
+
+def command(endpoint: str, *flags: str) -> list[str]:
+    return ["inputs", "--set", "inputs.preset=blueos", "--connect", endpoint, "--seconds", "0.6", *flags]
+
+
+def test_the_command_says_what_is_missing(bus: tuple[str, zenoh.Session], capsys: pytest.CaptureFixture[str]) -> None:
+    endpoint, session = bus
+    heard = [mavlink.heartbeat(mavlink.DISARMED), mavlink.attitude(1.0, 0.1)]
+    with repeating(session, heard):
+        assert main(command(endpoint)) == 1
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= 80
+    for words in ("yaw_rate", "mavlink/1/1/ATTITUDE", "not armed", "missing: no SERVO_OUTPUT_RAW was found"):
+        assert words in shown
+
+
+def test_the_vehicle_is_asked_as_its_server_is(
+    bus: tuple[str, zenoh.Session], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is put on mavlink/in makes a COMMAND_LONG of MAVLink, and the autopilot's answer is told."""
+    endpoint, session = bus
+    asked = []
+
+    def take(sample: zenoh.Sample) -> None:
+        said = json.loads(sample.payload.to_bytes())
+        fields = said["message"]
+        assert fields.pop("type") == "COMMAND_LONG"
+        number = getattr(dialect, fields.pop("command")["type"])
+        asked.append(mavlink.wire(dialect.MAVLink_command_long_message(command=number, **fields)))
+        result = dialect.MAVLink_command_ack_message(number, len(asked) - 1)  # accepted, then refused for a while
+        session.put(*mavlink.put(result, command={"type": "MAV_CMD_SET_MESSAGE_INTERVAL"}))
+
+    session.declare_subscriber("mavlink/in", take)
+    heard = [mavlink.heartbeat(mavlink.ARMED), mavlink.attitude(1.0, 0.1), mavlink.outputs(1.0, [1500] * 4)]
+    with repeating(session, heard):
+        assert main(command(endpoint, "--ask", "25", "--json", "-")) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["asked"] == {"ATTITUDE": "accepted", "SERVO_OUTPUT_RAW": "refused"}
+    told = [(each["command"], each["target_system"], each["param1"], each["param2"]) for each in asked]
+    assert told == [(511, 1, 30.0, 40_000.0), (511, 1, 36.0, 40_000.0)]
+
+
+@pytest.mark.parametrize(
+    ("flags", "sentence"),
+    [
+        (("--ask", "0"), "--ask 0: ask for messages a second, above 0"),
+        (("--ask", "20", "--set", "inputs.preset=ros2"), "only a vehicle with BlueOS is asked for more"),
+        (("--seconds", "0"), "listen for more than nothing"),
+    ],
+)
+def test_what_cannot_be_asked(flags: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(command(free_endpoint(), *flags)) == 2
+    assert sentence in capsys.readouterr().err
