@@ -8,7 +8,7 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.output import add_json_argument, emit
-from simulator.progress import progress
+from service.progress import progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

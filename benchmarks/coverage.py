@@ -29,8 +29,8 @@ from incsvr.learning.criteria import Mask
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
+from service.progress import progress
 from simulator import leng
-from simulator.progress import progress
 
 FIRST_SEED = 640_000
 """Seeds from here on are for the published table alone."""

@@ -30,9 +30,9 @@ from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
+from service.progress import progress
 from simulator import leng
 from simulator.online import Errors, learn, signals_for
-from simulator.progress import progress
 from simulator.recordings import read, sequence
 
 TUNED_ON = (

@@ -33,8 +33,8 @@ from incsvr.learning.learner import Settings
 from incsvr.samples import Array, Samples
 from incsvr.signals import Synchroniser
 from incsvr.signals.checks import Decision, Vehicle, implausible
+from service.progress import progress
 from simulator import leng
-from simulator.progress import progress
 
 RESULTS = Path(__file__).parent / "results"
 FIRST_SEED = 700_000

@@ -34,7 +34,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.samples import Array
 from service.output import add_json_argument, emit
-from simulator.progress import progress
+from service.progress import progress
 
 PAPER = {
     ("B1", "V1"): (3.14, 3.94, 418),

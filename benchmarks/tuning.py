@@ -19,8 +19,8 @@ from benchmarks.provenance import provenance
 from benchmarks.repetition import LEARNERS
 from benchmarks.tables import table
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
+from service.progress import progress
 from simulator import leng
-from simulator.progress import progress
 
 RESULT = Path(__file__).parent / "results" / "tuning.md"
 WAYS: Mapping[Judged, str] = {"every": "after every training step, averaged", "last": "after the last step alone"}

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 
 from incsvr.errors import BadInput
+from service.progress import hidden
 
 COMMANDS = {
     "demo": ("service.demo", "the main job, end to end: simulator, learner and viewer, one recording, one report"),
@@ -59,7 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             command.set_defaults(run=loaded.run)
     args = parser.parse_args(words)
     try:
-        return int(args.run(args))
+        with hidden(getattr(args, "json", None) is not None):
+            return int(args.run(args))
     except BadInput as error:
         print(f"incsvr {args.command}: {error}", file=sys.stderr)
         return 2

@@ -17,10 +17,11 @@ from service.config import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.measuring import Measured
 from service.inputs.presets import Proposal
-from service.inputs.settings import Preset, Source, Thrusters
-from service.logs import Table, Topic, opened
+from service.inputs.settings import Inputs, Preset, Source, Thrusters
+from service.logs import Log, Table, Topic, opened
 from service.logs.reading import Description, described, guessed_unit, read
 from service.output import add_json_argument, emit
+from service.progress import progress
 
 WIDTH = 80
 FIELDS = 6
@@ -42,6 +43,14 @@ def run(args: argparse.Namespace) -> int:
     inputs = read_config(args.config).inputs
     if args.preset is not None:
         inputs = inputs.model_copy(update={"preset": args.preset})
+    with progress(f"reading {args.file.name}"):
+        log, streams, proposal, measured = _read(args, inputs)
+    emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
+    return 0
+
+
+def _read(args: argparse.Namespace, inputs: Inputs) -> tuple[Log, list[Stream], Proposal, Measured | None]:
+    """What is in the file, and what of it would be learned from."""
     log = opened(args.file)
     if args.topic is not None and args.topic not in {topic.name for topic in log.topics}:
         raise BadInput(f"{args.file}: there is no topic {args.topic}; `incsvr inspect {args.file}` lists them all")
@@ -56,8 +65,7 @@ def run(args: argparse.Namespace) -> int:
         slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
         measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow.of_a_log))
     streams = _streams(log.topics, log.read([topic.name for topic in log.topics]), proposal)
-    emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
-    return 0
+    return log, streams, proposal, measured
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ from incsvr.errors import BadInput
 from incsvr.learning.inertia import InertiaEstimate, identify
 from incsvr.learning.motion import held_motions, motions
 from incsvr.signals.settings import COMMANDED, TorqueKind
+from service.progress import progress
 from simulator.online import signals_for
-from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording
 
 ESTIMATE = "estimate"

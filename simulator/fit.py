@@ -28,10 +28,10 @@ from service.config import Config
 from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
+from service.progress import progress
 from simulator import declared_inertia, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
-from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording, sequence
 
 CURVE = 101

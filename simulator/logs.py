@@ -22,6 +22,7 @@ from service.logs import opened
 from service.logs import reading as logs
 from service.logs.opening import first_bytes
 from service.logs.reading import NOTHING_SAID, Description
+from service.progress import progress
 from simulator.recordings import RATE_LIMIT, Recording, from_streams
 from simulator.recordings import read as read_recording
 
@@ -67,7 +68,12 @@ class Reading:
 
     def of_all(self, paths: Sequence[Path]) -> list[Recording]:
         """Each file as a recording."""
-        return [self.of_one(path) for path in paths]
+        with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
+            found = []
+            for path in paths:
+                found.append(self.of_one(path))
+                advance()
+        return found
 
     def of_one(self, path: Path) -> Recording:
         """A file as a recording.
@@ -111,6 +117,11 @@ class Reading:
             on = within(instants - shift, spans(*measured.armed))
             streams = {**streams, ARMED: (instants, on.astype(np.float64))}
         return from_streams(path.name, streams)
+
+
+def _several(paths: Sequence[Path]) -> int | None:
+    """How many steps there are to show; one alone is no step."""
+    return len(paths) if len(paths) > 1 else None
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False) -> None:

@@ -57,7 +57,8 @@ def play_to_learner(args: argparse.Namespace, config: Config, what: Played, name
     with open_session(zenoh_config, args.wait, stop) as session:
         if args.wait > 0.0:
             wait_for_learner(session, keys, args.wait, stop)
-        with Progress(*columns, console=Console(stderr=True)) as bar:
+        console = Console(stderr=True)
+        with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
             task = bar.add_task(name, total=len(what), t=0.0)
             try:
                 sent = play(

@@ -16,6 +16,7 @@ from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
 from service.config import read as read_config
 from service.output import add_json_argument, emit
+from service.progress import progress
 from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
@@ -46,10 +47,12 @@ def run(args: argparse.Namespace) -> int:
     reading = replace(Reading.of(args, read_config(args.config)), ours_whole=True)
     recordings = reading.of_all([*args.recordings, *args.validate])
     distinct(_runs(recordings))
-    sensors = examined(recordings, inertia)
+    with progress("checking the sensors"):
+        sensors = examined(recordings, inertia)
     runs = _runs(believed(recordings, sensors))
     fitted = len(args.recordings)
-    found = trace(runs[:fitted], inertia=inertia, validate=runs[fitted:], torque=args.torque)
+    with progress("tracing what the model lacks"):
+        found = trace(runs[:fitted], inertia=inertia, validate=runs[fitted:], torque=args.torque)
     found = replace(found, notes=(*found.notes, *notes(recordings, sensors, found.verdict != "none")))
     if args.report:
         import_module(REPORT_WRITER).write(found, args.report)

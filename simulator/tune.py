@@ -19,10 +19,10 @@ from incsvr.signals import synchronise
 from service.config import Config
 from service.config import read as read_config
 from service.output import add_json_argument, emit
+from service.progress import progress
 from simulator import leng, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
-from simulator.progress import progress
 from simulator.recordings import RATE_LIMIT, sequence
 
 _BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}

@@ -25,6 +25,7 @@ ALLOWED = {
         "service.commented",
         "service.config",
         "service.effects",
+        "service.progress",
         "service.session",
     },
     "viewer": {"viewer", "incsvr", "service.wire", "service.output", "service.config", "service.session"},

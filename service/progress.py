@@ -1,0 +1,52 @@
+"""A progress bar on standard error: only on a terminal, only for what takes longer than a second, gone when done.
+
+Nothing is shown to programs, which ask with `--json`: the command line calls them within `hidden`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from threading import Timer
+
+PATIENCE = 1.0
+"""What is done sooner shows no bar [s]."""
+_hidden = ContextVar("hidden", default=False)
+
+
+@contextmanager
+def hidden(hides: bool = True) -> Iterator[None]:
+    """Within it no bar is shown."""
+    before = _hidden.set(hides)
+    try:
+        yield
+    finally:
+        _hidden.reset(before)
+
+
+@contextmanager
+def progress(what: str, total: int | None = None) -> Iterator[Callable[[], None]]:
+    """Yields what is to be called after each of `total` steps; None where nobody knows how many there are."""
+    if _hidden.get() or not sys.stderr.isatty():
+        yield lambda: None
+        return
+    # Loaded where it is needed alone: a learner has no terminal.
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    count = () if total is None else (MofNCompleteColumn(),)
+    columns = (TextColumn("{task.description}"), BarColumn(), *count, TimeElapsedColumn())
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    task = bar.add_task(what, total=total)
+    # A step may be long: the bar appears in the middle of it.
+    late = Timer(PATIENCE, bar.start)
+    late.daemon = True
+    late.start()
+    try:
+        yield lambda: bar.advance(task)
+    finally:
+        late.cancel()
+        late.join()
+        bar.stop()
