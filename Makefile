@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench table1 tuning policy coverage trace-table missions sensor-faults soak hold recording pictures \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table missions sensor-faults soak hold recording pictures \
 	clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -17,6 +17,9 @@ lint: .venv/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: .venv/ready  ## the site, in out/site/html; a broken link ends it
+	$(BIN)/python docs/site.py
 
 # The long studies: each keeps its last results, with command and date, in benchmarks/results/.
 table1: .venv/ready
@@ -62,7 +65,7 @@ pictures: .venv/ready  ## the pictures of the README, from the last demo's recor
 .venv/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=python3.11 …")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[viewer,report,bench,dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[viewer,report,bench,docs,dev]'
 	touch $@
 
 clean:

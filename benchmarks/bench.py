@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.extras import how_to_install
 from service.output import add_json_argument, emit
 from service.progress import progress
 
@@ -27,7 +28,7 @@ def run(args: argparse.Namespace) -> int:
         from benchmarks import bus, learning, solver
         from benchmarks.provenance import provenance
     except ModuleNotFoundError as error:
-        raise BadInput(f"{error.name} is missing: the peers come with pip install 'incsvr[bench]'") from None
+        raise BadInput(f"{error.name}, one of the peers, is missing: {how_to_install(error.name or '')}") from None
     from threadpoolctl import threadpool_limits
 
     result: dict[str, Any] = {"measured": provenance("incsvr bench", "scikit-learn", "eclipse-zenoh")}

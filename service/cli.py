@@ -6,58 +6,102 @@ that the learner's process never holds what only the viewer or a benchmark needs
 
 from __future__ import annotations
 
-import argparse
 import importlib
+import importlib.metadata
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from incsvr.errors import BadInput
+from service.extras import how_to_install
+from service.parser import Parser
 from service.progress import hidden
 
 COMMANDS = {
-    "demo": ("service.demo", "the main job, end to end: simulator, learner and viewer, one recording, one report"),
-    "serve": ("service.serve", "the learner on the bus"),
-    "simulate": ("simulator.simulate", "plays the Leng plant onto the keys"),
-    "replay": ("simulator.replay", "plays recorded runs onto the keys"),
-    "view": ("viewer.view", "live viewer, recording"),
-    "query": ("service.query", "asks a running learner for the damping"),
-    "status": ("service.status", "what a running learner hears, makes of it and why; exit status 0 where health is OK"),
-    "watch": ("service.watch", "the same, live, and a line for each iteration"),
-    "inputs": ("service.inputs_command", "what is heard on a vehicle's bus, how often, and whether it can be true"),
-    "inspect": ("service.inspecting", "what is in a log of any format, and what of it would be learned from"),
-    "convert": ("simulator.convert", "logs of any format as one recording in our form"),
-    "fit": ("simulator.fit", "the online loop over recordings; errors for each iteration"),
-    "tune": ("simulator.tune", "the grid search of Section IV-B for C, ε and γ over recordings"),
-    "trace": ("simulator.trace", "finds what the model lacks, adds it, reports the error before and after"),
-    "table1": ("benchmarks.table1", "Table I and the curve of Fig. 7 beside the paper's figures"),
-    "bench": ("benchmarks.bench", "speed against the peers, measured in one run"),
-    "keys": ("service.keys", "certificates and Zenoh files by role, for a secured bus"),
-    "config": ("service.config_command", "what is in force, what is wrong"),
+    "demo": (
+        "service.demo",
+        "the main job, end to end: simulator, learner and viewer, one recording, one report",
+        "incsvr demo --out out",
+    ),
+    "serve": ("service.serve", "the learner on the bus", "incsvr serve --config config.yaml"),
+    "simulate": ("simulator.simulate", "plays the Leng plant onto the keys", "incsvr simulate --speed 10"),
+    "replay": ("simulator.replay", "plays recorded runs onto the keys", "incsvr replay dive.csv --speed 10"),
+    "view": ("viewer.view", "live viewer, recording", "incsvr view --save dive.rrd"),
+    "query": ("service.query", "asks a running learner for the damping", "incsvr query -0.2 0.05 0.1"),
+    "status": (
+        "service.status",
+        "what a running learner hears, makes of it and why; exit status 0 where health is OK",
+        "incsvr status --json -",
+    ),
+    "watch": ("service.watch", "the same, live, and a line for each iteration", "incsvr watch"),
+    "inputs": (
+        "service.inputs_command",
+        "what is heard on a vehicle's bus, how often, and whether it can be true",
+        "incsvr inputs --set inputs.preset=blueos",
+    ),
+    "inspect": (
+        "service.inspecting",
+        "what is in a log of any format, and what of it would be learned from",
+        "incsvr inspect dive.BIN --topic RCOU",
+    ),
+    "convert": (
+        "simulator.convert",
+        "logs of any format as one recording in our form",
+        "incsvr convert dive.BIN dive.csv",
+    ),
+    "fit": (
+        "simulator.fit",
+        "the online loop over recordings; errors for each iteration",
+        "incsvr fit dive.csv --validate other.csv --inertia 1.1",
+    ),
+    "tune": (
+        "simulator.tune",
+        "the grid search of Section IV-B for C, ε and γ over recordings",
+        "incsvr tune dive.csv --inertia 1.1 --write config.yaml",
+    ),
+    "trace": (
+        "simulator.trace",
+        "finds what the model lacks, adds it, reports the error before and after",
+        "incsvr trace dive.csv --validate other.csv --inertia 1.1 --report report.html",
+    ),
+    "table1": (
+        "benchmarks.table1",
+        "Table I and the curve of Fig. 7 beside the paper's figures",
+        "incsvr table1 --seeds 5",
+    ),
+    "bench": ("benchmarks.bench", "speed against the peers, measured in one run", "incsvr bench --without-bus"),
+    "keys": (
+        "service.keys",
+        "certificates and Zenoh files by role, for a secured bus",
+        "incsvr keys tls --role learner --role vehicle",
+    ),
+    "config": ("service.config_command", "what is in force, what is wrong", "incsvr config check config.yaml"),
+    "completion": (
+        "service.completion",
+        "prints a script by which a shell completes commands and flags",
+        "incsvr completion bash > ~/.local/share/bash-completion/completions/incsvr",
+    ),
 }
+"""The module of each command, what it does, and an example."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command. Exit status: 0 done, 2 bad input (one sentence, no traceback), 1 failed."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    parser = argparse.ArgumentParser(prog="incsvr", description="Learns a vehicle's yaw damping while it moves.")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for name, (module, sentence) in COMMANDS.items():
+    chosen = words[0] if words and words[0] in COMMANDS else None
+    if chosen == "serve":
+        # Read by NumPy when it is loaded: on matrices of the learner's size further threads only cost.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
         # Only the command that was asked for is loaded: the others contribute their name and sentence alone.
-        chosen = bool(words) and words[0] == name
-        if chosen and name == "serve":
-            # Read by NumPy when it is loaded: on matrices of the learner's size further threads only cost.
-            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        command = commands.add_parser(name, help=sentence, description=f"{sentence[0].upper()}{sentence[1:]}.")
-        if chosen:
-            try:
-                loaded = importlib.import_module(module)
-            except ModuleNotFoundError as error:
-                missing = f"the package {error.name} is not installed"
-                print(f"incsvr {name}: {missing}: pip install 'incsvr[viewer,report,bench,keys]'", file=sys.stderr)
-                return 2
-            loaded.add_arguments(command)
-            command.set_defaults(run=loaded.run)
+        parser = parser_of([] if chosen is None else [chosen])
+    except ModuleNotFoundError as error:
+        missing = f"the package {error.name} is not installed"
+        print(f"incsvr {chosen}: {missing}: {how_to_install(error.name or '')}", file=sys.stderr)
+        return 2
+    if not words:
+        parser.print_help(sys.stderr)
+        return 2
     args = parser.parse_args(words)
     try:
         with hidden(getattr(args, "json", None) is not None):
@@ -69,6 +113,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader of our output went away (`incsvr fit … | head`): nothing is left to say.
         sys.stderr.close()
         return 1
+
+
+def parser_of(loaded: Collection[str]) -> Parser:
+    """The parser of the command line; the commands in `loaded` with their arguments, the others by name alone.
+
+    Raises:
+        ModuleNotFoundError: a command in `loaded` needs a package that is not installed.
+    """
+    parser = Parser(prog="incsvr", description="Learns a vehicle's yaw damping while it moves.", example="incsvr demo")
+    parser.add_argument("--version", action="version", version=f"incsvr {importlib.metadata.version('incsvr')}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, (module, sentence, example) in COMMANDS.items():
+        described = f"{sentence[0].upper()}{sentence[1:]}."
+        command = commands.add_parser(name, help=sentence, description=described, example=example)
+        if name in loaded:
+            found = importlib.import_module(module)
+            found.add_arguments(command)
+            command.set_defaults(run=found.run)
+    return parser
+
+
+def whole_parser() -> Parser:
+    """The parser with the arguments of every command whose packages are installed."""
+    loaded = []
+    for name, (module, _, _) in COMMANDS.items():
+        try:
+            importlib.import_module(module)
+        except ModuleNotFoundError:
+            continue
+        loaded.append(name)
+    return parser_of(loaded)
 
 
 if __name__ == "__main__":

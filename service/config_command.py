@@ -16,7 +16,7 @@ from service.validation import read_validation
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True)
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     show = actions.add_parser("show", help="prints the configuration in force, commented")
     add_config_arguments(show)
     add_json_argument(show)

@@ -4,15 +4,33 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 
+def destination(text: str) -> Path:
+    """A file that is to be written, as a type of argparse: what cannot be written is said before any work is done."""
+    path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"{path} is a folder; name a file in it")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it, or name a file elsewhere")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f"{path} cannot be written; name a file elsewhere")
+    return path
+
+
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
     """Adds `--json`: `-` for standard output, else a file."""
-    parser.add_argument("--json", metavar="FILE", help="write the result as one JSON object; - for standard output")
+    parser.add_argument(
+        "--json",
+        metavar="FILE",
+        type=lambda text: text if text == "-" else str(destination(text)),
+        help="write the result as one JSON object; - for standard output",
+    )
 
 
 def emit(args: argparse.Namespace, result: Mapping[str, Any], text: str) -> None:

@@ -2,19 +2,50 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from incsvr.learning.learner import Settings as LearnerSettings
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.settings import TorqueKind
 from service.endpoint import listens_everywhere
 
-Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|ws|unixsock-stream)/\S+$")]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$", max_length=64)]
-Prefix = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*$", max_length=128)]
+
+def shaped(pattern: str, sentence: str) -> AfterValidator:
+    """A text that matches the whole pattern; a person who wrote another one is told the sentence."""
+
+    def checked(text: str) -> str:
+        if re.fullmatch(pattern, text) is None:
+            raise ValueError(sentence)
+        return text
+
+    return AfterValidator(checked)
+
+
+Endpoint = Annotated[
+    str,
+    shaped(
+        r"(tcp|tls|quic|ws|unixsock-stream)/\S+",
+        "write an endpoint as in tcp/127.0.0.1:7447; it begins with tcp/, tls/, quic/, ws/ or unixsock-stream/",
+    ),
+]
+Name = Annotated[
+    str,
+    Field(max_length=64),
+    shaped(r"[A-Za-z0-9_.-]+", "a name has letters without accents, digits, _, . and - alone"),
+]
+Prefix = Annotated[
+    str,
+    Field(max_length=128),
+    shaped(
+        r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*",
+        "a prefix is names with slashes between them, such as leng/yaw; a name has letters from a to z, digits, _, . "
+        "and - alone",
+    ),
+]
 Seconds = Annotated[float, Field(gt=0.0, le=1e6)]
 
 

@@ -15,7 +15,7 @@ from incsvr.tracer.run import Run, distinct
 from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
 from service.config import read as read_config
-from service.output import add_json_argument, emit
+from service.output import add_json_argument, destination, emit
 from service.progress import progress
 from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("commanded", "measured"),
         help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
     )
-    parser.add_argument("--report", type=Path, metavar="FILE.html", help="one self-contained file to keep")
+    parser.add_argument("--report", type=destination, metavar="FILE.html", help="one self-contained file to keep")
     add_log_arguments(parser, config=True)
     add_json_argument(parser)
 

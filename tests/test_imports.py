@@ -28,7 +28,15 @@ ALLOWED = {
         "service.progress",
         "service.session",
     },
-    "viewer": {"viewer", "incsvr", "service.wire", "service.output", "service.config", "service.session"},
+    "viewer": {
+        "viewer",
+        "incsvr",
+        "service.wire",
+        "service.output",
+        "service.config",
+        "service.extras",
+        "service.session",
+    },
 }
 FOREIGN = {"incsvr": {"numpy", "scipy"}}
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
+from service.output import destination
 from service.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.wire import Keys
 from viewer import archive
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument("recording", nargs="?", type=Path, metavar="RECORDING", help="looks at this recording instead")
     parser.add_argument(
-        "--save", type=Path, metavar="FILE.rrd", help="records; goes on where the file is there already"
+        "--save", type=destination, metavar="FILE.rrd", help="records; goes on where the file is there already"
     )
     parser.add_argument("--headless", action="store_true", help="opens no window")
     parser.add_argument("--serve", type=int, metavar="PORT", help="for viewers at this port of 127.0.0.1; no window")

@@ -35,6 +35,10 @@ __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candi
 def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effect, ...]:
     """Every effect that may be named of the axis with this `rate`, with a coupling and the modulations of each of the
     `channels`, and the products of the velocities among them.
+
+    Example:
+        >>> sorted({effect.name for effect in candidates(["winch"])} - {effect.name for effect in candidates()})
+        ['coupling:winch', 'modulation:winch']
     """
     channels = tuple(channels)
     fixed: list[Effect] = [

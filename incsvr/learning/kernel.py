@@ -17,6 +17,10 @@ def rbf(x: Array, z: Array, gamma: float) -> Array:
 
     Returns:
         (n, m), each in [0, 1] and exactly 1 where xᵢ = zⱼ.
+
+    Example:
+        >>> rbf(np.array([0.0, 0.1]), np.array([0.1]), gamma=10.0).round(3).tolist()
+        [[0.905], [1.0]]
     """
     if x.ndim == 1:
         exponent = np.subtract.outer(x, z)

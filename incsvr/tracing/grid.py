@@ -44,7 +44,7 @@ class Grid:
     Attributes:
         signals: of each cell the mean of the torque, of a measured one what acted, as far as its neighbours tell; the
             rate at its beginning; heading and channels at its beginning, of a block in its middle.
-        rise: (n,) r[k + 1] − r[k] [rad/s].
+        rise: (n,) `r[k + 1] − r[k]` [rad/s].
         noise: (n,) the recorded torque less the one in `signals` [N m].
         shift: (n,) by how much the mean torque changes for a second by which its stamps are late [N m/s].
         surprise: (m, n) what of each command does not follow from what the log holds before it [N m]: of a controller

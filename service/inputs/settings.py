@@ -9,13 +9,19 @@ from typing import Annotated, Literal, Self, TypedDict
 from pydantic import Field, field_validator, model_validator
 
 from service.inputs.units import FACTORS, unit
-from service.sections import Name, Section
+from service.sections import Name, Section, shaped
 
 Sign = Literal[1, -1]
 StampUnit = Literal["s", "ms", "us", "ns"]
 Vector = tuple[float, float, float]
 Preset = Literal["blueos", "ros2", "keelson", "px4", "incsvr"]
-Form = Annotated[str, Field(pattern=r"^(json|keelson|incsvr|cdr:[A-Za-z0-9_]+/msg/[A-Za-z0-9_]+)$")]
+Form = Annotated[
+    str,
+    shaped(
+        r"json|keelson|incsvr|cdr:[A-Za-z0-9_]+/msg/[A-Za-z0-9_]+",
+        "the form is json, keelson, incsvr, or cdr: and a type of ROS 2, such as cdr:sensor_msgs/msg/Imu",
+    ),
+]
 
 
 ARRIVAL = "arrival"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.extras import how_to_install
 
 DISTRIBUTIONS = {
     "pyarrow": "pyarrow",
@@ -31,5 +32,5 @@ def needed(module: str, path: Path | str, what: str) -> Any:
         package = DISTRIBUTIONS[module.partition(".")[0]]
         raise BadInput(
             f"{path}: {what} is read by the package {package}, which does not load here ({error}); "
-            f"install it: pip install {package}"
+            f"install it: {how_to_install(package)}"
         ) from None

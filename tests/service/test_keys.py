@@ -122,7 +122,7 @@ def test_without_its_library_it_says_what_to_install(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)
     assert keys(folder) == 2
-    assert "pip install 'incsvr[" in capsys.readouterr().err
+    assert "pip install '.[keys]' in the checkout" in capsys.readouterr().err
 
 
 def test_good_files_are_said_to_be_good(folder: Path, check: Check) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.tracing import Trace
+from service.extras import how_to_install
 
 __all__ = ["write"]
 
@@ -19,7 +20,7 @@ def write(found: Trace, path: Path) -> None:
     try:
         from viewer.report.page import page
     except ModuleNotFoundError as missing:
-        raise BadInput(f"the report needs {missing.name}: pip install 'incsvr[report]'") from missing
+        raise BadInput(f"the report needs {missing.name}: {how_to_install(missing.name or '')}") from missing
     try:
         path.write_text(page(found), encoding="utf-8")
     except OSError as error:

@@ -124,7 +124,7 @@ def test_a_missing_package_is_one_sentence_with_the_install_that_works(tmp_path:
         [sys.executable, "-c", program, "inspect", path], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert ran.returncode == 2
-    assert "install it: pip install pymavlink" in ran.stderr
+    assert "install it: pip install '.[logs]' in the checkout" in ran.stderr
     assert ran.stderr.count("\n") == 1
 
 

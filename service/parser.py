@@ -1,0 +1,96 @@
+"""The parser of the command line: what is wrong is said in one sentence, with what was probably meant."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from typing import Any, NoReturn
+
+NUMBERS = {"int": "a whole number", "float": "a number"}
+"""What a flag takes, by the name of the type by which argparse reads it."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose refusals are single sentences; its help ends with an example.
+
+    Parsers of sub-commands are of this class as well.
+    """
+
+    def __init__(self, *args: Any, example: str = "", **more: Any) -> None:
+        self.example = example
+        if example:
+            more |= {"epilog": f"example:\n  {example}", "formatter_class": argparse.RawDescriptionHelpFormatter}
+        super().__init__(*args, **more)
+
+    @property
+    def flags(self) -> list[str]:
+        """Every flag, in its long form where it has one."""
+        return [flag for action in self._actions for flag in action.option_strings]
+
+    @property
+    def commands(self) -> dict[str, Parser]:
+        """The parsers of its sub-commands, by name."""
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                return dict(action.choices)
+        return {}
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As argparse does it, but what is left over is refused by the parser that knows the flags."""
+        found, left = super().parse_known_args(args, namespace)
+        if left:
+            flag = next((word for word in left if word.startswith("-")), None)
+            self.error(f"it takes no {left[0]!r}" if flag is None else self._no_flag(flag.partition("=")[0]))
+        return found, left
+
+    def error(self, message: str) -> NoReturn:
+        """Ends the program with status 2 and one sentence that names the cure."""
+        self.exit(2, f"{self.prog}: {self._sentence(message)}\n")
+
+    @property
+    def _all(self) -> str:
+        return f"; `{self.prog} --help` lists all"
+
+    def _no_flag(self, flag: str) -> str:
+        return f"there is no flag {flag}{meant(flag, self.flags) or self._all}"
+
+    def _sentence(self, message: str) -> str:
+        if found := re.fullmatch(r"the following arguments are required: (.*)", message):
+            example = f", as in `{self.example}`" if self.example else f"; `{self.prog} --help` says what there is"
+            return f"{found[1]} is missing{example}"
+        where, _, what = message.removeprefix("argument ").partition(": ")
+        where = where.rpartition("/")[2]
+        if found := re.fullmatch(r"invalid choice: '?(.*?)'?[ ,].*\(choose from (.*)\)", what):
+            choices = [choice.strip(" '") for choice in found[2].split(",")]
+            if where in ("COMMAND", "ACTION"):
+                return f"there is no command {found[1]}{meant(found[1], choices) or self._all}"
+            return f"{where} takes {one_of(choices)}, not {found[1]}{meant(found[1], choices)}"
+        if found := re.fullmatch(r"invalid (\w+) value: '(.*)'", what):
+            return f"{where} takes {NUMBERS.get(found[1], 'another value')}, not {found[2]}"
+        if what.startswith("expected "):
+            return f"{where} needs a value: {what}"
+        return f"{where}: {what}" if what else message
+
+
+def meant(word: str, known: Iterable[str]) -> str:
+    """`; did you mean …?` where one of the known words is close, else nothing.
+
+    >>> meant("trcae", ["fit", "trace"])
+    '; did you mean trace?'
+    >>> meant("x", ["fit", "trace"])
+    ''
+    """
+    close = get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def one_of(choices: Sequence[str]) -> str:
+    """The choices in a sentence.
+
+    >>> one_of(["blueos", "ros2", "px4"])
+    'blueos, ros2 or px4'
+    """
+    *most, last = choices
+    return f"{', '.join(most)} or {last}" if most else last
