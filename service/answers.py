@@ -64,6 +64,7 @@ class Answers:
             keys.iteration: self._iteration,
             keys.health: self._health,
             keys.effects: self._effects,
+            keys.coefficients: self._coefficients,
         }
         self._rings: list[tuple[str, Any, Answer]] = [
             (key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True), answer)
@@ -162,6 +163,10 @@ class Answers:
     def _health(self, query: zenoh.Query) -> bytes:
         _parameters(query)
         return wire.encode(self._watch.report(self._node))
+
+    def _coefficients(self, query: zenoh.Query) -> bytes:
+        _parameters(query)
+        return wire.encode(self._node.coefficients())
 
     def _effects(self, query: zenoh.Query) -> bytes:
         _parameters(query)

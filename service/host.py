@@ -35,6 +35,7 @@ from service.store import Store
 from service.validation import read_validation
 
 if TYPE_CHECKING:
+    from service.diagnostics import Diagnostics
     from service.live import LiveTracing
     from service.mapped_ingest import MappedIngest
     from service.standing import Standing
@@ -71,6 +72,7 @@ class Host:
             self.node.tell(self._live.standing.history)
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
         self._publishers[self.keys.health] = session.declare_publisher(self.keys.health, encoding=JSON)
+        self._diagnostics: Diagnostics | None = None
         self._said: tuple[Any, ...] = ()
         self._learning = "learning"
         self._next_health = self._next_log = 0.0
@@ -148,6 +150,7 @@ class Host:
         says = (health.level, len(health.reasons), health.learning.state)
         if now >= self._next_health or says != self._said:
             self._publish(self.keys.health, wire.encode(health))
+            self._tell_ros(health)
             self._next_health, self._said = now + HEALTH_PERIOD, says
         if health.learning.state != self._learning:
             log.log(
@@ -201,6 +204,8 @@ class Host:
         """All but the publishers: to undeclare those may take ten seconds, and ends with the session."""
         self.ingest.close()
         self.answers.close()
+        if self._diagnostics is not None:
+            self._diagnostics.close()
         self._company.close()
 
     def _save(self) -> None:
@@ -250,6 +255,22 @@ class Host:
             self._store.save_memory(self._memory(self.node.memory()))
         self._publish(self.keys.effects, wire.encode(self.node.ledger))
 
+    def _tell_ros(self, health: wire.Health) -> None:
+        """Health for the tools of ROS 2, where that is on the bus or was asked for."""
+        if self._diagnostics is None:
+            key = self._config.health.diagnostics
+            rate_key = None
+            if key is None and self._mapped is not None and self._config.inputs.preset == "ros2":
+                rate_key = self._mapped.rate_key()
+            if key is None and rate_key is None:
+                return
+            from service.diagnostics import Diagnostics, beside
+
+            key = key or beside(rate_key or "")
+            log.info("%s: health goes out as diagnostics on %s, too", self.keys.prefix, key)
+            self._diagnostics = Diagnostics(self._session, key, self.keys.prefix, self._config.vehicle.name)
+        self._diagnostics.tell(health)
+
     def _publish(self, key: str, payload: bytes) -> None:
         """Says it on the bus, and keeps what was said."""
         publisher = self._publishers.get(key)
@@ -292,6 +313,7 @@ class Host:
             self._store.save(memory, of.revision, of.t, snapshot, report)
         self._publish(self.keys.model, snapshot)
         self._publish(self.keys.iteration, report)
+        self._publish(self.keys.coefficients, wire.encode(self.node.coefficients()))
         log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report))
 
 

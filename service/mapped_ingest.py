@@ -91,6 +91,12 @@ class MappedIngest:
         with self._lock:
             return [*(self.hearing.missing.values() if late else ()), *self.hearing.notices()]
 
+    def rate_key(self) -> str | None:
+        """The key on which the yaw rate comes; None before it does."""
+        with self._lock:
+            known = self.hearing.known.items()
+            return next((key for key, each in known if any(name == RATE for name, _ in each.quantities)), None)
+
     def parameters(self) -> dict[str, float]:
         """What the vehicle has told of itself, or the configuration says, of its thrusters."""
         with self._lock:

@@ -28,7 +28,7 @@ from service import wire
 from service.batches import Batches
 from service.config import Config
 from service.effects import TracedEffects
-from service.published import Served, damping, report, snapshot
+from service.published import Served, damping, report, snapshot, textbook
 from service.recent_batches import RecentBatches
 from service.restored import restored
 from service.window import Window
@@ -264,6 +264,17 @@ class LearnerNode:
         if whole:
             known["on_the_way"] = self.batches.to_dict()
         return known
+
+    def coefficients(self) -> wire.Coefficients:
+        """The textbook's coefficients of what is served.
+
+        Raises:
+            NothingLearned: there is no model yet.
+        """
+        served = self.served
+        if not served.model.is_trained:
+            raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
+        return textbook(served, self.boot)
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
@@ -53,6 +54,19 @@ def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
         water=wire.WaterMade(**asdict(model.water)),
         spread=wire.NoiseByRate(**asdict(model.spread)),
         widening=model.widening,
+    )
+
+
+def textbook(served: Served, boot: str) -> wire.Coefficients:
+    """The textbook's coefficients of the model that is served."""
+    found = coefficients(served.model)
+    return wire.Coefficients(
+        boot=boot,
+        revision=served.revision,
+        iteration=served.iteration,
+        t=served.t or 0.0,
+        coefficients={name: wire.Coefficient(**each._asdict()) for name, each in found.items()},
+        trained_range=served.model.trained_range,
     )
 
 

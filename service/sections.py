@@ -142,7 +142,7 @@ class Learner(Section):
 
 
 class HealthLimits(Section):
-    """When health warns."""
+    """When health warns, and where it goes besides."""
 
     stale_after: Seconds = Field(default=2.0, description="a stream silent for longer makes it STALE [s], wall time")
     stuck_after: Seconds = Field(default=2.0, description="a yaw rate that stands still for longer is a fault [s]")
@@ -150,6 +150,16 @@ class HealthLimits(Section):
     fresh_for: Seconds = Field(
         default=900.0, description="how long a sample counts as fresh in `learned` [s], vehicle's time"
     )
+    diagnostics: str | None = Field(
+        default=None, description="key of ROS 2's DiagnosticArray of health; null: beside the Imu with preset ros2"
+    )
+
+    @field_validator("diagnostics")
+    @classmethod
+    def _one_key(cls, key: str | None) -> str | None:
+        if key is not None and (not key or key[0] == "/" or key[-1] == "/" or set(key) & set("*$?#") or "//" in key):
+            raise ValueError("this is no key to publish on; write names with slashes between them, such as diagnostics")
+        return key
 
 
 class Tracing(Section):

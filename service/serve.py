@@ -103,11 +103,19 @@ def beginning(config: Config) -> tuple[str, ...]:
         met = f"met as {bus.zenoh_file} says"
     else:
         met = f"listens at {bus.listen}" if bus.connect is None else f"client of the router at {bus.connect}"
+    heard = f"hears {keys.rate}, {keys.torque} and {keys.any_channel}"
+    if not config.inputs.own:
+        # Loaded where it is needed alone, like what listens there.
+        from service.inputs.bus_keys import listened
+        from service.mapped_ingest import with_own_keys
+
+        heard = f"hears {', '.join(listened(with_own_keys(config.inputs, keys)))} and {keys.any_channel}"
     state = "nowhere (state: null)" if config.state is None else f"in {config.state / config.prefix}.sqlite"
     return (
         met,
-        f"hears {keys.rate}, {keys.torque} and {keys.any_channel}",
-        f"publishes {keys.model}, {keys.iteration}, {keys.health} and {keys.effects}; answers {keys.damping}",
+        heard,
+        f"publishes {keys.model}, {keys.iteration}, {keys.coefficients}, {keys.health} and {keys.effects}; answers "
+        f"{keys.damping}",
         f"keeps its state {state}",
         *([] if config.archive.directory is None else [f"archives all of it in {config.archive.directory}"]),
     )

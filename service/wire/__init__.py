@@ -17,6 +17,8 @@ from service.wire.keys import Keys
 from service.wire.learned import (
     SETS,
     Batch,
+    Coefficient,
+    Coefficients,
     EffectsLedger,
     IterationHistory,
     IterationReport,
@@ -33,6 +35,8 @@ from service.wire.measured import Measurement, measurement
 __all__ = [
     "SETS",
     "Batch",
+    "Coefficient",
+    "Coefficients",
     "DampingQuery",
     "DampingReply",
     "EffectsLedger",

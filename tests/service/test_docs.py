@@ -65,6 +65,7 @@ def test_every_key_and_limit_stands_there() -> None:
         KEYS.damping,
         KEYS.health,
         KEYS.effects,
+        KEYS.coefficients,
         KEYS.alive,
     ):
         assert f"`{key}`" in PAGE
