@@ -64,6 +64,11 @@ COMMANDS = {
         "finds what the model lacks, adds it, reports the error before and after",
         "incsvr trace dive.csv --validate other.csv --inertia 1.1 --report report.html",
     ),
+    "export": (
+        "service.export.command",
+        "what was learned, for other tools: tables and simulators",
+        "incsvr export --format gazebo --out yaw.sdf",
+    ),
     "table1": (
         "benchmarks.table1",
         "Table I and the curve of Fig. 7 beside the paper's figures",

@@ -1,0 +1,119 @@
+"""`incsvr export`: what was learned, in the form of another tool."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sqlite3
+import sys
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from service.client import NoAnswer, reaching
+from service.config import Config, add_config_arguments, from_arguments
+from service.export import python_vehicle_simulator, simulators
+from service.export.learned import Learned, of_file, of_snapshot
+from service.export.table import as_csv, as_json
+from service.state_file import Damaged, StateFile
+from service.wire import ModelSnapshot, decode
+
+FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "source",
+        nargs="?",
+        type=Path,
+        metavar="SOURCE",
+        help="a state directory or its .sqlite file, or what `trace --json` or `fit --json` wrote (default: a running "
+        "learner is asked)",
+    )
+    parser.add_argument("--format", choices=FORMATS, default="json", help="whose form (default json)")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write it there instead of standard output")
+    parser.add_argument("--link", default="base_link", metavar="NAME", help="the vehicle's link in Gazebo (base_link)")
+    parser.add_argument("--dry-inertia", type=float, metavar="I", help="of the body alone about yaw [kg m²]")
+    parser.add_argument(
+        "--inertia-xy", nargs=2, type=float, metavar=("IX", "IY"), help="about roll and pitch, for Stonefish [kg m²]"
+    )
+    parser.add_argument("--wait", type=float, default=5.0, help="how long to try a running learner [s] (default 5)")
+    add_config_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.out is not None and (args.out.is_dir() or not args.out.parent.is_dir()):
+        raise BadInput(f"{args.out} cannot be written; name a file in a folder that is there with --out")
+    config = from_arguments(args)
+    try:
+        learned = _learned(args, config)
+    except NoAnswer as error:
+        print(f"incsvr export: {error}; or name a state directory or a trace's JSON", file=sys.stderr)
+        return 1
+    text = written(learned, args.format, args.link, args.dry_inertia, args.inertia_xy)
+    if args.out is None:
+        sys.stdout.write(text)
+        return 0
+    try:
+        args.out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{args.out} cannot be written ({error.strerror}); name another file with --out") from error
+    print(f"{args.out}: {learned.source}", file=sys.stderr)
+    return 0
+
+
+def written(
+    learned: Learned, format_: str, link: str, dry: float | None = None, across: tuple[float, float] | None = None
+) -> str:
+    """What was learned in the form of a tool.
+
+    Raises:
+        BadInput: the tool has no place for it, or an inertia is none.
+    """
+    for value in (*(across or ()), *(() if dry is None else (dry,))):
+        if not (math.isfinite(value) and value > 0.0):
+            raise BadInput(f"{value:g} is no moment of inertia; give a positive number in kg m²")
+    if format_ == "csv":
+        return as_csv(learned)
+    if format_ == "json":
+        return json.dumps(as_json(learned), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    if format_ == "gazebo":
+        return simulators.gazebo(learned, link, dry)
+    if format_ == "uuv":
+        return simulators.uuv(learned, link, dry)
+    if format_ == "stonefish":
+        return simulators.stonefish(learned, None if across is None else (across[0], across[1]))
+    return python_vehicle_simulator.module(learned)
+
+
+def _learned(args: argparse.Namespace, config: Config) -> Learned:
+    """From the file or the directory that was named, else from the running learner."""
+    source: Path | None = args.source
+    if source is None:
+        with reaching(config, args.wait) as client:
+            snapshot = client.ask(client.keys.model, ModelSnapshot)
+        return of_snapshot(snapshot, f"learner {config.prefix}, revision {snapshot.revision}, t = {snapshot.t:.6g} s")
+    if source.is_dir():
+        source = source / (config.prefix + ".sqlite")
+        if not source.is_file():
+            raise BadInput(
+                f"{source}: there is no such state; name the state directory of `serve`, and its prefix with --prefix"
+            )
+    return _kept(source) if source.suffix == ".sqlite" else of_file(source)
+
+
+def _kept(path: Path) -> Learned:
+    """What the newest revision in a state's file is; the file may be of a learner that runs."""
+    try:
+        file = StateFile(path)
+        try:
+            row = file.row(file.newest)
+        finally:
+            file.close()
+    except (Damaged, sqlite3.Error, OSError) as error:
+        raise BadInput(f"{path}: this state cannot be read ({error}); name another, or a running learner") from None
+    if row is None:
+        raise BadInput(f"{path}: nothing was learned yet; export once it has turned the vehicle both ways")
+    return of_snapshot(
+        decode(ModelSnapshot, row.snapshot), f"state {path.name}, revision {row.revision}, t = {row.t:.6g} s"
+    )
