@@ -33,6 +33,8 @@ from service.logs.table import Topic
 
 LARGEST = 2.0**53
 """Flags and states are whole numbers below."""
+SOON = 50
+"""Commands until which the battery's voltage may come: it is told every few seconds."""
 MOST = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
 RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
@@ -126,6 +128,11 @@ class Hearing:
         if inputs.thrusters is not None and self._configured.thrusters is None and self._configured.preset == "blueos":
             doubt = frames.assumed(self.parameters)
             found += [doubt] if doubt else []
+        if inputs.thrusters is not None and self._nominal(inputs.thrusters):
+            found.append(
+                f"nothing says the battery's voltage: the thrust is taken for that at {T200_NOMINAL:g} V; let the "
+                "vehicle send it, or name it in inputs.channels.voltage"
+            )
         if inputs.torque is not None and inputs.torque.unit == FRACTION and inputs.torque.scale == 1.0:
             found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale says how much")
         for name, own in self.placed.items():
@@ -226,10 +233,20 @@ class Hearing:
         self._moment = told
 
     def _volts(self, settings: Thrusters) -> float:
-        measured = self._latest.get(VOLTAGE)
-        if measured is not None and sensible(np.array([measured]))[0]:
+        measured = self._measured_volts()
+        if measured is not None:
             return measured
         return T200_NOMINAL if settings.voltage is None else settings.voltage
+
+    def _measured_volts(self) -> float | None:
+        measured = self._latest.get(VOLTAGE)
+        return measured if measured is not None and sensible(np.array([measured]))[0] else None
+
+    def _nominal(self, settings: Thrusters) -> bool:
+        """Whether the thrust is that of a voltage that nobody told, though it had time to come."""
+        told = any(known.commands and known.count > SOON for known in self.known.values())
+        guessed = settings.curve == "t200" and settings.voltage is None and settings.command in ("pwm", "fraction")
+        return guessed and told and self._measured_volts() is None
 
     def _arm(self, settings: Armed, message: Any) -> None:
         value = number(message, settings.field)

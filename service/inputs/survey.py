@@ -16,6 +16,8 @@ from service.inputs.hearing import RATE, TORQUE, Hearing, Known
 HEADING = "heading"
 TURNED = 0.2
 """The heading must turn by so much [rad] before it is held against the yaw rate: a compass wanders by a few degrees."""
+STILL = 1e-9
+"""What changes by less of what is plausible is rounding, as where the moments of all thrusters cancel."""
 AGREES = (0.5, 2.0)
 """Turned by the yaw rate over turned by the heading; another unit makes 57 or 1/57 of it, the other direction −1."""
 PACES = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
@@ -133,8 +135,8 @@ class Survey:
             finding = implausible(name, beyond, values.size, limit)
             if finding is not None:
                 found.append(finding.sentence)
-            if values.size > 1 and np.ptp(values) == 0.0:
-                found.append(f"{CALLED[name]} stands at {values[0]:g} all the time")
+            if values.size > 1 and np.ptp(values) < STILL * limit:
+                found.append(f"{CALLED[name]} stands at {round(values[0], 9):g} all the time")
         if arrival.size > 1 and self.hearing.placed.get(name) is not False and np.ptp(arrival) > 1.0:
             pace = float(np.ptp(t)) / float(np.ptp(arrival))
             unit = next((unit for factor, unit in PACES.items() if 0.5 < pace / factor < 2.0), None)

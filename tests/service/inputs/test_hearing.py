@@ -79,6 +79,21 @@ def test_a_ros_name_and_a_message_of_mavlink_stand_for_their_keys() -> None:
     assert [*heard["yaw_rate"].t, *heard["yaw_rate"].value] == pytest.approx([5.1, -0.25])
 
 
+def test_a_voltage_that_nobody_tells_is_said() -> None:
+    """A monitor that is not there says 65.5 V; a voltage that is configured is no guess."""
+    thrusters = {"topic": "u", "command": "pwm", "each": [{"field": "w", "arm": 0.5}]}
+    for told, doubts in ((thrusters, 1), ({**thrusters, "voltage": 12.0}, 0)):
+        hearing = mapping(yaw_rate={"topic": "r"}, thrusters=told, channels={"voltage": {"topic": "v", "unit": "mV"}})
+        hearing.hear("r", b"0.1", 0.0)
+        hearing.hear("v", b"65535", 0.0)
+        for k in range(60):
+            hear(hearing, "u", 0.1 * k, w=1900)
+        assert sum("nothing says the battery's voltage" in sentence for sentence in hearing.notices()) == doubts
+        hearing.hear("v", b"14000", 6.0)
+        assert hear(hearing, "u", 6.0, w=1900)["torque"].value == pytest.approx([0.5 * 4.53 * 9.80665])
+        assert not hearing.notices()
+
+
 def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
     thrusters = {"topic": "u", "command": "rad/s", "curve": "quadratic", "full": 0.02, "inflow": -0.03}
     hearing = mapping(

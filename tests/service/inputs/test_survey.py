@@ -88,6 +88,15 @@ def test_outputs_at_2_hz_are_too_seldom_and_the_cure_is_a_command() -> None:
     assert "`incsvr inputs --ask" in doubt
 
 
+def test_motors_that_are_taken_for_others_make_no_moment() -> None:
+    """The directions of two of four are turned: without the vehicle's parameters their moments cancel."""
+    survey = Survey(Hearing(Inputs(preset="blueos")), LIMITS)
+    for key, payload in mavlink.stream(SWIM, 0.0, 5.0):
+        survey.hear(key, payload, 0.0)
+    assert survey.summary()["inputs"]["torque"]["doubts"][0] == "the torque stands at 0 all the time"
+    assert "the vehicle has not told FRAME_CONFIG" in survey.summary()["notices"][0]
+
+
 def test_stamps_in_another_unit() -> None:
     told = {"yaw_rate": {"topic": "ATTITUDE", "field": "yawspeed", "stamp": "time_boot_ms"}}
     assert "its stamps run as fast as milliseconds: say stamp_unit" in str(surveyed(mavlink.stream(SWIM), **told))
