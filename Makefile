@@ -58,9 +58,10 @@ hold: .venv/ready  ## an hour: kills, damaged states, restarts, junk, floods, cl
 recording: .venv/ready
 	$(BIN)/python -m benchmarks.recording
 
-pictures: .venv/ready  ## the pictures of the README, from the last demo's recording
+pictures: .venv/ready  ## every picture of README and docs, from the last demo's recording and a browser
 	test -f out/leng.rrd || $(BIN)/incsvr demo
 	$(BIN)/python -m viewer.pictures out/leng.rrd docs/pictures
+	$(BIN)/python -m viewer.page.picture docs/pictures/page.png
 
 .venv/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=python3.11 …")'

@@ -27,6 +27,11 @@ COMMANDS = {
     "simulate": ("simulator.simulate", "plays the Leng plant onto the keys", "incsvr simulate --speed 10"),
     "replay": ("simulator.replay", "plays recorded runs onto the keys", "incsvr replay dive.csv --speed 10"),
     "view": ("viewer.view", "live viewer, recording", "incsvr view --save dive.rrd"),
+    "page": (
+        "viewer.page.command",
+        "a learner's status, curve and findings in any browser",
+        "incsvr page --port 9110",
+    ),
     "query": ("service.query", "asks a running learner for the damping", "incsvr query -0.2 0.05 0.1"),
     "status": (
         "service.status",

@@ -120,22 +120,23 @@ class House:
     folder: Path
     endpoint: str
 
-    def serve(self, *, durable: bool = True) -> Process:
+    def serve(self, *words: str, durable: bool = True) -> Process:
         """Starts the learner, on the state it left, or with none."""
         state = self.folder / "state" if durable else "null"
         where = ("--set", f"bus.listen={self.endpoint}", "--set", f"state={state}")
-        learner = self._start(["serve", *where])
+        learner = self.start(["serve", *where, *words])
         learner.wait_for("ready")
         return learner
 
     def view(self, *words: str, limit_file: int | None = None) -> Process:
         """Starts a viewer."""
-        return self._start(["view", "--connect", self.endpoint, *words], limit_file)
+        return self.start(["view", "--connect", self.endpoint, *words], limit_file)
 
     def client(self) -> zenoh.Session:
         return self.stack.enter_context(open_session(connecting(self.endpoint), PATIENCE))
 
-    def _start(self, words: list[str], limit_file: int | None = None) -> Process:
+    def start(self, words: list[str], limit_file: int | None = None) -> Process:
+        """Starts any command."""
         process = Process(words, limit_file)
         self.stack.callback(process.close)
         return process

@@ -1,0 +1,94 @@
+"""The page: served by a client of a real learner, drawn by a real browser."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from urllib.error import HTTPError
+from urllib.parse import quote
+from urllib.request import Request, urlopen
+
+import pytest
+
+from tests.viewer.conftest import PATIENCE, House, Run, learn_until, publish
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--disable-quic",
+)  # fmt: skip
+
+
+def drawn(url: str, folder: Path, *words: str) -> str:
+    """The document after its script has run, in a browser."""
+    browser = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+    if browser is None:
+        pytest.skip("no browser is installed (chromium)")
+    # The page's own clock goes on for two seconds; the network's answers are waited for.
+    command = [browser, *FLAGS, f"--user-data-dir={folder}", "--virtual-time-budget=2000", *words, "--dump-dom", url]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE).stdout
+
+
+def fetched(url: str) -> bytes:
+    with urlopen(url, timeout=PATIENCE) as answer:
+        return bytes(answer.read())
+
+
+def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: Path) -> None:
+    archive = tmp_path / "archive"
+    learner = house.serve("--archive", str(archive))
+    page = house.start(["page", "--connect", house.endpoint, "--port", "0", "--archive", str(archive)])
+    url = re.findall(r"http://\S+", page.wait_for("shows leng/yaw"))[0]
+    assert "Nothing has been learned yet" in drawn(url, tmp_path / "before")
+    session = house.client()
+    learn_until(session, 3, lambda: publish(session, run.part(0.0, 100.0)))
+
+    state = json.loads(fetched(f"{url}state.json"))
+    assert state["model"]["iteration"] >= 3
+    assert {name: set(value) for name, value in state["model"]["coefficients"].items()} == {
+        "N_r": {"estimate", "low", "high"},
+        "N_r|r|": {"estimate", "low", "high"},
+    }
+    document = drawn(url, tmp_path / "after")
+    assert 'data-drawn="curve"' in document
+    assert len(re.findall(r'<circle [^>]*class="vectors"', document)) == len(state["model"]["support"]["rate"])
+    assert re.search(r'<path d="M[\d.,L]{500,}" class="curve"', document)
+    assert "rad/s" in document
+    assert "N_r|r|, quadratic" in document
+    assert re.search(r'id="level"[^>]*class="(OK|WARN|STALE)"', document)
+
+    name = state["recordings"][0]["name"]
+    assert fetched(f"{url}recordings/{name}").startswith(b"\x89MCAP0")
+    for wrong in (quote("../state", safe=""), "nothing.mcap"):
+        with pytest.raises(HTTPError, match="404"):
+            fetched(f"{url}recordings/{wrong}")
+    with pytest.raises(HTTPError, match="501"):
+        urlopen(Request(f"{url}state.json", method="POST"), timeout=PATIENCE)
+
+    assert learner.end() == 0
+    away = drawn(url, tmp_path / "away")
+    assert "learner away" in away
+    assert 'class="vectors"' in away, "the last curve stays"
+    assert page.end() == 0
+
+
+def test_the_page_needs_no_more_than_the_vehicle_has() -> None:
+    """Neither Rerun, nor what the extras bring, is loaded to serve it."""
+    program = (
+        "import sys, viewer.page.command; "
+        "sys.exit(sorted({'rerun', 'PIL', 'matplotlib', 'jinja2', 'mcap'} & set(sys.modules)))"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert ran.stderr.strip() in ("", "[]"), ran.stderr
+
+
+def test_a_port_that_is_taken_is_said(house: House) -> None:
+    first = house.start(["page", "--connect", house.endpoint, "--port", "0"])
+    port = re.findall(r":(\d+)/", first.wait_for("shows"))[0]
+    second = house.start(["page", "--connect", house.endpoint, "--port", port])
+    assert f"127.0.0.1:{port} cannot be served at" in second.wait_for("--port")
+    assert second.end() == 2

@@ -1,0 +1,48 @@
+"""`incsvr page`: a learner's status, curve and findings in any browser."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+from pathlib import Path
+
+from incsvr.errors import BadInput
+from service.config import add_config_arguments, from_arguments
+from service.session import connecting, from_file, told_to_stop
+from viewer.page.learner import Learner, Recordings
+from viewer.page.server import server
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_config_arguments(parser)
+    parser.add_argument("--host", default="127.0.0.1", help="address at which it is served (default 127.0.0.1)")
+    parser.add_argument("--port", type=int, default=9110, help="port at which it is served; 0 for any (default 9110)")
+    parser.add_argument(
+        "--archive", type=Path, metavar="DIR", help="offers the recordings of `incsvr serve --archive DIR`"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    stop = told_to_stop()
+    config = from_arguments(args)
+    where = config.bus.connect or config.bus.listen
+    zenoh_config = connecting(where) if config.bus.zenoh_file is None else from_file(config.bus.zenoh_file)
+    recordings = Recordings(args.archive)
+    learner = Learner(zenoh_config, where, config.prefix, recordings)
+    try:
+        served = server(args.host, args.port, learner, recordings)
+    except (OSError, OverflowError) as error:
+        raise BadInput(
+            f"{args.host}:{args.port} cannot be served at ({error}); name another one with --host and --port"
+        ) from None
+    host, port = served.server_address[:2]
+    print(f"incsvr page: http://{host!s}:{port}/ shows {config.prefix} of {where}", file=sys.stderr, flush=True)
+    answering = threading.Thread(target=served.serve_forever, daemon=True)
+    answering.start()
+    while not stop.wait(1.0):
+        pass
+    served.shutdown()
+    served.server_close()
+    learner.close()
+    return 0

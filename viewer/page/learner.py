@@ -1,0 +1,162 @@
+"""What the page knows of a learner: asked over the bus when a browser asks, as one JSON object."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zenoh
+
+from incsvr.errors import BadInput
+from incsvr.learning.coefficients import coefficients
+from service.session import open_session
+from service.wire import (
+    EffectsLedger,
+    FormType,
+    Health,
+    IterationHistory,
+    IterationReport,
+    Keys,
+    ModelSnapshot,
+    decode,
+)
+
+FRESH = 0.5
+"""For so long an answer serves every browser [s]."""
+PATIENCE = 2.0
+"""How long the learner may take [s]; it answers within a hundredth while it trains."""
+RATES = 121
+"""At which the curve is drawn."""
+BEYOND = 0.1
+"""Part of the trained range by which the curve is drawn beyond each of its ends."""
+FINDINGS = 100
+"""Iterations that are looked through for what the learner noticed."""
+NORMAL_95 = 1.96
+"""Standard deviations of a band of 95 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recordings:
+    """The files that a browser may fetch: those of the archive, which `serve --archive` writes.
+
+    Attributes:
+        folder: where they are; None where nothing is archived.
+    """
+
+    folder: Path | None
+
+    def listed(self) -> list[dict[str, Any]]:
+        """Name and size of each, the newest first."""
+        found = [] if self.folder is None else sorted(self.folder.glob("*.mcap"), reverse=True)
+        return [{"name": path.name, "bytes": path.stat().st_size} for path in found]
+
+    def path(self, name: str) -> Path | None:
+        """The file of this name, if it is one of them."""
+        named = {each["name"] for each in self.listed()}
+        return None if self.folder is None or name not in named else self.folder / name
+
+
+class Learner:
+    """A learner on a bus; `state` may be called from any thread."""
+
+    def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings) -> None:
+        self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
+        self._session: zenoh.Session | None = None
+        self._lock = threading.Lock()
+        self._told: dict[str, Any] = {}
+        self._until = -1.0
+        self._drawn: tuple[str, int] | None = None
+        self._parts: dict[str, Any] = {}
+
+    def close(self) -> None:
+        with self._lock:
+            if self._session is not None:
+                self._session.close()  # type: ignore[no-untyped-call]
+
+    def state(self) -> dict[str, Any]:
+        """Everything that the page shows; `away` says why where the learner does not answer."""
+        with self._lock:
+            if time.monotonic() > self._until:
+                self._told = self._asked()
+                self._until = time.monotonic() + FRESH
+            return self._told
+
+    def _asked(self) -> dict[str, Any]:
+        head = {
+            "prefix": self._keys.prefix,
+            "where": self._where,
+            "version": version("incsvr"),
+            "recordings": self._recordings.listed(),
+        }
+        try:
+            if self._session is None:
+                self._session = open_session(self._config)
+            health = self._ask(self._keys.health, Health)
+        except BadInput as error:
+            return head | self._parts | {"away": str(error)}
+        if health is None:
+            return head | self._parts | {"away": f"no learner answers for {self._keys.prefix} at {self._where}"}
+        revision = (health.boot, health.revision)
+        if revision != self._drawn:
+            self._parts |= self._learned()
+            self._drawn = revision
+        ledger = self._ask(self._keys.effects, EffectsLedger)
+        if ledger is not None:
+            self._parts |= {"effects": ledger.effects, "history": ledger.history[-20:]}
+        return head | self._parts | {"away": None, "health": health.model_dump(mode="json")}
+
+    def _learned(self) -> dict[str, Any]:
+        """The curve of the served model, and what the learner noticed about the vehicle."""
+        snapshot = self._ask(self._keys.model, ModelSnapshot)
+        if snapshot is None or not snapshot.support.rate:
+            return {"model": None, "changes": []}
+        after = max(0, snapshot.revision - FINDINGS)
+        history = self._ask(f"{self._keys.iteration}?after={after};limit={FINDINGS}", IterationHistory)
+        if history is None:
+            latest = self._ask(self._keys.iteration, IterationReport)
+            history = IterationHistory(iterations=() if latest is None else (latest,), latest_revision=0)
+        noticed = [each for each in history.iterations if each.change]
+        changes = [{"iteration": each.iteration, "t": each.t, "what": each.change} for each in noticed[-10:]]
+        return {"model": curve(snapshot), "changes": changes}
+
+    def _ask(self, selector: str, form: type[FormType]) -> FormType | None:
+        """The learner's answer; None where it has none, as before anything is learned, or does not answer in time.
+
+        Raises:
+            BadInput: what answers is no learner of this version.
+        """
+        assert self._session is not None
+        for reply in self._session.get(selector, timeout=PATIENCE):
+            if reply.ok is not None:
+                return decode(form, reply.ok.payload.to_bytes())
+        return None
+
+
+def curve(snapshot: ModelSnapshot) -> Mapping[str, Any]:
+    """What is drawn of a model: the damping with the bands of 95 %, the vectors, the textbook's coefficients."""
+    model = snapshot.model()
+    low, high = model.trained_range or (0.0, 0.0)
+    beyond = BEYOND * (high - low)
+    rate = np.linspace(low - beyond, high + beyond, RATES)
+    said = model.predict(rate)
+    return {
+        "revision": snapshot.revision,
+        "iteration": snapshot.iteration,
+        "t": snapshot.t,
+        "inertia": snapshot.inertia,
+        "trained_range": [low, high],
+        "sigma": snapshot.sigma,
+        "rate": rate.tolist(),
+        "damping": said.damping.tolist(),
+        "sample": (NORMAL_95 * said.sigma).tolist(),
+        "curve": (NORMAL_95 * said.curve_sigma).tolist(),
+        "extrapolated": said.extrapolated.tolist(),
+        "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
+        "coefficients": {name: value._asdict() for name, value in coefficients(model).items()},
+    }
