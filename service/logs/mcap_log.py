@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.inputs.forms import json5
 from service.inputs.forms.mavlink_json import with_flags
 from service.logs.archive_files import archived
 from service.logs.cdr import RosTypes
@@ -113,6 +113,6 @@ def _each(message: Any) -> Sequence[Any]:
 
 def _json(payload: bytes) -> Any:
     try:
-        return with_flags(json.loads(payload))
+        return with_flags(json5.read(payload))
     except ValueError:
         return {}

@@ -7,10 +7,8 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
-from pydantic_core import from_json
-
 from incsvr.errors import BadInput
-from service.inputs.forms import cdr, keelson
+from service.inputs.forms import cdr, json5, keelson
 from service.inputs.forms.mavlink_json import with_flags
 
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
@@ -66,7 +64,7 @@ def _steps(path: str) -> tuple[str | int, ...]:
 
 
 def _json(payload: bytes) -> Any:
-    return with_flags(from_json(payload))
+    return with_flags(json5.read(payload))
 
 
 def _told(read: Callable[[bytes], Any]) -> Callable[[bytes], Any]:

@@ -14,7 +14,7 @@ from keelson.payloads.Primitives_pb2 import TimestampedBool, TimestampedFloat, T
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from incsvr.errors import BadInput
-from service.inputs.forms import Undecodable, cdr, decoder, number
+from service.inputs.forms import Undecodable, cdr, decoder, json5, number
 from service.logs.cdr import RosTypes
 
 STORE: Any = get_typestore(Stores.ROS2_JAZZY)
@@ -116,6 +116,29 @@ def test_flags_of_mavlink_in_whichever_way_they_are_written(mode: Any) -> None:
     told = number(decoder("json")(payload), "message.base_mode")
     assert told is not None
     assert int(told) & 128
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("{message: {type: 'ATTITUDE', yawspeed: +.5,}, }", {"message": {"type": "ATTITUDE", "yawspeed": 0.5}}),
+        ("[0x10, -0x1, 1., -.25e1, 7]", [16, -1, 1.0, -2.5, 7]),
+        (
+            "{a: Infinity, b: -Infinity, $c: true, d_1: null} // end",
+            {"a": np.inf, "b": -np.inf, "$c": True, "d_1": None},
+        ),
+        ("/* so */ {'it\\'s': 'a \"b\" c'}", {"it's": 'a "b" c'}),
+        ('{"plain": [1, 2.5, "x, y]"]}', {"plain": [1, 2.5, "x, y]"]}),
+    ],
+)
+def test_json5_as_its_specification_has_it(text: str, value: Any) -> None:
+    assert json5.read(text.encode()) == value
+
+
+@pytest.mark.parametrize("text", ["{a: }", "{,}", "[1 2]", "{a: b c}", "'open", "[" * 30_000, "{a: 1", "\u00e9"])
+def test_what_is_no_json5_is_refused(text: str) -> None:
+    with pytest.raises(Undecodable):
+        decoder("json")(text.encode())
 
 
 def test_paths() -> None:
