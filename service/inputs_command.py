@@ -18,7 +18,8 @@ from incsvr.errors import BadInput
 from service.arrivals import Arrivals
 from service.config import Config, add_config_arguments, from_arguments
 from service.inputs import asking, bus_keys
-from service.inputs.hearing import RATE, TORQUE, Hearing
+from service.inputs.hearing import Hearing
+from service.inputs.known import RATE, TORQUE
 from service.inputs.presets.mavlink import AUTOPILOT
 from service.inputs.survey import Survey
 from service.mapped_ingest import with_own_keys

@@ -16,7 +16,8 @@ from service.archive import Archive
 from service.arrivals import Arrivals
 from service.health import HealthWatch
 from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, places
-from service.inputs.hearing import RATE, TORQUE, Hearing
+from service.inputs.hearing import Hearing
+from service.inputs.known import RATE, TORQUE
 from service.inputs.settings import Inputs, Source
 from service.node import LearnerNode
 from service.wire import Keys

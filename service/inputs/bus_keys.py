@@ -65,11 +65,21 @@ def topics(inputs: Inputs) -> Iterator[tuple[str, str]]:
     if inputs.thrusters is not None:
         for number, topic in enumerate(inputs.thrusters.topics):
             yield f"thrusters.each.{number}", topic
-        if inputs.thrusters.measured_voltage is not None:
-            yield "thrusters.measured_voltage", inputs.thrusters.measured_voltage.topic
+        for source in inputs.thrusters.beside():
+            yield "thrusters", source.topic
 
 
-def expressions(topic: str, preset: Preset | None) -> tuple[str, ...]:
+def forms(inputs: Inputs) -> Iterator[tuple[str, str]]:
+    """The forms that a configuration names, by topic."""
+    for source in (inputs.yaw_rate, inputs.torque, inputs.armed, *inputs.channels.values()):
+        if source is not None:
+            yield source.topic, source.form
+    if inputs.thrusters is not None:
+        yield from ((topic, inputs.thrusters.form) for topic in inputs.thrusters.topics)
+        yield from ((source.topic, source.form) for source in inputs.thrusters.beside())
+
+
+def expressions(topic: str, preset: str | None) -> tuple[str, ...]:
     """The key expressions on which a topic of a configuration may come."""
     if preset == "blueos" and _MESSAGE.match(topic):
         return (f"mavlink/*/{AUTOPILOT}/{topic}",)
@@ -78,7 +88,7 @@ def expressions(topic: str, preset: Preset | None) -> tuple[str, ...]:
     return (topic,)
 
 
-def matches(topic: str, key: str, preset: Preset | None) -> bool:
+def matches(topic: str, key: str, preset: str | None) -> bool:
     """Whether a key is of a topic of the configuration."""
     if topic == key:
         return True

@@ -6,8 +6,10 @@ at the yaw rate's newest stamp, and later by what has gone by since that came.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 from math import isfinite
+from statistics import median
 
 from service.inputs.clocks import WRAP
 
@@ -16,21 +18,43 @@ APART = 10.0
 that a publisher may be behind the other by that."""
 
 
+LATE = 1.0
+"""Stamps that are behind the yaw rate's by more though they arrive together [s] are of another clock: no bus takes as
+long."""
+LOOKED_AT = 21
+"""Messages by which that is judged; their median does not mind a few that were held up."""
+REAL_TIME = (0.5, 2.0)
+"""Pace of the yaw rate's stamps over the wall's clock within which messages are no recording that is played."""
+
+
 @dataclass(slots=True)
 class ClockOfRate:
     """The newest stamp of the yaw rate [s], and when it came; None before there is one."""
 
     newest: float | None = None
     came: float = 0.0
+    _paces: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=LOOKED_AT))
+    _behind: dict[str, deque[float]] = field(default_factory=dict)
 
     def reference(self, stamps: list[float] | None, arrival: float) -> list[float]:
         """The times of a message of the yaw rate: its stamps, or when it arrived."""
         times = [arrival] if stamps is None else stamps
         if times and isfinite(times[-1]):
             self.newest, self.came = times[-1], arrival
+            self._paces.append((times[-1], arrival))
         return times
 
-    def placed(self, stamps: list[float] | None, arrival: float) -> tuple[list[float], bool]:
+    def behind(self, name: str) -> float | None:
+        """By how much the stamps of a stream are behind the yaw rate's that arrive with them [s], if that is odd."""
+        lags = self._behind.get(name)
+        if lags is None or len(lags) < LOOKED_AT or len(self._paces) < LOOKED_AT:
+            return None
+        (first, began), (last, ended) = self._paces[0], self._paces[-1]
+        real = REAL_TIME[0] * (ended - began) < last - first < REAL_TIME[1] * (ended - began)
+        lag = median(lags)
+        return lag if real and abs(lag) > LATE else None
+
+    def placed(self, name: str, stamps: list[float] | None, arrival: float) -> tuple[list[float], bool]:
         """The times of another message [s], and whether they are its own stamps; none where nothing places it."""
         if self.newest is None:
             return stamps or [], True
@@ -39,6 +63,8 @@ class ClockOfRate:
             apart = self.newest - stamps[-1]
             turns = round(apart / WRAP) if isfinite(apart) else 0
             if abs(apart - turns * WRAP) <= APART:
+                lags = self._behind.setdefault(name, deque(maxlen=LOOKED_AT))
+                lags.append(apart - turns * WRAP + arrival - self.came)
                 return [stamp + turns * WRAP for stamp in stamps], True
             if len(stamps) > 1:
                 return [], False

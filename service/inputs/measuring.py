@@ -42,7 +42,7 @@ def topics(inputs: Inputs) -> frozenset[str]:
         inputs.torque,
         inputs.armed,
         *inputs.channels.values(),
-        inputs.thrusters.measured_voltage if inputs.thrusters else None,
+        *(inputs.thrusters.beside() if inputs.thrusters else ()),
     ]
     commands = inputs.thrusters.topics if inputs.thrusters else ()
     return frozenset(each.topic for each in sources if each is not None) | frozenset(commands)
@@ -143,7 +143,13 @@ def _torque(
         commands.append(told)
     volts = _volts(settings, tables, clock, time, notes)
     speed = np.zeros(time.size) if surge is None or not surge[0].size else np.interp(time, *surge)
-    return _ordered(time, moment(settings, commands, volts, speed))
+    angles = {}
+    for k, each in enumerate(settings.each):
+        if each.turned_by is not None:
+            angles[k] = np.interp(
+                time, *_stream(f"the angle of {each.turned_by.topic}", each.turned_by, tables, clock, notes)
+            )
+    return _ordered(time, moment(settings, commands, volts, speed, angles))
 
 
 def _volts(settings: Thrusters, tables: Mapping[str, Table], clock: Clock, time: Array, notes: list[str]) -> Array:

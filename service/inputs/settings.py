@@ -6,13 +6,16 @@ from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal, Self, TypedDict
 
+import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from incsvr.samples import Array
 from service.inputs.units import FACTORS, unit
 from service.sections import Name, Section, shaped
 
 Sign = Literal[1, -1]
 StampUnit = Literal["s", "ms", "us", "ns"]
+Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
 Vector = tuple[float, float, float]
 Preset = Literal["blueos", "ros2", "keelson", "px4", "incsvr"]
 Form = Annotated[
@@ -84,6 +87,9 @@ class Thruster(Section):
     arm: float | None = Field(default=None, description="moment about the axis by its thrust [m], with its sign")
     position: Vector | None = Field(default=None, description="where it is mounted, in the vehicle's axes [m]")
     pushes: Vector | None = Field(default=None, description="the direction in which it pushes the vehicle")
+    turned_by: Source | None = Field(
+        default=None, description="an angle about the vertical axis that turns this direction: of an azimuth, a rudder"
+    )
 
     @model_validator(mode="after")
     def _placed(self) -> Self:
@@ -91,13 +97,21 @@ class Thruster(Section):
             raise ValueError("give either its arm [m], or position [m] and the direction in which it pushes")
         return self
 
-    @property
-    def lever(self) -> float:
-        """Moment about the vertical axis by its thrust [m]: x Fy − y Fx over |F|."""
+    @model_validator(mode="after")
+    def _turns(self) -> Self:
+        if self.turned_by is not None and self.pushes is None:
+            raise ValueError("what is turned by an angle needs its position [m] and the direction in which it pushes")
+        return self
+
+    def share(self, axis: Axis, angle: Array) -> Array:
+        """Moment [m], or force, along the axis by its thrust; its direction turned by the angle (n,) [rad]."""
         if self.position is None or self.pushes is None:
-            return float(self.arm or 0.0)
-        (x, y, _), (fx, fy, fz) = self.position, self.pushes
-        return (x * fy - y * fx) / max(hypot(fx, fy, fz), 1e-12)
+            return np.full(angle.size, float(self.arm or 0.0))
+        (x, y, z), (fx, fy, fz) = self.position, np.array(self.pushes) / max(hypot(*self.pushes), 1e-12)
+        fx, fy = fx * np.cos(angle) - fy * np.sin(angle), fx * np.sin(angle) + fy * np.cos(angle)
+        along = {"surge": fx, "sway": fy, "heave": np.full(angle.size, fz)}
+        about = {"roll": y * fz - z * fy, "pitch": z * fx - x * fz, "yaw": x * fy - y * fx}
+        return np.asarray({**along, **about}[axis])
 
 
 class Thrusters(Section):
@@ -115,6 +129,7 @@ class Thrusters(Section):
     inflow: float = Field(default=0.0, description="K₂ of K₂v|ω| [N s²/(m rad)], with v the channel surge")
     voltage: float | None = Field(default=None, ge=6.0, le=26.0, description="of the battery, where none is measured")
     measured_voltage: Source | None = Field(default=None, description="where the battery's voltage stands")
+    axis: Axis = Field(default="yaw", description="along or about which they push: the one that is learned")
     scale: float = Field(default=1.0, description="what the torque is multiplied by besides")
     stamp: str = Field(default="", description=STAMP)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
@@ -130,6 +145,11 @@ class Thrusters(Section):
     def topics(self) -> tuple[str, ...]:
         """Where the command of each thruster stands, in their order."""
         return tuple(each.topic or self.topic for each in self.each)
+
+    def beside(self) -> tuple[Source, ...]:
+        """What is read beside the commands: the battery's voltage, angles."""
+        sources = (self.measured_voltage, *(each.turned_by for each in self.each))
+        return tuple(source for source in sources if source is not None)
 
 
 class Inputs(Section):

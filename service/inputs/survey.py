@@ -11,7 +11,8 @@ import numpy as np
 from incsvr.samples import Array
 from incsvr.signals.checks import implausible
 from incsvr.signals.seldom import too_slow
-from service.inputs.hearing import RATE, TORQUE, Hearing, Known
+from service.inputs.hearing import Hearing
+from service.inputs.known import RATE, TORQUE, Known
 
 HEADING = "heading"
 TURNED = 0.2

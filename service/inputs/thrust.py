@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,20 +56,25 @@ def sensible(volts: Array) -> NDArray[np.bool_]:
     return (volts > 6.0) & (volts < 26.0)
 
 
-def moment(settings: Thrusters, commands: Sequence[Array], volts: Array, speed: Array) -> Array:
-    """Moment of all thrusters about the vertical axis (n,) [N m].
+def moment(
+    settings: Thrusters, commands: Sequence[Array], volts: Array, speed: Array, angles: Mapping[int, Array]
+) -> Array:
+    """Moment of all thrusters about the axis, or their force along it (n,) [N m], [N].
 
     Args:
         commands: (n,) of each thruster, as it is told.
         volts: (n,) of the battery [V].
         speed: (n,) of the vehicle along its bow [m/s].
+        angles: (n,) by which those that can be turned are, by their number [rad].
     """
     forward = [
         command if each.direction > 0 else _turned(settings, command)
         for each, command in zip(settings.each, commands, strict=True)
     ]
-    levers = np.array([each.lever for each in settings.each])
-    return settings.scale * np.asarray(levers @ thrust(settings, np.stack(forward), volts, speed))
+    straight = np.zeros(volts.size)
+    shares = [each.share(settings.axis, angles.get(k, straight)) for k, each in enumerate(settings.each)]
+    pushed = np.stack(shares) * thrust(settings, np.stack(forward), volts, speed)
+    return settings.scale * np.asarray(pushed.sum(axis=0))
 
 
 def _turned(settings: Thrusters, command: Array) -> Array:

@@ -54,6 +54,20 @@ def test_stamps_of_another_clock_give_way_to_the_time_of_arrival() -> None:
     assert any("stamps of torque are of another clock" in sentence for sentence in hearing.notices())
 
 
+@pytest.mark.parametrize(("offset", "pace", "said"), [(3.0, 1.0, 1), (-3.0, 1.0, 1), (0.3, 1.0, 0), (3.0, 50.0, 0)])
+def test_a_clock_that_is_a_little_apart_is_said(offset: float, pace: float, said: int) -> None:
+    """Two clocks that began seconds apart; a recording that is played shows nothing of it."""
+    hearing = mapping(
+        yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v", "stamp": "t"}
+    )
+    for k in range(60):
+        hear(hearing, "r", 0.1 * k / pace, t=10.0 + 0.1 * k, v=0.1)
+        hear(hearing, "n", 0.1 * k / pace, t=10.0 + 0.1 * k - offset, v=0.1)
+    sentences = [sentence for sentence in hearing.notices() if "stamps of torque are 3 s" in sentence]
+    assert len(sentences) == said
+    assert all(("behind" in sentence) == (offset > 0.0) for sentence in sentences)
+
+
 def test_a_counter_of_32_bits_that_runs_over() -> None:
     hearing = Hearing(Inputs(preset="blueos"))
     swim = dive(4.0, 10.0)
@@ -77,6 +91,22 @@ def test_a_ros_name_and_a_message_of_mavlink_stand_for_their_keys() -> None:
     hearing = mapping(preset="blueos", yaw_rate={"topic": "SCALED_IMU2", "field": "zgyro", "unit": "mrad/s"})
     heard = hear(hearing, "mavlink/1/1/SCALED_IMU2", 7.0, message={"time_boot_ms": 5100, "zgyro": -250})
     assert [*heard["yaw_rate"].t, *heard["yaw_rate"].value] == pytest.approx([5.1, -0.25])
+
+
+def test_a_rudder_turns_the_wash_of_its_propeller() -> None:
+    """Rudder and propeller have a key each; before the rudder has told its angle there is no moment."""
+    rudder = {"topic": "rudder", "field": "deg", "unit": "deg", "sign": -1, "scale": 0.5}
+    each = {"position": [-1.0, 0.0, 0.0], "pushes": [1.0, 0.0, 0.0], "turned_by": rudder}
+    hearing = mapping(
+        yaw_rate={"topic": "r"},
+        thrusters={"command": "N", "topic": "prop", "each": [each]},
+        channels={"rudder_angle": {"topic": "rudder", "field": "deg", "unit": "deg"}},
+    )
+    hearing.hear("r", b"0.1", 0.0)
+    assert hearing.hear("prop", b"50.0", 0.0) == []
+    assert list(hear(hearing, "rudder", 0.1, deg=20.0)) == ["rudder_angle"]
+    (told,) = hearing.hear("prop", b"50.0", 0.2)
+    assert told.value == pytest.approx([50.0 * np.sin(np.radians(10.0))])
 
 
 def test_a_voltage_that_nobody_tells_is_said() -> None:

@@ -14,11 +14,12 @@ from incsvr.plant import Thruster as Formula
 from incsvr.plant import thruster_torque
 from service.inputs import frames
 from service.inputs.measuring import measured
-from service.inputs.settings import Inputs, Source, Thruster, Thrusters
+from service.inputs.settings import Axis, Inputs, Source, Thruster, Thrusters
 from service.inputs.thrust import t200
 from service.inputs.units import KGF
 from service.logs.table import Table
 
+AXES: tuple[Axis, ...] = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TIME = np.arange(0.0, 5.0, 0.1, dtype=np.float64)
 
 
@@ -88,11 +89,24 @@ def test_a_curve_from_a_file(tmp_path: Path) -> None:
 def test_position_and_direction_make_the_lever() -> None:
     """A stern thruster that pushes to starboard, 1.25 m behind: it turns the bow to port."""
     stern = Thruster(field="u", position=(-1.25, 0.0, 0.0), pushes=(0.0, 2.0, 0.0))
-    assert stern.lever == -1.25
+    straight = np.zeros(1)
+    assert stern.share("yaw", straight) == -1.25
     port = Thruster(field="u", position=(0.3, -0.2, 0.1), pushes=(1.0, 0.0, 0.0))
-    assert port.lever == pytest.approx(0.2)
+    assert [port.share(axis, straight)[0] for axis in AXES] == pytest.approx([1.0, 0.0, 0.0, 0.0, 0.1, 0.2])
     with pytest.raises(ValidationError, match="give either its arm"):
         Thruster(field="u")
+
+
+def test_an_outboard_turns_the_boat_by_its_angle() -> None:
+    """Pushing ahead at 2 m behind, turned by an angle: N = −2 sin α F, and along the bow cos α F."""
+    angle = np.degrees(0.5 * np.sin(TIME))
+    for axis, wanted in (("yaw", -2.0 * np.sin(0.5 * np.sin(TIME))), ("surge", np.cos(0.5 * np.sin(TIME)))):
+        each = {"field": "u", "position": [-2.0, 0.0, 0.0], "pushes": [1.0, 0.0, 0.0]}
+        turned = {**each, "turned_by": {"topic": "x", "field": "angle", "unit": "deg"}}
+        got, _ = torque(one(command="N", axis=axis, each=[turned]), u=30.0, angle=angle)
+        np.testing.assert_allclose(got, 30.0 * wanted)
+    with pytest.raises(ValidationError, match="what is turned by an angle needs its position"):
+        Thruster.model_validate({"field": "u", "arm": 1.0, "turned_by": {"topic": "x"}})
 
 
 def test_the_measured_voltage_counts_and_a_missing_one_is_said() -> None:
@@ -109,7 +123,7 @@ def test_a_frame_by_the_vehicles_parameters() -> None:
     found = frames.thrusters(told, 1, "servo{}_raw")
     assert [each.field for each in found] == ["servo1_raw", "servo7_raw", "servo3_raw", "servo4_raw"]
     assert [each.direction for each in found] == [1, -1, 1, 1]
-    assert [each.lever for each in found] == [0.189, -0.189, -0.189, 0.189]
+    assert [each.arm for each in found] == [0.189, -0.189, -0.189, 0.189]
 
 
 def test_torque_and_thrusters_exclude_each_other() -> None:

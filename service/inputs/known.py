@@ -1,0 +1,88 @@
+"""A key of the bus that was heard: how its messages are read, and where in one the numbers and the stamp stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import nan
+from typing import Any
+
+from service.inputs.forms import as_float, number
+from service.inputs.forms.cdr import has_header
+from service.inputs.presets.ros import RATES, TORQUES
+from service.inputs.settings import ARRIVAL, Armed, Source, Thrusters
+from service.inputs.units import STAMPS
+
+RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
+
+
+@dataclass(slots=True)
+class Known:
+    """A key that was heard.
+
+    Attributes:
+        form: of its messages.
+        decode: what reads them; None where nothing does.
+        fields: paths of what stands in them, as the first one showed.
+        message: the newest.
+        count: of messages; the first and the last of them came at these times [s].
+        quantities: what is taken from them, by name.
+        commands: the thrusters whose commands stand in them, by their numbers.
+        armed: how they say whether the thrusters may turn.
+    """
+
+    form: str
+    decode: Callable[[bytes], Any] | None
+    fields: tuple[str, ...] = ()
+    message: Any = None
+    count: int = 0
+    first: float = 0.0
+    last: float = 0.0
+    quantities: list[tuple[str, Source]] = field(default_factory=list)
+    commands: list[int] = field(default_factory=list)
+    armed: Armed | None = None
+
+    @property
+    def type(self) -> str:
+        """Of its messages, where they are CDR."""
+        return self.form.removeprefix("cdr:") if self.form.startswith("cdr:") else ""
+
+    def path(self, name: str, told: str) -> str:
+        """Where a number stands: as it was told, within MAVLink's `message`, or where the form has it."""
+        if told and told not in self.fields and f"message.{told}" in self.fields:
+            return f"message.{told}"
+        if told:
+            return told
+        if self.form in ("keelson", "incsvr"):
+            return "value"
+        usual = {RATE: RATES, TORQUE: TORQUES}.get(name, {}).get(self.type)
+        return usual or ("data" if self.type.startswith("std_msgs/") else "")
+
+    def stamp(self, source: Source | Thrusters) -> tuple[str, float]:
+        """Where the stamp stands, nowhere where the time of arrival counts, and seconds over its unit."""
+        if source.stamp == ARRIVAL:
+            return "", 1.0
+        if source.stamp:
+            return self.path("", source.stamp), STAMPS[source.stamp_unit]
+        if self.form in ("keelson", "incsvr"):
+            return {"keelson": "timestamp", "incsvr": "t"}[self.form], 1.0
+        if has_header(self.type):
+            return "header.stamp", 1.0
+        for path, factor in (("message.time_boot_ms", 1e-3), ("message.time_usec", 1e-6)):
+            if path in self.fields:
+                return path, factor
+        return "", 1.0
+
+    def stamps(self, source: Source | Thrusters) -> list[float] | None:
+        """Of the newest message [s]; None where the time of arrival counts."""
+        path, factor = self.stamp(source)
+        found = self.numbers(path) if path else None
+        return None if found is None else [stamp * factor for stamp in found]
+
+    def numbers(self, path: str) -> list[float] | None:
+        """The number at a path of the newest message; of our own form all of them."""
+        message = self.message
+        if isinstance(message, dict) and isinstance(message.get(path), list):
+            return [nan if (value := as_float(each)) is None else value for each in message[path]]
+        found = number(message, path)
+        return None if found is None else [found]
