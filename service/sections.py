@@ -82,6 +82,9 @@ class Vehicle(Section):
     """Whose damping it is."""
 
     name: Name = Field(default="leng", description="the vehicle; a state of another one is refused")
+    axis: Literal["surge", "sway", "heave", "roll", "pitch", "yaw"] = Field(
+        default="yaw", description="whose velocity and force are learned; m/s, N and kg along an axis"
+    )
     inertia: float = Field(default=350.0, gt=0.0, le=1e7, description="dry and added mass about yaw [kg m²]")
     rate_range: tuple[float, float] = Field(
         default=(-0.25, 0.25), description="lowest and highest yaw rate it reaches [rad/s]"

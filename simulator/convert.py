@@ -15,7 +15,7 @@ from simulator.recordings import Recording, sequence, write
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="logs of any format, then the CSV to write")
-    add_log_arguments(parser, config=True)
+    add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
 
 

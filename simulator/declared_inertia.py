@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,9 +12,14 @@ from incsvr.learning.motion import held_motions, motions
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.progress import progress
 from simulator.online import signals_for
-from simulator.recordings import RATE_LIMIT, Recording
+from simulator.recordings import Recording
 
 ESTIMATE = "estimate"
+MISSING = (
+    "the inertia is not known; give --inertia I with the moment of inertia and its added mass in kg m² (from a "
+    "model of the hull, a pendulum test, or the maker), --inertia estimate to take it from these recordings "
+    "where they are open-loop runs, or --config FILE with vehicle.inertia"
+)
 LIMITS = (
     "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
     "a delay of the thrusters as inertia"
@@ -26,33 +32,43 @@ CLOSED = (
 
 
 def inertia(
-    wanted: str | None, configured: float, runs: Sequence[Recording], torque: TorqueKind | None = None
+    wanted: str | None, configured: float | None, runs: Sequence[Recording], torque: TorqueKind | None = None
 ) -> tuple[float, InertiaEstimate | None]:
     """I [kg m²], and how it was estimated where it was.
 
     Args:
         wanted: a number, ESTIMATE, or None for the configured one.
-        configured: [kg m²].
+        configured: [kg m²]; None where nobody gave a configuration.
         runs: to estimate it from.
         torque: what it is, as in SignalSettings; None tells it from the runs.
 
     Raises:
-        BadInput: it is no number, or the runs do not tell it.
+        BadInput: nobody gave it, it is no positive number, or the runs do not tell it.
     """
     if wanted is None:
+        if configured is None:
+            raise BadInput(MISSING)
         return configured, None
     if wanted != ESTIMATE:
-        try:
-            return float(wanted), None
-        except ValueError:
-            raise BadInput(f"--inertia {wanted}: give a number [kg m²], or estimate") from None
-    signals = signals_for(runs, 1.0, RATE_LIMIT, torque)
+        return positive(wanted), None
+    signals = signals_for(runs, 1.0, runs[0].axis.fastest, torque)
     pieces = [motion for run in runs for motion in motions(run.streams(), signals.longest_pause)]
     if signals.torque == COMMANDED:
         pieces = [held for run in runs for held in held_motions(run.streams(), signals.longest_pause)] or pieces
     with progress("estimating the inertia") as advance:
         estimate = identify(pieces, advance)
     return estimate.inertia, estimate
+
+
+def positive(given: str) -> float:
+    """A number above zero; argparse would answer a word with its usage, not with one sentence."""
+    try:
+        value = float(given)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise BadInput(f"--inertia is {given}; give the moment of inertia in kg m², a positive number, or estimate")
+    return value
 
 
 def told(estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str]) -> dict[str, Any]:

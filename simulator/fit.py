@@ -19,6 +19,8 @@ from incsvr.learning.inertia import InertiaEstimate
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.learning.resolution import unresolved
+from incsvr.plant.axes import YAW
+from incsvr.plant.words import said
 from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.checks import YOUNG, Vehicle, Verdict, told
@@ -32,7 +34,7 @@ from service.progress import progress
 from simulator import declared_inertia, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
-from simulator.recordings import RATE_LIMIT, Recording, sequence
+from simulator.recordings import Recording, sequence
 
 CURVE = 101
 """Rates of the trained range at which the curve is told."""
@@ -44,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen runs")
     parser.add_argument(
-        "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; otherwise the configured one"
+        "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config"
     )
     parser.add_argument(
         "--config",
@@ -71,16 +73,30 @@ def run(args: argparse.Namespace) -> int:
     written.check(args.write)
     config = read_config(args.config)
     reading = Reading.of(args, config)
+    try:
+        result, text = _fitted(args, config, reading)
+    except BadInput as error:
+        raise BadInput(said(reading.axis, str(error))) from None
+    emit(args, result, said(reading.axis, text))
+    return 0
+
+
+def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[dict[str, Any], str]:
+    """The result for programs, and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
-    inertia, estimate = declared_inertia.inertia(args.inertia, config.vehicle.inertia, runs, args.torque)
+    inertia, estimate = declared_inertia.inertia(
+        args.inertia, config.vehicle.inertia if args.config else None, runs, args.torque
+    )
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)
     text = fit.text(estimate)
     if args.write is not None:
         _write(args, config.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         text += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
-    emit(args, fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks), text)
-    return 0
+    result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
+    if reading.axis != YAW:
+        result |= {"axis": reading.axis.name, "remarks": [said(reading.axis, each) for each in result["remarks"]]}
+    return result, text
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,6 +286,9 @@ class Fit:
 def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit) -> None:
     """What is in force, as a configuration: what was configured as it is, else scaled to the recordings."""
     update = {"effects": args.effects} if args.effects else {}
+    if recording.axis.name != config.vehicle.axis:
+        vehicle = config.vehicle.model_copy(update={"axis": recording.axis.name})
+        config = config.model_copy(update={"vehicle": vehicle})
     if args.config:
         vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
         signals = config.signals.model_copy(update={"torque": fit.signals.torque})
@@ -300,7 +319,7 @@ def _settings(
         if args.torque is not None:
             configured_signals = replace(configured_signals, torque=args.torque)
         return configured_signals, wanted.learner_settings(), configured(wanted)
-    signals = signals_for(recordings[: len(args.recordings)], inertia, RATE_LIMIT, args.torque)
+    signals = signals_for(recordings[: len(args.recordings)], inertia, recordings[0].axis.fastest, args.torque)
     if args.effects is None:
         return signals, None, None
     common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))

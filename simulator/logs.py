@@ -11,6 +11,7 @@ from typing import get_args
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.samples import Array
 from incsvr.signals.scales import white_noise
 from service.config import Config
@@ -45,6 +46,7 @@ class Reading:
             and a log in which it never turned is refused; else `armed` is a channel.
         ours_whole: whether our own recordings keep the time when the vehicle was not armed: `armed` is then a channel
             that effects are looked for in.
+        axis: which is meant.
     """
 
     description: Description = NOTHING_SAID
@@ -52,6 +54,7 @@ class Reading:
     limit_is: str = ""
     learns: bool = True
     ours_whole: bool = False
+    axis: Axis = YAW
 
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
@@ -60,10 +63,12 @@ class Reading:
         if args.preset is not None:
             inputs = inputs.model_copy(update={"preset": args.preset})
         configured = args.config is not None
+        axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         return Reading(
-            Description(tuple(args.column), inputs),
-            config.vehicle.rate_limit if configured else RATE_LIMIT,
+            Description(tuple(_of_axis(text, axis) for text in args.column), inputs),
+            config.vehicle.rate_limit if configured else axis.fastest,
             "vehicle.rate_limit in the configuration" if configured else "",
+            axis=axis,
         )
 
     def of_all(self, paths: Sequence[Path]) -> list[Recording]:
@@ -81,13 +86,20 @@ class Reading:
         Raises:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
-        if self.description == NOTHING_SAID and _is_ours(path):
-            recording = read_recording(path, rate_limit=self.rate_limit, limit_is=self.limit_is)
+        if self.description == NOTHING_SAID and _is_ours(path, self.axis):
+            recording = read_recording(path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis)
             return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
         log = opened(path)
+        if self.axis != YAW and not _names_both(self.description.columns):
+            axis = self.axis
+            raise BadInput(
+                f"{path}: a preset finds the yaw rate alone; say where the {axis.name} velocity and force or torque "
+                f"stand: --column {axis.rate}=FIELD --column {axis.effort}=FIELD (`incsvr inspect {path}` lists fields)"
+            )
         proposal = logs.described(log, self.description)
         measured = logs.read(path, log, proposal)
         recording = replace(self._recording(path, measured), notes=(*proposal.notes, *measured.notes))
+        recording = _put_back(recording, self.axis)
         _refuse_fraction(path, proposal.inputs, measured)
         if not self.learns:
             return recording
@@ -124,8 +136,35 @@ def _several(paths: Sequence[Path]) -> int | None:
     return len(paths) if len(paths) > 1 else None
 
 
-def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False) -> None:
-    """The flags by which a person says what is in a log; `config` adds the one of a configuration."""
+_AWAY = "other."
+"""Begins the name of a stream of another axis while it is read, where it would be called as this axis's own."""
+
+
+def _of_axis(text: str, axis: Axis) -> str:
+    """What was said of a column, under the two names that a log is read by: its own rate and torque."""
+    name, mark, where = text.partition("=")
+    if axis == YAW or not mark:
+        return text
+    own = {axis.rate: YAW.rate, axis.effort: YAW.effort}
+    return f"{own.get(name, _AWAY + name if name in (YAW.rate, YAW.effort) else name)}={where}"
+
+
+def _names_both(columns: Sequence[str]) -> bool:
+    return {YAW.rate, YAW.effort} <= {text.partition("=")[0] for text in columns}
+
+
+def _put_back(recording: Recording, axis: Axis) -> Recording:
+    """A log's recording, the streams of other axes under their own names again."""
+    if axis == YAW:
+        return recording
+    columns = {name: values for name, values in recording.columns.items() if not name.startswith(_AWAY)}
+    columns.pop("heading", None)
+    away = {n.removeprefix(_AWAY): values for n, values in recording.columns.items() if n.startswith(_AWAY)}
+    return replace(recording, columns=columns, axis=axis, displaced=away)
+
+
+def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axis: bool = True) -> None:
+    """The flags by which a person says what is in a log; of a configuration, and of an axis."""
     parser.add_argument(
         "--preset", choices=get_args(Preset), help="what the vehicle speaks, where the log does not show it"
     )
@@ -136,18 +175,22 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False) -> 
         metavar="NAME=FIELD",
         help="where a quantity stands: yaw_rate=r:deg/s, torque=-tau, t=stamp:ms (`incsvr inspect` lists the fields)",
     )
+    if axis:
+        parser.add_argument(
+            "--axis", choices=tuple(AXES), help="which axis of a whole vehicle (default: vehicle.axis, which is yaw)"
+        )
     if config:
         parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
 
 
-def _is_ours(path: Path) -> bool:
+def _is_ours(path: Path, axis: Axis) -> bool:
     """Whether the file begins as our recordings do, which are read with every fault named by its row."""
     if path.is_dir() or not path.exists():
         return False
     first_bytes(path)
     with path.open("rb") as file:
         header = file.readline(100_000).lstrip(b"\xef\xbb\xbf")
-    return {b"t", b"yaw_rate", b"torque"} <= {name.strip() for name in header.split(b",")}
+    return {"t", axis.rate, axis.effort} <= {name.strip() for name in header.decode(errors="replace").split(",")}
 
 
 def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
@@ -174,6 +217,7 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
         return recording
     kept = within(recording.time, wanted)
     columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED}
+    displaced = {name: values[kept] for name, values in recording.displaced.items()}
     for name in ("yaw_rate", "torque"):
         if np.isnan(columns[name]).all():
             raise BadInput(f"{path}: there is not one value of {name} while the vehicle was armed; give a longer log")
@@ -182,7 +226,7 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
         first, last = float(recording.time[0]), float(recording.time[-1])
         on = sum(min(high, last) - max(low, first) for low, high in wanted)
         notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
-    return replace(recording, time=recording.time[kept], columns=columns, notes=notes)
+    return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
 
 
 def _refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:

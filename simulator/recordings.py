@@ -3,24 +3,29 @@
 Header row; `t` [s], never going back; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
 empty cell means that the channel was not sampled in that row, so streams of different rates fit in one file. Rows of
 one instant are merged.
+
+Of another axis than yaw its own columns (`sway`, `sway_force`) stand for these two, and everything downstream reads
+them under the same two names: a learner has one rate and one torque, whichever they are.
 """
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
 
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
 from incsvr.signals.streams import FUTURE
 
-RATE_LIMIT = 6.0
+RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
 TYPICAL_STEP_LIMIT = 2.0
 """Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
@@ -39,12 +44,16 @@ class Recording:
         time: (n,) stamps [s], strictly increasing, not negative.
         columns: "yaw_rate" [rad/s], "torque" [N m] and further channels by name, each (n,), NaN where not sampled.
         notes: what a person should know of how it came out of a log, one sentence each.
+        axis: whose velocity and force "yaw_rate" and "torque" are.
+        displaced: of another axis than yaw the vehicle's own yaw rate, torque and heading, under their names.
     """
 
     name: str
     time: Array
     columns: Mapping[str, Array]
     notes: tuple[str, ...] = ()
+    axis: Axis = YAW
+    displaced: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -55,6 +64,24 @@ class Recording:
         """Each column as a stream of its own: its stamps (m,) [s] and values (m,), without the empty cells."""
         sampled = {name: ~np.isnan(values) for name, values in self.columns.items()}
         return {name: (self.time[sampled[name]], values[sampled[name]]) for name, values in self.columns.items()}
+
+
+def of_axis(recording: Recording, axis: Axis) -> Recording:
+    """The recording of a whole vehicle, read as one of this axis."""
+    if axis == YAW:
+        return recording
+    columns = dict(recording.columns)
+    displaced = {name: columns.pop(name) for name in (*REQUIRED, "heading") if name in columns}
+    every = {**columns, **displaced}
+    own = dict(zip(REQUIRED, (every[name] for name in _own(axis)), strict=True))
+    rest = {name: values for name, values in columns.items() if name not in _own(axis)}
+    away = {name: values for name, values in displaced.items() if name not in _own(axis)}
+    return replace(recording, columns={**own, **rest}, axis=axis, displaced=away)
+
+
+def _own(axis: Axis) -> tuple[str, str]:
+    """The columns of the velocity and of what the actuators apply."""
+    return axis.rate, axis.effort
 
 
 def from_streams(name: str, streams: Mapping[str, tuple[Array, Array]]) -> Recording:
@@ -79,7 +106,7 @@ def sequence(runs: Sequence[Recording]) -> Recording:
     columns = {
         name: np.concatenate([run.columns.get(name, np.full(run.time.size, np.nan)) for run in runs]) for name in names
     }
-    return Recording(" + ".join(run.name for run in runs), np.concatenate(times), columns)
+    return Recording(" + ".join(run.name for run in runs), np.concatenate(times), columns, axis=runs[0].axis)
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -91,36 +118,46 @@ def write(path: Path, recording: Recording) -> None:
         writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
 
 
-def read(path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "") -> Recording:
+def read(path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW) -> Recording:
     """The recording in a CSV file.
 
     Args:
         path: the file.
+        axis: which is meant.
         rate_limit: largest plausible magnitude of the yaw rate [rad/s].
         limit_is: what the user may raise it by, if there is such a thing.
 
     Raises:
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
-    header, rows = _rows(path)
+    header, rows = _rows(path, axis)
     cells = list(zip(*rows, strict=True))
     columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
     time = columns.pop("t")
     _check_time(path, time)
-    for name in REQUIRED:
+    rate = axis.rate
+    for name in _own(axis):
         if np.isnan(columns[name]).all():
-            raise BadInput(f"{path}: the column {name} is empty; it must hold the {_UNITS[name]}")
-    beyond = np.flatnonzero(np.abs(columns["yaw_rate"]) > rate_limit)
+            raise BadInput(f"{path}: the column {name} is empty; it must hold the {_unit(axis, name)}")
+    beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
     if beyond.size:
         faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
+        degrees = "; if it is in degrees per second, multiply it by pi/180 = 0.0174533" * (not axis.along)
         raise BadInput(
-            f"{path}, row {beyond[0] + 2}: yaw_rate is {columns['yaw_rate'][beyond[0]]:g}, beyond the plausible "
-            f"±{rate_limit:g} rad/s; if it is in degrees per second, multiply it by pi/180 = 0.0174533{faster}"
+            f"{path}, row {beyond[0] + 2}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
+            f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
         )
-    return Recording(path.name, *_merged(path, time, columns))
+    return of_axis(Recording(path.name, *_merged(path, time, columns)), axis)
 
 
-def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
+def _unit(axis: Axis, column: str) -> str:
+    """What a column holds."""
+    if column == "t":
+        return _UNITS[column]
+    return said(axis, _UNITS["yaw_rate" if column == axis.rate else "torque"])
+
+
+def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
     """Header and rows, all of the header's length."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -136,7 +173,7 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
     if not rows:
         raise BadInput(f"{path}: the file is empty; a recording begins with the header t,yaw_rate,torque")
     header = [name.strip() for name in rows[0]]
-    _check_header(path, header)
+    _check_header(path, header, axis)
     if len(rows) == 1:
         raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
     for number, row in enumerate(rows[1:], start=2):
@@ -148,7 +185,7 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
     return header, rows[1:]
 
 
-def _check_header(path: Path, header: Sequence[str]) -> None:
+def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
     for mark, called in _SEPARATORS.items():
         if len(header) == 1 and mark in header[0]:
             raise BadInput(
@@ -159,11 +196,11 @@ def _check_header(path: Path, header: Sequence[str]) -> None:
             f"{path}, row 1: the header is missing, the first row holds numbers; begin with the columns' names, "
             "as in t,yaw_rate,torque"
         )
-    for name in ("t", *REQUIRED):
+    for name in ("t", *_own(axis)):
         if name not in header:
             raise BadInput(
                 f"{path}, row 1: there is no column {name} among {', '.join(header)}; "
-                f"name the column with the {_UNITS[name]} {name}"
+                f"name the column with the {_unit(axis, name)} {name}"
             )
     for position, name in enumerate(header):
         if not name or name in header[:position]:

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from incsvr.tracer.findings import Trace
 from incsvr.tracer.run import Run, distinct
 from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
+from service.config import Config
 from service.config import read as read_config
 from service.output import add_json_argument, destination, emit
 from service.progress import progress
+from simulator import declared_inertia
 from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
-
-LENG_INERTIA = 350.0
-"""I about yaw of the AUV Leng, dry and added mass [kg m²] (Section IV-A)."""
 
 REPORT_WRITER = "viewer.report"
 """Writes the HTML report; loaded when asked for, so that tracing needs no drawing library."""
@@ -31,7 +31,9 @@ REPORT_WRITER = "viewer.report"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="log of any format, one run")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
-    parser.add_argument("--inertia", default=LENG_INERTIA, help="declared I [kg m²] (default: %(default)s)")
+    parser.add_argument(
+        "--inertia", metavar="I", help="declared I [kg m²], or estimate; else vehicle.inertia of --config"
+    )
     parser.add_argument(
         "--torque",
         choices=("commanded", "measured"),
@@ -43,43 +45,61 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    inertia = _inertia(args.inertia)
-    reading = replace(Reading.of(args, read_config(args.config)), ours_whole=True)
-    recordings = reading.of_all([*args.recordings, *args.validate])
-    distinct(_runs(recordings))
-    with progress("checking the sensors"):
-        sensors = examined(recordings, inertia)
-    runs = _runs(believed(recordings, sensors))
-    fitted = len(args.recordings)
-    with progress("tracing what the model lacks"):
-        found = trace(runs[:fitted], inertia=inertia, validate=runs[fitted:], torque=args.torque)
-    found = replace(found, notes=(*found.notes, *notes(recordings, sensors, found.verdict != "none")))
+    config = read_config(args.config)
+    reading = replace(Reading.of(args, config), ours_whole=True)
+    axis = reading.axis
+    try:
+        found = _traced(args, reading, config)
+    except BadInput as error:
+        raise BadInput(said(axis, str(error))) from None
     if args.report:
         import_module(REPORT_WRITER).write(found, args.report)
-    emit(args, found.to_dict(), text(found))
+    emit(args, {**found.to_dict(), "axis": axis.name}, said(axis, text(found)))
     return 0
 
 
-def _inertia(given: float | str) -> float:
-    """The declared inertia [kg m²]; argparse would answer a word with its usage, not with one sentence.
+def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> Trace:
+    recordings = reading.of_all([*args.recordings, *args.validate])
+    distinct(_runs(recordings))
+    fitted = len(args.recordings)
+    configured = config.vehicle.inertia if args.config else None
+    inertia, estimate = declared_inertia.inertia(args.inertia, configured, recordings[:fitted], args.torque)
+    with progress("checking the sensors"):
+        sensors = examined(recordings, inertia)
+    runs = _runs(believed(recordings, sensors))
+    with progress("tracing what the model lacks"):
+        found = trace(runs[:fitted], inertia=inertia, validate=runs[fitted:], torque=args.torque)
+    found = replace(found, notes=(*found.notes, *notes(recordings, sensors, found.verdict != "none")))
+    if estimate is not None:
+        doubt = declared_inertia.doubt(estimate, found.loop == "closed")
+        how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
+        found = replace(found, notes=(how, *found.notes))
+    return of_axis(found, reading.axis)
 
-    Raises:
-        BadInput: it is no positive, finite number.
-    """
-    try:
-        inertia = float(given)
-    except ValueError:
-        inertia = math.nan
-    if not (math.isfinite(inertia) and inertia > 0.0):
-        raise BadInput(f"--inertia is {given}; give the moment of inertia in kg m², a positive number")
-    return inertia
+
+def of_axis(found: Trace, axis: Axis) -> Trace:
+    """The findings in the words and units of an axis."""
+    if axis == YAW:
+        return found
+    return replace(
+        found,
+        effects=tuple(
+            replace(each, sentence=said(axis, each.sentence), next_manoeuvre=said(axis, each.next_manoeuvre))
+            for each in found.effects
+        ),
+        rejected=tuple(replace(each, reason=said(axis, each.reason)) for each in found.rejected),
+        notes=tuple(said(axis, note) for note in found.notes),
+        ignored_channels={name: said(axis, reason) for name, reason in found.ignored_channels.items()},
+    )
 
 
 def _runs(recordings: Sequence[Recording]) -> list[Run]:
     runs = []
     for recording in recordings:
         columns = dict(recording.columns)
-        runs.append(Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns))
+        rate, torque = columns.pop(YAW.rate), columns.pop(YAW.effort)
+        columns |= {name: values for name, values in recording.displaced.items() if name != "heading"}
+        runs.append(Run(recording.name, recording.time, rate, torque, columns, recording.axis.rate))
     return runs
 
 

@@ -10,12 +10,13 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.resolution import unresolved
 from incsvr.learning.sensors import Sensors, examine
+from incsvr.plant.axes import YAW, products
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
 from simulator.online import learner_for, signals_for
-from simulator.recordings import RATE_LIMIT, Recording
+from simulator.recordings import Recording
 
 SLOW = 1.6
 """Periods of the yaw rate that one of the torque lasts at least to be called slow."""
@@ -62,16 +63,24 @@ def notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained
     return sentences
 
 
+def coupled(recording: Recording) -> bool:
+    """Whether two velocities were recorded whose product pushes along the axis: Coriolis, Munk."""
+    recorded = tuple(name for name in (*recording.columns, *recording.displaced) if name != "yaw_rate")
+    recorded += ("yaw_rate",) if recording.axis != YAW else ()
+    return any(recording.axis.rate not in pair for pair in products(recording.axis, recorded))
+
+
 def _examined(recording: Recording, inertia: float) -> Sensors:
     try:
-        signals = signals_for([recording], inertia, RATE_LIMIT)
+        signals = signals_for([recording], inertia, recording.axis.fastest)
         streams = recording.streams()
         wanted = [*REQUIRED, *(name for name in (HEADING,) if name in streams and streams[name][0].size)]
         samples, _ = synchronise(signals, {name: streams[name] for name in wanted})
         settings = learner_for(samples)
     except BadInput:  # too short, or at rest: the tracer says so itself
         return Sensors((), (), None, False)
-    sensors = examine(samples, settings, Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False))
+    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False)
+    sensors = examine(samples, settings, vehicle, coupled(recording))
     slow = _slow_torque(recording, inertia)
     return sensors if slow is None else replace(sensors, remarks=(*sensors.remarks, slow))
 
@@ -83,7 +92,7 @@ def _slow_torque(recording: Recording, inertia: float) -> str | None:
     if periods[REQUIRED.index(TORQUE)] < SLOW * periods[REQUIRED.index(YAW_RATE)]:
         return None
     try:
-        signals = signals_for([recording], inertia, RATE_LIMIT, MEASURED)
+        signals = signals_for([recording], inertia, recording.axis.fastest, MEASURED)
         samples, _ = synchronise(signals, {name: recording.streams()[name] for name in REQUIRED})
     except BadInput:
         return None

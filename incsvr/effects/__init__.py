@@ -55,6 +55,8 @@ def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effe
             LevelledThrustModulation(channel),
             DampingModulation(channel),
         ]
+    if rate != YAW.rate:  # what looks at the heading does so of yaw alone
+        fixed = [effect for effect in fixed if effect.name not in ("heading_current", "tether")]
     for pair in products(of_rate(rate), channels):
         fixed.append(Coriolis(*pair, own=rate if rate in pair else ""))
     return tuple(fixed)

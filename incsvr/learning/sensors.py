@@ -13,6 +13,8 @@ from incsvr.signals.checks import OF_THE_MODEL, Finding, Vehicle, Verdict, told
 IMPOSSIBLE = frozenset({"yaw_rate stuck", "sign"})
 """Kinds of findings after which nothing that a recording says of the vehicle is right. A torque that stands still is
 not among them: a moment that nobody declared may turn a vehicle whose torque is held."""
+SIGN = "sign"
+"""Of these what a Coriolis force or a Munk moment brings forth, too: they drive a vehicle without its thrust."""
 REVERSED = "heading reversed"
 MOST = 0.5
 """The part of the batches that could tell, at least, of which a heading counts the other way: a compass is mounted for
@@ -37,15 +39,21 @@ class Sensors:
     heading_reversed: bool
 
 
-def examine(samples: Samples, settings: Settings, vehicle: Vehicle) -> Sensors:
-    """Follows the checks over the samples of one recording; what is learned on the way is forgotten."""
+def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: bool = False) -> Sensors:
+    """Follows the checks over the samples of one recording; what is learned on the way is forgotten.
+
+    Args:
+        coupled: whether velocities were recorded whose product may drive the vehicle.
+    """
     verdicts = [verdict for verdict, _ in guarded.follow(settings, vehicle, samples, rest=True)]
     findings = [finding for verdict in verdicts for finding in verdict.findings]
-    impossible = [finding.sentence for finding in findings if finding.kind in IMPOSSIBLE]
+    refused = IMPOSSIBLE - {SIGN} if coupled else IMPOSSIBLE
+    of_the_model = OF_THE_MODEL | {SIGN} if coupled else OF_THE_MODEL
+    impossible = [finding.sentence for finding in findings if finding.kind in refused]
     turned = sum(any(finding.kind == REVERSED for finding in verdict.findings) for verdict in verdicts)
     return Sensors(
-        tuple(_only(verdicts, lambda finding: finding.kind not in OF_THE_MODEL)),
-        tuple(_only(verdicts, lambda finding: finding.kind in OF_THE_MODEL)),
+        tuple(_only(verdicts, lambda finding: finding.kind not in of_the_model)),
+        tuple(_only(verdicts, lambda finding: finding.kind in of_the_model)),
         impossible[0] if impossible else None,
         turned > MOST * len(verdicts),
     )

@@ -14,6 +14,8 @@ class Axis:
         name: as people say it.
         rate: column of its velocity, [m/s] along an axis, [rad/s] about one.
         effort: column of what the actuators apply: a force [N] along an axis, a moment [N m] about one.
+        fastest: the velocity beyond which a recording is probably in another unit: about a turn a second [rad/s], and
+            40 knots [m/s], which no vehicle under water and few above it reach.
         products: pairs of other velocities whose products push along this axis: those in its row of C(ν)ν, M diagonal;
             in surge also what a centre of gravity ahead of the origin makes of the turn, m x_g (q² + r²), and the
             hull's drag at an angle of drift, X_vv v² + X_ww w².
@@ -22,7 +24,13 @@ class Axis:
     name: str
     rate: str
     effort: str
+    fastest: float
     products: tuple[tuple[str, str], ...]
+
+    @property
+    def along(self) -> bool:
+        """Whether it is one of translation: velocities in m/s, forces in N, masses in kg."""
+        return self.effort.endswith("_force")
 
 
 _EVEN = tuple((name, name) for name in ("sway", "heave", "pitch_rate", "yaw_rate"))
@@ -30,12 +38,12 @@ _EVEN = tuple((name, name) for name in ("sway", "heave", "pitch_rate", "yaw_rate
 AXES = {
     axis.name: axis
     for axis in (
-        Axis("surge", "surge", "surge_force", (("sway", "yaw_rate"), ("heave", "pitch_rate"), *_EVEN)),
-        Axis("sway", "sway", "sway_force", (("surge", "yaw_rate"), ("heave", "roll_rate"))),
-        Axis("heave", "heave", "heave_force", (("surge", "pitch_rate"), ("sway", "roll_rate"))),
-        Axis("roll", "roll_rate", "roll_torque", (("sway", "heave"), ("pitch_rate", "yaw_rate"))),
-        Axis("pitch", "pitch_rate", "pitch_torque", (("surge", "heave"), ("roll_rate", "yaw_rate"))),
-        Axis("yaw", "yaw_rate", "torque", (("surge", "sway"), ("roll_rate", "pitch_rate"))),
+        Axis("surge", "surge", "surge_force", 20.0, (("sway", "yaw_rate"), ("heave", "pitch_rate"), *_EVEN)),
+        Axis("sway", "sway", "sway_force", 20.0, (("surge", "yaw_rate"), ("heave", "roll_rate"))),
+        Axis("heave", "heave", "heave_force", 20.0, (("surge", "pitch_rate"), ("sway", "roll_rate"))),
+        Axis("roll", "roll_rate", "roll_torque", 6.0, (("sway", "heave"), ("pitch_rate", "yaw_rate"))),
+        Axis("pitch", "pitch_rate", "pitch_torque", 6.0, (("surge", "heave"), ("roll_rate", "yaw_rate"))),
+        Axis("yaw", "yaw_rate", "torque", 6.0, (("surge", "sway"), ("roll_rate", "pitch_rate"))),
     )
 }
 """By name, in the order of ν."""
@@ -44,6 +52,9 @@ YAW = AXES["yaw"]
 
 VELOCITIES = tuple(axis.rate for axis in AXES.values())
 """ν = (u, v, w, p, q, r) as recordings call it."""
+
+EFFORTS = tuple(axis.effort for axis in AXES.values())
+"""τ: what the actuators apply along and about each."""
 
 
 def of_rate(rate: str) -> Axis:

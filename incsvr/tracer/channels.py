@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from incsvr.plant.axes import EFFORTS
 from incsvr.tracer.run import Array, Run, stream
 
 COPY = 0.995
@@ -25,6 +26,9 @@ def usable(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
     rate = np.concatenate([np.interp(a, *g) for a, g in zip(at, grids, strict=True)])
     torque = np.concatenate([np.interp(a, *stream(run, run.torque)) for a, run in zip(at, runs, strict=True)])
     for name in names:
+        if name in EFFORTS:
+            refused[name] = "it is what the actuators apply along another axis"
+            continue
         streams = [stream(run, run.channels.get(name, np.full(run.time.size, np.nan))) for run in runs]
         if any(when.size < 10 for when, _ in streams):
             nothing = all(when.size == 0 for when, _ in streams)

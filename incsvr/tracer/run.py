@@ -10,16 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, of_rate
 from incsvr.tracer.gyro import check_gyro
 
 Array = NDArray[np.float64]
 
 SHORTEST = 200
 """Fewest samples of each stream, over all runs, from which anything is concluded."""
-
-
-FASTEST = 6.0
-"""Fastest plausible yaw rate [rad/s], about a turn a second: beyond, it is probably in degrees per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +37,7 @@ class Run:
     yaw_rate: Array
     torque: Array
     channels: Mapping[str, Array] = field(default_factory=dict)
-    rate_name: str = "yaw_rate"
+    rate_name: str = YAW.rate
 
 
 def stream(run: Run, values: Array) -> tuple[Array, Array]:
@@ -102,7 +99,7 @@ def _check_streams(run: Run) -> None:
             f"{run.name}: the yaw rate comes every {period:g} s, which looks like time stamps in ms; divide t by 1000"
         )
     fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
-    if fastest > FASTEST:
+    if fastest > of_rate(run.rate_name).fastest:
         raise BadInput(
             f"{run.name}: |yaw_rate| reaches {fastest:.3g}, no vehicle turns at that many rad/s; convert degrees"
         )

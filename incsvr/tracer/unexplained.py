@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from incsvr.effects import SmoothTerm
 from incsvr.evidence import evidence, p_value
+from incsvr.plant.axes import YAW
 from incsvr.tracer.alone import CONTRIBUTION, unique_share
 from incsvr.tracer.asked import THRESHOLD, FreeRun
 from incsvr.tracer.hypothesis import Hypothesis
@@ -35,7 +36,8 @@ def smooth_terms(
     """`hypothesis` with smooth terms of what still predicts its residual, and their names."""
     found: list[Unexplained] = []
     # under one sine the heading is a function of the command's phase: what is left there is the shape of an effect
-    tried = [*channels, "time"] if problem.one_sine else [*channels, "time", "heading"]
+    turned = not problem.one_sine and problem.signals.rate_name == YAW.rate
+    tried = [*channels, "time", *(["heading"] if turned else [])]
     for _ in range(3):
         taken = {term.effect for term in hypothesis.terms}
         terms = [SmoothTerm(name) for name in tried if f"unexplained:{name}" not in taken]

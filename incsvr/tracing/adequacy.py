@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from incsvr.effects import SmoothTerm
 from incsvr.evidence import p_value
+from incsvr.plant.axes import YAW
 from incsvr.tracer.unexplained import Unexplained
 from incsvr.tracing.equations import predicted
 from incsvr.tracing.fit import Fit
@@ -21,7 +22,7 @@ LEADS = 3
 
 def smooth_terms(asked: Question, found: Fit, channels: Sequence[str]) -> tuple[Fit, tuple[Unexplained, ...]]:
     """`found` with smooth terms of what still tells its residual, and their names."""
-    names = [*channels, "time", "heading"]
+    names = [*channels, "time", *(["heading"] if asked.grid.signals.rate_name == YAW.rate else [])]
     question = Question.of(asked.grid, [SmoothTerm(name) for name in names], found)
     unexplained = list[Unexplained]()
     while len(unexplained) < MOST:

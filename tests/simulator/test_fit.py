@@ -137,7 +137,7 @@ def test_bad_input_is_one_sentence(
     ):
         columns = {"yaw_rate": column[:size], "torque": 50.0 * rate[:size]}
         write(Path(f"{name}.csv"), Recording(name, time[:size], columns))
-    assert main(["fit", *words]) == 2
+    assert main(["fit", *words, "--inertia", "350"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in captured.err

@@ -29,7 +29,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def fit(capsys: pytest.CaptureFixture[str], folder: Path, *words: str | Path) -> dict[str, Any]:
-    common = ["fit", folder / "1.csv", "--validate", folder / "2.csv", *words, "--json", "-"]
+    declared = () if "--config" in words else ("--inertia", "350")
+    common = ["fit", folder / "1.csv", "--validate", folder / "2.csv", *declared, *words, "--json", "-"]
     assert main([*map(str, common)]) == 0
     result: dict[str, Any] = json.loads(capsys.readouterr().out)
     return result
@@ -69,9 +70,9 @@ def test_a_recording_without_the_channel_of_an_effect_is_refused(
         {"effect": "coupling:sway", "variant": "", "coefficients": [8.0, 0.5], "inner": [0.1]}
     )
     (tmp_path / "sway.json").write_text(json.dumps(trace), encoding="utf-8")
-    assert main(["fit", str(folder / "1.csv"), "--effects", str(tmp_path / "sway.json")]) == 2
+    assert main(["fit", str(folder / "1.csv"), "--inertia", "350", "--effects", str(tmp_path / "sway.json")]) == 2
     assert "an effect reads the channel sway" in capsys.readouterr().err
     run = recording(1, 200.0)
     sway: Array = np.sin(0.3 * run.time)
     write(tmp_path / "1.csv", with_channels(run, {"sway": sway}))
-    assert main(["fit", str(tmp_path / "1.csv"), "--effects", str(tmp_path / "sway.json")]) == 0
+    assert main(["fit", str(tmp_path / "1.csv"), "--inertia", "350", "--effects", str(tmp_path / "sway.json")]) == 0

@@ -12,6 +12,8 @@ from incsvr.samples import Array
 from service.cli import main
 from simulator.recordings import Recording, write
 
+LENG = ("--inertia", "350")
+
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -34,7 +36,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["trace", str(recording), "--json", "-"]) == 0
+    assert main(["trace", str(recording), *LENG, "--json", "-"]) == 0
     printed = capsys.readouterr()
     found = json.loads(printed.out)
     assert found["verdict"] == "effects"
@@ -52,7 +54,7 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
 
 def test_a_report_is_one_file(recording: Path, tmp_path: Path) -> None:
     report = tmp_path / "trim.html"
-    assert main(["trace", str(recording), "--report", str(report)]) == 0
+    assert main(["trace", str(recording), *LENG, "--report", str(report)]) == 0
     page = report.read_text(encoding="utf-8")
     assert "bias_torque" in page
     assert 'src="http' not in page
@@ -84,8 +86,8 @@ def test_the_same_data_twice_is_refused_whatever_its_name(
 ) -> None:
     copy = tmp_path / "copy.csv"
     copy.write_bytes(recording.read_bytes())
-    assert main(["trace", str(recording), *validate, str(copy)]) == 2
+    assert main(["trace", str(recording), *validate, str(copy), *LENG]) == 2
     assert "copy.csv holds the same data as trim.csv" in capsys.readouterr().err
     detour = recording.parent / ".." / recording.parent.name / recording.name
-    assert main(["trace", str(recording), *validate, str(detour)]) == 2
+    assert main(["trace", str(recording), *validate, str(detour), *LENG]) == 2
     assert "trim.csv is given twice" in capsys.readouterr().err

@@ -1,0 +1,55 @@
+"""Sentences about yaw, said of another axis: its quantities and units in the place of yaw's.
+
+Every sentence of this project is written of yaw, the paper's axis. Of another one it is the same sentence with other
+quantities, so it is told at the edge, where people read it, and nowhere else.
+"""
+
+from __future__ import annotations
+
+import re
+
+from incsvr.plant.axes import YAW, Axis
+
+_NAMED = r"(?<!channel )(?<![\w:*])"
+"""Not part of a name such as coupling:torque, torque_lag or coriolis:surge*yaw_rate."""
+
+_ALONG = (
+    (r"yaw rate", "{name} velocity"),
+    (_NAMED + r"yaw_rate\b(?!\*)", "{rate}"),
+    (_NAMED + r"torque\b(?!\*| curve)", "{effort}"),
+    (r"moment of inertia", "mass, with its added mass"),
+    (r"yaw moment", "{name} force"),
+    (r"\bturns the vehicle\b", "pushes the vehicle"),
+    (r"\bhardly turns\b", "hardly moves"),
+    (r"\bturns back\b", "pulls back"),
+    (r"sense of turning", "direction of motion"),
+    (r"(?<!same )(?<!Munk )(?<!this )(?<!the )\bmoment\b", "force"),
+    (r"\binertia\b(?!_)", "mass"),
+    (r"N m s²/rad²", "N s²/m²"),
+    (r"N m s/rad", "N s/m"),
+    (r"N m/rad", "N/m"),
+    (r"N m", "N"),
+    (r"rad/s", "m/s"),
+    (r"kg m²", "kg"),
+    (r"degrees per second", "other units"),
+    (r"I_z − N_ṙ", "m − {added}"),
+    (r"\byaw\b(?!_)", "{name}"),
+)
+_ABOUT = (
+    (r"yaw rate", "{name} rate"),
+    (_NAMED + r"yaw_rate\b(?!\*)", "{rate}"),
+    (r"I_z − N_ṙ", "I − {added}"),
+    (r"\byaw\b(?!_)", "{name}"),
+)
+_ADDED = {"surge": "X_u̇", "sway": "Y_v̇", "heave": "Z_ẇ", "roll": "K_ṗ", "pitch": "M_q̇"}
+"""SNAME's added masses."""
+
+
+def said(axis: Axis, text: str) -> str:
+    """A sentence about yaw, of this axis; of yaw it stays as it is."""
+    if axis == YAW:
+        return text
+    names = {"name": axis.name, "rate": axis.rate, "effort": "force", "added": _ADDED[axis.name]}
+    for pattern, instead in _ALONG if axis.along else _ABOUT:
+        text = re.sub(pattern, instead.format(**names), text)
+    return text

@@ -1,0 +1,116 @@
+"""One axis of a whole vehicle: read under its own names, told in its own words and units, traced as yaw is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES, YAW
+from incsvr.plant.words import said
+from incsvr.samples import Array
+from service.cli import main
+from simulator.recordings import Recording, of_axis, read, write
+from tests.incsvr.test_coriolis import STEP, wandering
+
+MASS, CORIOLIS = 60.0, 45.0
+NAMES = ("surge", "sway", "yaw_rate", "heading", "surge_force", "sway_force", "torque")
+
+
+def vehicle(seed: int, count: int = 1500) -> Recording:
+    """60 v̇ + 30 v + 120 v|v| + 45 u r = Y in sway, beside a surge and a turn that wander."""
+    random = np.random.default_rng(seed)
+    surge, turn = wandering(random, count, 4.0, 0.4), wandering(random, count, 3.0, 0.3)
+    force, water = np.repeat(random.uniform(-25.0, 25.0, count // 30), 30), wandering(random, count, 0.5, 0.5)
+    sway = np.zeros(count)
+    for k in range(count - 1):
+        v = sway[k]
+        for _ in range(4):
+            pushed = force[k] + water[k] - 30.0 * v - 120.0 * v * abs(v) - CORIOLIS * surge[k] * turn[k]
+            v += 0.25 * STEP / MASS * pushed
+        sway[k + 1] = v
+    time: Array = STEP * np.arange(count, dtype=np.float64)
+    still = np.zeros(count)
+    values = (surge, sway + random.normal(0.0, 0.002, count), turn, still, still, force, 5.0 * turn)
+    return Recording(f"vehicle_{seed}.csv", time, dict(zip(NAMES, values, strict=True)))
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("axes")
+    for seed in (1, 2):
+        write(folder / f"{seed}.csv", vehicle(seed))
+    return [str(folder / "1.csv"), str(folder / "2.csv")]
+
+
+def test_coriolis_is_traced_in_sway_in_newtons(files: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    fitted, unseen = files
+    assert main(["trace", fitted, "--validate", unseen, "--axis", "sway", "--inertia", "60", "--json", "-"]) == 0
+    out, told = capsys.readouterr()
+    found = json.loads(out)
+    assert found["axis"] == "sway"
+    assert [each["effect"] for each in found["effects"]] == ["coriolis:surge*yaw_rate"]
+    assert found["effects"][0]["parameters"]["ratio"] == pytest.approx(CORIOLIS / MASS, rel=0.1)
+    assert set(found["ignored_channels"]) == {"surge_force", "torque"}
+    assert found["error"]["after"]["free_run_rmse"] < 0.5 * found["error"]["before"]["free_run_rmse"]
+    assert "declared mass 60 kg" in told
+    assert "m/s" in told
+    assert not any(word in told for word in ("rad/s", "N m", "kg m²", "yaw rate"))
+
+
+def test_fit_of_an_axis_says_its_words(files: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["fit", files[0], "--validate", files[1], "--axis", "surge", "--inertia", "60"])
+    assert status == 2  # its force is zero throughout
+    told = capsys.readouterr().err
+    assert "too little motion" in told
+    assert "rad/s" not in told
+    assert "yaw" not in told
+
+
+def test_without_an_inertia_it_says_how_to_get_one(files: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("trace", "fit"):
+        assert main([command, files[0]]) == 2
+        told = capsys.readouterr().err
+        assert "--inertia estimate" in told
+        assert "vehicle.inertia" in told
+        assert "350" not in told
+
+
+def test_a_whole_vehicle_is_read_as_one_of_its_axes(tmp_path: Path) -> None:
+    whole = vehicle(3, 60)
+    write(tmp_path / "whole.csv", whole)
+    sway = read(tmp_path / "whole.csv", axis=AXES["sway"])
+    np.testing.assert_array_equal(sway.columns["yaw_rate"], whole.columns["sway"])
+    np.testing.assert_array_equal(sway.columns["torque"], whole.columns["sway_force"])
+    np.testing.assert_array_equal(sway.displaced["yaw_rate"], whole.columns["yaw_rate"])
+    assert set(sway.channels) == {"surge", "surge_force"}
+    assert of_axis(whole, YAW) is whole
+    with pytest.raises(BadInput, match="no column heave among"):
+        read(tmp_path / "whole.csv", axis=AXES["heave"])
+
+
+def test_limits_belong_to_the_axis(tmp_path: Path) -> None:
+    """Eight is a speed of a boat and no yaw rate."""
+    fast = {name: np.full(4, 8.0) for name in ("surge", "surge_force", "yaw_rate", "torque")}
+    write(tmp_path / "fast.csv", Recording("fast.csv", np.arange(4, dtype=np.float64), fast))
+    assert read(tmp_path / "fast.csv", axis=AXES["surge"], rate_limit=AXES["surge"].fastest).axis == AXES["surge"]
+    with pytest.raises(BadInput, match="degrees per second"):
+        read(tmp_path / "fast.csv")
+
+
+@pytest.mark.parametrize(
+    ("axis", "sentence", "told"),
+    [
+        ("yaw", "the torque is 3 N m at a yaw rate of 2 rad/s", "the torque is 3 N m at a yaw rate of 2 rad/s"),
+        ("surge", "the torque is 3 N m at a yaw rate of 2 rad/s", "the force is 3 N at a surge velocity of 2 m/s"),
+        ("heave", "moment of inertia 2 kg m²", "mass, with its added mass 2 kg"),
+        ("sway", "coupling:torque and coriolis:surge*yaw_rate", "coupling:torque and coriolis:surge*yaw_rate"),
+        ("sway", "torque_lag: yaw_rate is 3", "torque_lag: sway is 3"),
+        ("roll", "the yaw rate is 2 rad/s, the torque 3 N m", "the roll rate is 2 rad/s, the torque 3 N m"),
+    ],
+)
+def test_a_sentence_is_told_in_the_words_of_an_axis(axis: str, sentence: str, told: str) -> None:
+    assert said(AXES[axis], sentence) == told
