@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
-import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
+from service.arrivals import Arrivals
 from service.config import read
-from service.session import connecting, open_session
-from tests.service.conftest import PATIENCE
+from service.inputs.hearing import Hearing
+from service.inputs.settings import Inputs
+from service.session import free_endpoint, listening, open_session
 from tests.service.inputs.conftest import Board
 from tests.service.logs.dive import BOOT, dive
 
@@ -44,21 +46,29 @@ def test_named_keys_beside_our_own(board: Board) -> None:
     vessel.health_when(lambda health: health.learning.why.startswith("the vehicle is not armed (by state)"))
 
 
-def test_a_flood_on_a_mapped_key_is_bounded_and_told(board: Board) -> None:
-    """More than the queue holds, faster than it is emptied: the newest is kept, and every loss is counted."""
-    vessel = board(INPUTS)
-    large = json.dumps({"us": 1, "gyro": [0.0] * 3, "rest": "x" * 200_000}).encode()
-    too_large = json.dumps({"us": 1, "gyro": [0.0] * 3, "rest": "x" * 1_100_000}).encode()
-    with open_session(connecting(vessel.endpoint), PATIENCE) as flooder:
-        for _ in range(100):
-            flooder.put("sensors/gyro", large, congestion_control=zenoh.CongestionControl.BLOCK)
-        flooder.put("sensors/gyro", too_large, congestion_control=zenoh.CongestionControl.BLOCK)
-    gyro = json.dumps({"us": 5_000_000, "gyro": [0.0, 0.0, 1.0]}).encode()
-    vessel.put("sensors/gyro", gyro)
-    health = vessel.health_when(lambda health: health.streams["yaw_rate"].t == 5.0)
-    taken, lost = health.streams["yaw_rate"].received, health.counters.get("rejected:queue_full", 0)
-    assert taken + lost == 101
-    assert health.counters["rejected:too_large"] == 1
+def test_what_is_not_taken_in_time_is_bounded_and_told() -> None:
+    """By count and by bytes: the newest is kept, in the order of arrival over all keys, and every loss is counted."""
+    lost: Counter[str] = Counter()
+
+    def tell(reason: str, count: int) -> None:
+        lost[reason] += count
+
+    hearing = Hearing(Inputs.model_validate(INPUTS))
+    with open_session(listening(free_endpoint())) as session:  # within it a put is with its subscriber when it returns
+        arrivals = Arrivals(session, hearing, tell, places=10, most_bytes=2_000_000)
+        for number in range(8):
+            session.put("sensors/gyro", b"x" * 400_000)
+            session.put("state", b"%d" % number)
+        assert lost == {"queue_full": 7}
+        session.put("sensors/gyro", b"x" * 1_100_000)
+        assert lost == {"queue_full": 7, "too_large": 1}
+        taken = [(key, len(payload)) for key, payload, _ in arrivals.take()]
+        assert taken == [("state", 1), *[("sensors/gyro", 400_000), ("state", 1)] * 4]
+        for _ in range(15):
+            session.put("sensors/a/depth", b"1")
+        assert lost["queue_full"] == 7 + 5
+        assert len(list(arrivals.take())) == 10
+        arrivals.close()
 
 
 @pytest.mark.parametrize(
