@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import zenoh
 
+from service import mapped_ingest
 from service.config import Config, read
 from service.crew import Crew
 from service.host import Host
@@ -65,8 +66,9 @@ Board = Callable[..., Vessel]
 
 
 @pytest.fixture
-def board() -> Iterator[Board]:
+def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
     """Starts a learner on a vessel's bus; `inputs` is the section of that name, `state` where it is kept."""
+    monkeypatch.setattr(mapped_ingest, "SETTLED", 0.3)  # what is missing is said at once
     with ExitStack() as outer, ExitStack() as stack:
 
         def begin(inputs: dict[str, Any], state: Path | None = None, **more: Any) -> Vessel:

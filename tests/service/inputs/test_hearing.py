@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.inputs.clocks import WRAP
@@ -137,6 +137,7 @@ def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
     assert heard["torque"].value[0] == pytest.approx(0.5 * 0.02 * (900.0 + 400.0) - 0.5 * 0.03 * 0.5 * (30.0 - 20.0))
 
 
+@settings(max_examples=40)
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
     hearing = Hearing(Inputs(preset="blueos"))
