@@ -11,6 +11,7 @@ from service.commented import commented
 from service.config import add_config_arguments, from_arguments, read
 from service.effects import configured
 from service.inputs.hearing import Hearing
+from service.mapped_ingest import mapping
 from service.output import add_json_argument, emit
 from service.validation import read_validation
 
@@ -46,7 +47,7 @@ def _checked(path: Path, user: str | None) -> str:
     bus = check_bus(config.bus, prefixes)
     for each in config.each():
         if not each.inputs.own:
-            Hearing(each.inputs)
+            Hearing(mapping(each))
         effects = configured(each)
         for recording in each.validation.values():
             read_validation(recording, each.signal_settings(), effects)

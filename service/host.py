@@ -99,7 +99,9 @@ class Host:
         self.watch.asks = inputs.preset == "blueos"
         memory = (self._store.memory if self._store is not None else None) or {}
         known = memory.get(PARAMETERS) or {}
-        return MappedIngest(self._session, self.keys, self.node, self.watch, inputs, known, learners, self._archive)
+        return MappedIngest(
+            self._session, self.keys, self.node, self.watch, self._config, known, learners, self._archive
+        )
 
     def _taken_up(self) -> tuple[LearnerNode, LiveTracing | None]:
         """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""

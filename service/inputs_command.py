@@ -22,10 +22,9 @@ from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.presets.mavlink import AUTOPILOT
 from service.inputs.survey import Survey
-from service.mapped_ingest import with_own_keys
+from service.mapped_ingest import mapping
 from service.output import add_json_argument, emit
 from service.session import connecting, from_file, listening, open_session
-from service.wire import Keys
 
 WIDTH = 80
 POLL = 0.05
@@ -55,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("--ask: only a vehicle with BlueOS is asked for more; say --set inputs.preset=blueos")
     if args.ask is not None and not 0.0 < args.ask <= MOST_HERTZ:
         raise BadInput(f"--ask {args.ask:g}: ask for messages a second, above 0 and at most {MOST_HERTZ:g}")
-    hearing = Hearing(with_own_keys(config.inputs, Keys(config.prefix)))
+    hearing = Hearing(mapping(config))
     vehicle = config.vehicle
     survey = Survey(hearing, {RATE: vehicle.rate_limit, TORQUE: vehicle.torque_limit})
     asked: dict[str, Any] = {}

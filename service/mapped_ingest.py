@@ -12,8 +12,10 @@ from collections.abc import Mapping
 import numpy as np
 import zenoh
 
+from incsvr.errors import BadInput
 from service.archive import Archive
 from service.arrivals import Arrivals
+from service.config import Config
 from service.health import HealthWatch
 from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, places
 from service.inputs.hearing import Hearing
@@ -30,7 +32,7 @@ class MappedIngest:
     """The subscriptions of one learner of so many in the process; `drain` empties them.
 
     Args:
-        inputs: the mapping of the configuration.
+        config: whose `inputs` is the mapping.
         parameters: of the vehicle, as an earlier process heard them.
 
     Raises:
@@ -43,13 +45,13 @@ class MappedIngest:
         keys: Keys,
         node: LearnerNode,
         watch: HealthWatch,
-        inputs: Inputs,
+        config: Config,
         parameters: Mapping[str, float],
         learners: int = 1,
         archive: Archive | None = None,
     ) -> None:
         self._node, self._watch = node, watch
-        self.hearing = Hearing(with_own_keys(inputs, keys), parameters)
+        self.hearing = Hearing(mapping(config), parameters)
         self._began, self._lock = time.monotonic(), threading.Lock()
         most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
         self._arrivals = Arrivals(session, self.hearing, watch.refused, places(learners), most_bytes, archive)
@@ -108,9 +110,19 @@ class MappedIngest:
         self._channels.close()
 
 
-def with_own_keys(inputs: Inputs, keys: Keys) -> Inputs:
-    """The mapping in which what no preset brings, and nobody says, comes on the learner's own keys."""
+def mapping(config: Config) -> Inputs:
+    """What the learner of a configuration listens to: what no preset brings and nobody says comes on its own keys.
+
+    Raises:
+        BadInput: a preset is to find another axis than yaw.
+    """
+    inputs, keys, axis = config.inputs, Keys(config.prefix), config.vehicle.axis
     if inputs.preset not in ("incsvr", None):
+        if axis != "yaw" and (inputs.yaw_rate is None or (inputs.torque is None and inputs.thrusters is None)):
+            raise BadInput(
+                f"inputs.preset: {inputs.preset} finds the yaw rate and its torque; with vehicle.axis {axis} say where "
+                "that velocity stands in inputs.yaw_rate, and its force in inputs.torque or inputs.thrusters"
+            )
         return inputs
     own = {}
     if inputs.yaw_rate is None:

@@ -107,9 +107,9 @@ def beginning(config: Config) -> tuple[str, ...]:
     if not config.inputs.own:
         # Loaded where it is needed alone, like what listens there.
         from service.inputs.bus_keys import listened
-        from service.mapped_ingest import with_own_keys
+        from service.mapped_ingest import mapping
 
-        heard = f"hears {', '.join(listened(with_own_keys(config.inputs, keys)))} and {keys.any_channel}"
+        heard = f"hears {', '.join(listened(mapping(config)))} and {keys.any_channel}"
     state = "nowhere (state: null)" if config.state is None else f"in {config.state / config.prefix}.sqlite"
     return (
         met,

@@ -39,4 +39,7 @@ def defaults(values: Mapping[str, Any]) -> dict[str, Any]:
     bus = values.get("bus")
     if preset in _ROUTED and not (isinstance(bus, Mapping) and any(bus.get(name) for name in _PLACES)):
         found["bus"] = {"connect": ROUTER}
+    vehicle = values.get("vehicle")
+    if isinstance(inputs, Mapping) and isinstance(inputs.get("thrusters"), Mapping) and isinstance(vehicle, Mapping):
+        found["inputs"] = {"thrusters": {"axis": vehicle.get("axis", "yaw")}}
     return found
