@@ -23,7 +23,9 @@ from incsvr.tracing.fit import Fit, fit
 from incsvr.tracing.forward_trace import forward_trace, read
 from incsvr.tracing.grid import Grid, cells
 from incsvr.tracing.loop import loop_of
+from incsvr.tracing.output_error import identified
 from incsvr.tracing.question import Question
+from incsvr.tracing.redeclared import traced_anew
 from incsvr.tracing.refusals import refuse_opposite_signs, refuse_too_little_motion
 from incsvr.tracing.search import gain_of
 from incsvr.tracing.thresholds import REQUIRED_GAIN
@@ -68,6 +70,9 @@ def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, 
     if commanded and loop.closed:
         refuse_opposite_signs(grid)
         return forward_trace(runs, inertia, validate, names, ignored)
+    shown = identified(grid.signals)
+    if shown is not None and shown.contradicts(inertia):
+        return traced_anew(runs, inertia, shown, validate, names, ignored, {})
     found = weak_trace(runs, inertia, validate, names, ignored, {})
     if commanded and not found.proven:
         unpaid = _unpaid(grid, base, found)
