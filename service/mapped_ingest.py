@@ -61,7 +61,9 @@ class MappedIngest:
     def drain(self) -> bool:
         """Takes what has come, from one thread alone; True where a batch waits to be learned."""
         batch_waits = self._channels.drain()
-        taken: dict[str, tuple[list[float], list[float]]] = {}
+        # Told together, because the cost lies in the calls.
+        came: dict[str, tuple[list[float], list[float]]] = {}
+        learned: dict[str, tuple[list[float], list[float]]] = {}
         refused = self.hearing.refused
         for key, payload, arrival in self._arrivals.take():
             with self._lock:
@@ -69,17 +71,20 @@ class MappedIngest:
             for heard in told:
                 if heard.sequence is not None:
                     self._watch.numbered(heard.name, heard.sequence)
-                self._watch.received(heard.name, np.array(heard.t), np.array(heard.value))
-                if may_learn:
+                for taken in (came, learned) if may_learn else (came,):
                     t, value = taken.setdefault(heard.name, ([], []))
                     t += heard.t
                     value += heard.value
         while refused:
             self._watch.refused(*refused.popitem())
+        for name, (t, value) in came.items():
+            if t:
+                self._watch.received(name, np.array(t), np.array(value))
         # A sample is complete when both others have passed it, and takes what is there of the channels: they go first.
-        for name in sorted(taken, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0)):
-            t, value = taken[name]
-            batch_waits |= self._node.push(name, np.array(t), np.array(value))
+        for name in sorted(learned, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0)):
+            t, value = learned[name]
+            if t:
+                batch_waits |= self._node.push(name, np.array(t), np.array(value))
         return batch_waits
 
     @property

@@ -132,11 +132,12 @@ class Hearing:
         if not known.fields:
             known.fields = tuple(path for path, _ in leaves(known.message)) or ("",)
             self._resolve()
-        if bus_keys.mavlink_message(key) == "PARAM_VALUE":
+        if key.endswith("/PARAM_VALUE"):
             self._parameter(known.message)
         if known.armed is not None:
             self._arm(known.armed, known.message)
-        return [replace(heard, sequence=sequence) for heard in self._told(known, arrival)]
+        told = list(self._told(known, arrival))
+        return told if sequence is None else [replace(heard, sequence=sequence) for heard in told]
 
     def notices(self) -> list[str]:
         """What a person should know of how the measurements come about."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -42,15 +42,17 @@ def number(message: Any, path: str) -> float | None:
     """The number at a path such as `angular_velocity.z` or `data[2]`; an empty path is the message itself."""
     for step in _steps(path):
         if isinstance(step, str):
-            message = message.get(step) if isinstance(message, Mapping) else None
+            message = message.get(step) if type(message) is dict else None
         else:
-            message = message[step] if isinstance(message, list) and step < len(message) else None
+            message = message[step] if type(message) is list and step < len(message) else None
     return as_float(message)
 
 
 def as_float(value: Any) -> float | None:
     """A number of a message; None where it is none, or beyond all floats."""
-    if not isinstance(value, int | float):
+    if type(value) is float:
+        return value
+    if type(value) not in (int, bool):
         return None
     try:
         return float(value)
