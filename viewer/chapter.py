@@ -13,10 +13,11 @@ from viewer.error import ErrorPage
 from viewer.frame import Frame
 from viewer.health import HealthPage
 from viewer.learning import LearningPage
+from viewer.pages import blueprint
 from viewer.palette import Palette
 from viewer.recorder import Recorder
 from viewer.signals import SignalsPage
-from viewer.table import table
+from viewer.table import samples_table, table
 
 HEALTH_S = 5.0
 COLLECTING = "# Collecting the first samples\n\nThe first iteration comes when a batch is complete."
@@ -28,6 +29,7 @@ class Chapter:
     def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
         self.recorder = recorder
         self.revision = 0
+        self._palette, self._choice, self._channels = palette, choice, 0
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
@@ -50,6 +52,7 @@ class Chapter:
         self._compare.log(frame, plate)
         self._effects.log(frame)
         recorder.log("learning/table", rr.TextDocument(table(frame), media_type="text/markdown"))
+        recorder.log("learning/samples", rr.TextDocument(samples_table(frame), media_type="text/markdown"))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
 
     def remember(self, frame: Frame) -> None:
@@ -95,7 +98,14 @@ class Chapter:
     def flush(self) -> bool:
         """Brings all that came in to the file and the screen; False once the file had to be given up."""
         self._signals.flush()
+        self._show_channels()
         return self.recorder.flush()
+
+    def _show_channels(self) -> None:
+        """A page for the further channels, laid out anew where one came for the first time."""
+        if len(self._signals.channels) > self._channels:
+            self._channels = len(self._signals.channels)
+            self.recorder.lay_out(blueprint(self._palette, self._choice, channels=self._signals.channels))
 
     def _now(self, seen: float, vehicle: float | None) -> None:
         """The clocks of what belongs to no iteration: it stands at the newest one."""

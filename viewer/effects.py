@@ -12,7 +12,9 @@ from incsvr.tracer.sentences import chance
 from service.wire import Batch, EffectsLedger
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats, Frame
+from viewer.names import effect, parameter, step, words
 from viewer.palette import LIGHT
+from viewer.pauses import Pauses
 from viewer.recorder import Recorder
 
 DAMPING = "damping"
@@ -24,6 +26,8 @@ class EffectsPage:
     def __init__(self, rec: Recorder) -> None:
         self._rec = rec
         self._named: dict[str, str] = {}
+        self._words: dict[str, str] = {}
+        self._lines: dict[str, Pauses] = {}
         self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
         # The viewer's own plots follow its theme: these colours are read on white and on black.
         self._colours = (LIGHT.support, LIGHT.old, LIGHT.new, LIGHT.outlier, LIGHT.forgotten, LIGHT.discarded)
@@ -54,14 +58,16 @@ class EffectsPage:
         new = time > self._drawn
         if not batch.parts or not new.any():
             return
-        clock = [rr.TimeColumn(VEHICLE_TIME, duration=time[new])]
+        self._words |= {_path(name): effect(name) for name in batch.parts}
         for path, values in columns(batch).items():
             if path.startswith("effects/parts/") and path not in self._named:
                 colour = self._colours[len(self._named) % len(self._colours)]
-                name = path.removeprefix("effects/parts/").replace("_", " ").capitalize()
+                name = self._words.get(path) or words(path.removeprefix("effects/parts/"))
                 self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.6), static=True)
                 self._named[path] = name
-            self._rec.send_columns(path, clock, scalars(values[new]))
+            line = self._lines.setdefault(path, Pauses())
+            at, value = line.broken(time[new], values[new])
+            self._rec.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=at)], scalars(value))
         self.remember(frame)
 
     def remember(self, frame: Frame) -> None:
@@ -84,8 +90,12 @@ def columns(batch: Batch) -> dict[str, Floats]:
     if batch.predicted is not None:
         parts[DAMPING] = np.array(batch.predicted)
         found["effects/torque/predicted"] = rest + parts[DAMPING]
-    # An entity's name: a channel's effect is called coupling:sway.
-    return found | {f"effects/parts/{name.replace(' ', '_').replace(':', '_')}": part for name, part in parts.items()}
+    return found | {_path(name): part for name, part in parts.items()}
+
+
+def _path(name: str) -> str:
+    """Where a part of the torque is logged; a channel's effect is called coupling:sway, which no entity may be."""
+    return f"effects/parts/{name.replace(' ', '_').replace(':', '_')}"
 
 
 def ledger_text(ledger: EffectsLedger) -> str:
@@ -97,28 +107,20 @@ def ledger_text(ledger: EffectsLedger) -> str:
             "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, with "
             "`tracing.live: true` it finds it by itself, and the plots show how every torque splits into its parts."
         )
-    for effect in ledger.effects:
-        lines.append(f"## {str(effect.get('effect', '?')).replace('_', ' ')}")
-        if effect.get("sentence"):
-            lines.append(str(effect["sentence"]))
-        intervals = effect.get("interval") or {}
-        for name, value in (effect.get("parameters") or {}).items():
-            low_high = intervals.get(name)
-            between = f" ({low_high[0]:.3g} to {low_high[1]:.3g})" if low_high and low_high[0] < low_high[1] else ""
-            lines.append(f"- {name}: {value:.3g}{between}" if isinstance(value, float) else f"- {name}: {value}")
-        if effect.get("share") is not None:
+    for found in ledger.effects:
+        lines.append(f"## {effect(str(found.get('effect', '?')))}")
+        if found.get("sentence"):
+            lines.append(str(found["sentence"]))
+        intervals = found.get("interval") or {}
+        values = (found.get("parameters") or {}).items()
+        lines += [f"- {words(parameter(name, value, intervals.get(name)))}" for name, value in values]
+        if found.get("share") is not None:
             lines.append(
-                f"- {100 * effect['share']:.0f} % of what could be explained, p {chance(effect.get('p_value', 0), 1)}"
+                f"- {100 * found['share']:.0f} % of what could be explained, p {chance(found.get('p_value', 0), 1)}"
             )
     if ledger.history:
-        names = list(dict.fromkeys(key for step in ledger.history for key in step))
-        lines += ["\n## Ledger", "| " + " | ".join(names) + " |", "|" + ":--|" * len(names)]
-        lines += [
-            "| " + " | ".join(_cell(step.get(name, "")) for name in names) + " |" for step in ledger.history[-30:]
-        ]
+        steps = [step(entry) for entry in ledger.history[-30:]]
+        headings = list(dict.fromkeys(heading for cells in steps for heading in cells))
+        lines += ["\n## Ledger", "| " + " | ".join(headings) + " |", "|" + ":--|" * len(headings)]
+        lines += ["| " + " | ".join(cells.get(heading, "") for heading in headings) + " |" for cells in steps]
     return "\n".join(lines)
-
-
-def _cell(value: object) -> str:
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return text.replace("|", "/").replace("\n", " ")

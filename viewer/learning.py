@@ -40,9 +40,9 @@ _ORDER = {
     "forgotten": 14.0,
     "old": 16.0,
     "new": 18.0,
-    "tube": 20.0,
     "function": 22.0,
     "extrapolation": 22.0,
+    "tube": 23.0,  # above the curve, which is wider than most tubes
     "outliers": 24.0,
     "off_scale": 24.0,
 }
@@ -61,8 +61,8 @@ class LearningPage:
             rec.log(f"learning/{name}", *style(mark, set_colour(palette, name), order=_ORDER[name]), static=True)
         for name, (colour, width) in {
             "uncertainty": (palette.band, 0.8),
-            "tube": (palette.tube, 0.6),
-            "function": (palette.function, 1.8),
+            "tube": (palette.tube, 0.8),
+            "function": (palette.function, 2.6),
             "extrapolation": (palette.function, 1.8),
             "trained_range": (palette.frame, 1.0),
             "off_scale": (palette.outlier, 1.6),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import rerun as rr
 import rerun.blueprint as rrb
 
@@ -9,26 +11,26 @@ from service.wire import SETS
 from viewer import error, learning, signals
 from viewer.compare import Choice
 from viewer.frame import VEHICLE_TIME
+from viewer.names import channel
 from viewer.palette import Palette
-from viewer.signals import HINT
+from viewer.signals import CHANNELS, HINT
 
-PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health")
+PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels")
+COLUMNS = 2
+"""Plots of further channels beside each other."""
 WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
 _END = rr.TimeRangeBoundary.infinite()
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
-def blueprint(palette: Palette, choice: Choice, *, page: str = "Learning") -> rrb.Blueprint:
-    """All pages as tabs, `page` in front, following the vehicle's time: on it every page has something to show."""
+def blueprint(palette: Palette, choice: Choice, *, channels: Sequence[str] = ()) -> rrb.Blueprint:
+    """All pages as tabs, following the vehicle's time: on it every page has something to show.
+
+    Where further channels have come, they have a page, too.
+    """
+    pages = (_learning(palette), _compare(palette, choice), _signals(), _effects(), _health())
     return rrb.Blueprint(
-        rrb.Tabs(
-            _learning(palette),
-            _compare(palette, choice),
-            _signals(),
-            _effects(),
-            _health(),
-            active_tab=PAGES.index(page),
-        ),
+        rrb.Tabs(*pages, *([_channels(channels)] if channels else []), active_tab=0),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -57,7 +59,11 @@ def _learning(palette: Palette) -> rrb.Horizontal:
     return rrb.Horizontal(
         _plate("Damping over yaw rate", sets, size, "learning/axes", palette),
         rrb.Vertical(
-            rrb.TextDocumentView(origin="learning/table", name="This iteration"),
+            rrb.Horizontal(
+                rrb.TextDocumentView(origin="learning/table", name="This iteration"),
+                rrb.TextDocumentView(origin="learning/samples", name="Its samples"),
+                column_shares=[1.35, 1.0],
+            ),
             _plate("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
             _plate("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
             row_shares=[1.22, 1.0, 1.0],
@@ -98,6 +104,11 @@ def _signals() -> rrb.Vertical:
         row_shares=[0.3, 1, 1, 1, 1, 0.8],
         name="Signals",
     )
+
+
+def _channels(names: Sequence[str]) -> rrb.Grid:
+    plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in names]
+    return rrb.Grid(*plots, grid_columns=min(COLUMNS, len(plots)), name="Channels")
 
 
 def _effects() -> rrb.Horizontal:

@@ -51,7 +51,7 @@ DARK = Palette(
     outlier=_rgb("F07CFF"),
     function=_rgb("FFFFFF"),
     before=_rgb("FFB066"),
-    tube=_rgb("A9C7E4"),
+    tube=_rgb("F0781E"),
 )
 
 LIGHT = Palette(
@@ -68,7 +68,7 @@ LIGHT = Palette(
     outlier=_rgb("B01FC4"),
     function=_rgb("0B1016"),
     before=_rgb("B45A00"),
-    tube=_rgb("46719B"),
+    tube=_rgb("E2660A"),
 )
 
 PALETTES: dict[Theme, Palette] = {"dark": DARK, "light": LIGHT}

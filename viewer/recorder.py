@@ -59,6 +59,11 @@ class Recorder:
         for stream in self._streams:
             stream.send_columns(path, clocks, columns)
 
+    def lay_out(self, blueprint: rrb.Blueprint) -> None:
+        """Lays the pages out anew, here and whenever the recording is opened."""
+        for stream in self._streams:
+            stream.send_blueprint(blueprint)
+
     def set_clocks(
         self, *, iteration: int | None = None, vehicle: float | None = None, wall: float | None = None
     ) -> None:

@@ -13,16 +13,19 @@ from rerun.components import InterpolationMode, MarkerShape, Radius
 from viewer.drawn import dashed, scalars, strips
 from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
 from viewer.learning import log_plate, log_transform
+from viewer.names import channel
 from viewer.palette import LIGHT, Colour, Palette
+from viewer.pauses import PAUSE, Pauses
 from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 from viewer.recorder import Recorder
 
 SCOPE = 60.0  # s
 SCOPE_POINTS = 240  # of a stream in the scope at most
 WIDTH, HEIGHT = 1000, 425
-PAUSE = 1.0  # s without a message that the scope shows as one
 ALL = "all_reasons"
 HINT = "signals/clock"
+CHANNELS = "signals/channel"
+PREDICTED = "signals/damping/predicted"
 SWITCH = "# Choose *vehicle_time* below\n\nThe signals run on the vehicle's time, in the list at the lower left."
 ON_TIME = (
     "All on the vehicle's time. Raw: as it came in. Synchronised: on the learner's grid, smoothed, from its own stamps."
@@ -39,6 +42,7 @@ class Raw:
     value: list[float] = field(default_factory=list)
     seen: list[float] = field(default_factory=list)
     recent: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    pauses: Pauses = field(default_factory=Pauses)
 
 
 class SignalsPage:
@@ -47,6 +51,8 @@ class SignalsPage:
     def __init__(self, rec: Recorder, palette: Palette) -> None:
         self._rec, self._palette = rec, palette
         self._raw: dict[str, Raw] = {}
+        self.channels: list[str] = []  # in the order in which they came
+        self._predicted = Pauses()
         self._plate: Plate | None = None
         self._reach = {"yaw_rate": 0.0, "torque": 0.0}
         self._rejected: dict[str, int] = {}
@@ -60,7 +66,7 @@ class SignalsPage:
         dot("signals/yaw_rate/synchronised", series.forgotten, "Synchronised", MarkerShape.Circle, 1.6)
         line("signals/torque/raw", series.before, "Raw", 1.5)
         dot("signals/damping/synchronised", series.forgotten, "Sample", MarkerShape.Circle, 2.2)
-        line("signals/damping/predicted", series.support, "Model before it saw the sample", 2.0)
+        line(PREDICTED, series.support, "Model before it saw the sample", 2.0)
         dot("signals/residual", series.new, "Sample - model", MarkerShape.Diamond, 2.6)
         for name, colour, radius in (("yaw_rate", palette.old, 1.6), ("torque", palette.before, 1.2)):
             rec.log(
@@ -91,15 +97,17 @@ class SignalsPage:
         for name, raw in self._raw.items():
             if not raw.time:
                 continue
-            path = f"signals/{name}/raw" if name in UNITS else f"signals/channel/{name}"
-            times = np.array(raw.time)
-            clocks = [
-                rr.TimeColumn(VEHICLE_TIME, duration=times),
-                rr.TimeColumn(WALL_TIME, timestamp=np.array(raw.seen)),
-            ]
-            self._rec.send_columns(path, clocks, scalars(raw.value))
+            path = f"signals/{name}/raw" if name in UNITS else f"{CHANNELS}/{name}"
+            if name not in UNITS and name not in self.channels:
+                self.channels.append(name)
+                self._line(path, self._refusals[len(self.channels) % len(self._refusals)], channel(name), 1.5)
+            times, values = raw.pauses.broken(np.array(raw.time), np.array(raw.value, dtype=np.float64))
+            # A point that ends a line came in with the one after it.
+            seen = np.interp(times, raw.time, raw.seen) if len(times) > len(raw.time) else np.array(raw.seen)
+            clocks = [rr.TimeColumn(VEHICLE_TIME, duration=times), rr.TimeColumn(WALL_TIME, timestamp=seen)]
+            self._rec.send_columns(path, clocks, scalars(values))
             if name in UNITS:
-                raw.recent = np.concatenate((raw.recent, np.column_stack((times, raw.value))))
+                raw.recent = np.concatenate((raw.recent, np.column_stack((raw.time, raw.value))))
                 raw.recent = raw.recent[raw.recent[:, 0] >= raw.recent[:, 0].max() - 2.0 * SCOPE]
             raw.time, raw.value, raw.seen = [], [], []
 
@@ -111,16 +119,18 @@ class SignalsPage:
         # A learner that changes over to other effects says its last batch again: what it said at the time stands.
         new = time > self._drawn
         if new.any():
-            clock = [rr.TimeColumn(VEHICLE_TIME, duration=time[new])]
             columns: dict[str, Sequence[float] | Floats] = {
                 "signals/yaw_rate/synchronised": batch.rate,
                 "signals/damping/synchronised": batch.damping,
             }
             if batch.predicted is not None:
-                columns["signals/damping/predicted"] = batch.predicted
+                columns[PREDICTED] = batch.predicted
                 columns["signals/residual"] = np.subtract(batch.damping, batch.predicted)
             for path, values in columns.items():
-                self._rec.send_columns(path, clock, scalars(np.array(values)[new]))
+                at, value = time[new], np.array(values)[new]
+                if path == PREDICTED:
+                    at, value = self._predicted.broken(at, value)
+                self._rec.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=at)], scalars(value))
             self.remember(frame)
         end = frame.report.t
         lines = {name: self._recent(name, end) for name in UNITS}

@@ -1,6 +1,8 @@
-"""The table of one iteration: its counts, times and certificate, in words."""
+"""The tables of one iteration: what was learned with its errors and certificate, and the counts of its samples."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,28 +12,17 @@ from viewer.frame import Frame, clock_text
 def table(frame: Frame) -> str:
     """Markdown; the figures that matter from two metres stand on top, large."""
     report, snapshot = frame.report, frame.snapshot
-    left = [
-        ("New samples", len(report.new)),
-        ("Old vectors", len(report.old)),
-        ("Support vectors", len(report.support)),
-        ("Forgotten", len(report.forgotten)),
-        ("Outliers", len(report.outliers)),
-        ("Discarded, in the tube", len(report.discarded_tube)),
-        ("Discarded, near a vector", len(report.discarded_near)),
-    ]
     span = None if snapshot is None else snapshot.trained_range
-    right = [
+    model = frame.model
+    rows = [
         ("Training time", f"{report.training_ms:.1f} ms"),
         ("Error before learning", quantity(report.progressive_mae, "N m")),
         *((f"Error on {check.name}", quantity(check.mae, "N m")) for check in report.validation),
         ("Noise of a sample", quantity(report.sigma, "N m")),
+        ("Tube of no penalty", "-" if model is None else f"±{quantity(model.epsilon, 'N m')}"),
         ("Off the optimum at most", quantity(report.certified_error, "N m")),
         ("Trained from", "-" if span is None else f"{span[0]:.3g} to {span[1]:.3g} rad/s"),
     ]
-    rows = max(len(left), len(right))
-    cells_left = [(name, str(count)) for name, count in left] + [("", "")] * (rows - len(left))
-    cells_right = right + [("", "")] * (rows - len(right))
-    lines = [f"| {a} | {b} | {c} | {d} |" for (a, b), (c, d) in zip(cells_left, cells_right, strict=True)]
     notes = []
     if not report.trained:
         notes.append("**Nothing new in this batch: the model stays as it was.**")
@@ -47,11 +38,29 @@ def table(frame: Frame) -> str:
             f"revision {report.revision}",
             *("\n" + note for note in notes),
             "",
-            "| Samples | Count | Learning | Value |",
-            "|:--|--:|:--|--:|",
-            *lines,
+            *_rows(("Learning", "Value"), rows),
         ]
     )
+
+
+def samples_table(frame: Frame) -> str:
+    """Markdown: how many samples are in each set that the page draws."""
+    report = frame.report
+    rows = [
+        ("New samples", len(report.new)),
+        ("Old vectors", len(report.old)),
+        ("Support vectors", len(report.support)),
+        ("Forgotten", len(report.forgotten)),
+        ("Outliers", len(report.outliers)),
+        ("Discarded, in the tube", len(report.discarded_tube)),
+        ("Discarded, near a vector", len(report.discarded_near)),
+        ("Driven by the water", report.counts.get("undriven", 0)),
+    ]
+    return "\n".join(_rows(("Samples", "Count"), [(name, str(count)) for name, count in rows]))
+
+
+def _rows(head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> list[str]:
+    return [f"| {head[0]} | {head[1]} |", "|:--|--:|", *(f"| {name} | {value} |" for name, value in rows)]
 
 
 def headline(frame: Frame) -> str:

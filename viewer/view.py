@@ -6,24 +6,22 @@ import argparse
 import logging
 import os
 import socket
-import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config import Config, add_config_arguments, from_arguments
-from service.output import destination
 from service.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.wire import Keys
-from viewer import archive
+from viewer import archive, window
 from viewer.bus import Bus
 from viewer.compare import Choice
 from viewer.follow import Follower
-from viewer.palette import PALETTES
+from viewer.palette import PALETTES, Theme
 from viewer.shelf import Shelf
 
 log = logging.getLogger(__name__)
@@ -33,11 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument("recording", nargs="?", type=Path, metavar="RECORDING", help="looks at this recording instead")
     parser.add_argument(
-        "--save", type=destination, metavar="FILE.rrd", help="records; goes on where the file is there already"
+        "--save", type=Path, metavar="FILE.rrd", help="records; goes on where the file is there already"
     )
     parser.add_argument("--headless", action="store_true", help="opens no window")
     parser.add_argument("--serve", type=int, metavar="PORT", help="for viewers at this port of 127.0.0.1; no window")
-    parser.add_argument("--theme", choices=sorted(PALETTES), default="dark", help="colours of the plots")
+    parser.add_argument("--theme", choices=sorted(PALETTES), help="colours of plots and texts (dark)")
     parser.add_argument(
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
@@ -47,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr view: %(message)s")
     if args.recording is not None:
-        return look(args.recording, repair=args.repair, headless=args.headless)
+        return look(args.recording, args.theme, repair=args.repair, headless=args.headless)
     if args.repair:
         raise BadInput("--repair mends a recording: name it, `incsvr view --repair FILE.rrd`")
     if args.headless and args.save is None and args.serve is None:
@@ -57,13 +55,14 @@ def run(args: argparse.Namespace) -> int:
     stop = told_to_stop()
     config = from_arguments(args)
     choice = Choice() if args.compare is None else Choice(*args.compare)
-    window = not args.headless and args.serve is None
+    opens = not args.headless and args.serve is None
     port = (
-        _checked(args.serve) if args.serve is not None else int(free_endpoint().rpartition(":")[2]) if window else None
+        _checked(args.serve) if args.serve is not None else int(free_endpoint().rpartition(":")[2]) if opens else None
     )
+    theme: Theme = args.theme or "dark"
     rate = max(abs(end) for end in config.vehicle.rate_range)
-    shelf = Shelf(PALETTES[args.theme], choice, rate, args.save, port)
-    with _window(port, stop) if window and port is not None else _nothing():
+    shelf = Shelf(PALETTES[theme], choice, rate, args.save, port)
+    with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
         _follow(config, shelf, stop, until_broken=port is None)
     whole = shelf.close()
     if shelf.broken:
@@ -73,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     return 0 if whole else 1
 
 
-def look(path: Path, *, repair: bool, headless: bool) -> int:
+def look(path: Path, theme: Theme | None, *, repair: bool, headless: bool) -> int:
     """Opens a recording in the viewer; mends it before where that is asked for."""
     known = archive.facts(path)
     if repair:
@@ -85,8 +84,7 @@ def look(path: Path, *, repair: bool, headless: bool) -> int:
         )
     if headless:
         return 0
-    _need_a_screen()
-    return subprocess.run([archive.BINARY, "--bind", "127.0.0.1", "--port", "auto", path], check=False).returncode
+    return window.look(path, theme)
 
 
 def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken: bool) -> None:
@@ -112,42 +110,9 @@ def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken
             bus.close()
 
 
-@contextmanager
-def _window(port: int, stop: threading.Event) -> Iterator[None]:
-    """The viewer's window; closing it ends everything."""
-    _need_a_screen()
-    url = f"rerun+http://127.0.0.1:{port}/proxy"
-    command: list[str | Path] = [
-        archive.BINARY,
-        "--connect",
-        url,
-        "--bind",
-        "127.0.0.1",
-        "--port",
-        "auto",
-        "--hide-welcome-screen",
-    ]
-    with subprocess.Popen(command) as process:
-        threading.Thread(target=_when, args=(process.wait, stop.set), daemon=True).start()
-        try:
-            yield
-        finally:
-            process.terminate()
-
-
 def _when(comes: Callable[[], object], then: Callable[[], None]) -> None:
     comes()
     then()
-
-
-@contextmanager
-def _nothing() -> Iterator[None]:
-    yield
-
-
-def _need_a_screen() -> None:
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise BadInput("there is no screen here: give --headless --save FILE.rrd and look at the file elsewhere")
 
 
 def _checked(port: int) -> int:

@@ -96,6 +96,10 @@ class Process:
         self._process.send_signal(number)
         return self._process.wait(PATIENCE)
 
+    def wait(self) -> int:
+        """Waits for its end."""
+        return self._process.wait(PATIENCE)
+
     def signal(self, number: signal.Signals) -> None:
         self._process.send_signal(number)
 

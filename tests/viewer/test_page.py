@@ -91,4 +91,4 @@ def test_a_port_that_is_taken_is_said(house: House) -> None:
     port = re.findall(r":(\d+)/", first.wait_for("shows"))[0]
     second = house.start(["page", "--connect", house.endpoint, "--port", port])
     assert f"127.0.0.1:{port} cannot be served at" in second.wait_for("--port")
-    assert second.end() == 2
+    assert second.wait() == 2

@@ -32,6 +32,8 @@ def record(run: Run, path: Path, choice: Choice) -> None:
         now = time.time()
         for name, (t, value) in run.part(newest, report.t).items():
             chapter.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), now)
+        depth = np.arange(newest, report.t - 10.0, 0.5)  # a pause of ten seconds before each iteration
+        chapter.measured("depth", Measurement(t=tuple(depth.tolist()), value=tuple((0.1 * depth).tolist())), now)
         newest = report.t
         chapter.iteration(Frame(report, snapshot, now))
         counters = {"rejected": 3, "rejected:late": 2, "rejected:duplicate": 1}
@@ -113,11 +115,24 @@ def test_every_frame_has_its_table_axes_and_comparison(run: Run, recorded: Path)
     for report, _ in run.iterations:
         (text,) = shown(tables["/learning/table"], report.iteration)
         assert f"Iteration {report.iteration} " in text
-        assert f"| Support vectors | {len(report.support)} |" in text
+        (counts,) = shown(tables["/learning/samples"], report.iteration)
+        assert f"| Support vectors | {len(report.support)} |" in counts
         (text,) = shown(tables["/learning/compared"], report.iteration)
         assert f"Iteration 1 and {report.iteration}" in text
     for path in ("/learning", "/signals/scope", "/error"):
         assert min(rows(recorded, "EncodedImage:blob", path)[f"{path}/axes"]) == run.iterations[0][0].iteration
+
+
+def test_a_further_channel_is_recorded_and_its_line_ends_at_its_pauses(run: Run, recorded: Path) -> None:
+    depth = np.array(series(recorded, "/signals/channel")["/signals/channel/depth"])
+    came = np.concatenate(
+        [
+            np.arange(before, report.t - 10.0, 0.5)
+            for before, (report, _) in zip([0.0, *(each.t for each, _ in run.iterations)], run.iterations, strict=False)
+        ]
+    )
+    assert depth[~np.isnan(depth)] == pytest.approx(0.1 * came)
+    assert np.isnan(depth).sum() == len(run.iterations) - 1
 
 
 def test_two_chosen_revisions_stand_still(run: Run, tmp_path: Path) -> None:
@@ -199,7 +214,7 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
         batch = report.batch.model_copy(update={"parts": parts})
         chapter.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
     recorder.close()
-    assert "## torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
+    assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
     found = columns(batch)
     assert set(found) == {
         "effects/torque/measured",

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import io
+import os
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+import rerun as rr
 from PIL import Image
 
 from incsvr.errors import BadInput
@@ -14,6 +18,7 @@ from tests.viewer.test_recording import record
 from viewer.compare import Choice
 from viewer.palette import DARK
 from viewer.screen import SIZE, Screen
+from viewer.window import themed
 
 
 @pytest.fixture(scope="module")
@@ -41,10 +46,27 @@ def test_one_frame_is_drawn_and_every_view_is_content(screen: Screen) -> None:
         assert any(near(colour, getattr(DARK, name)) for colour in colours), f"nothing in the colour of {name}"
 
 
-@pytest.mark.parametrize("page", ["Before and after", "Signals", "Effects", "Health"])
+@pytest.mark.parametrize("page", ["Before and after", "Signals", "Effects", "Health", "Channels"])
 def test_every_other_page_is_content_at_the_end(screen: Screen, page: str) -> None:
     screen.show(page)
-    assert [(view.name, view.reports) for view in screen.views() if view.reports] == []
+    views = screen.views()
+    assert [(view.name, view.reports) for view in views if view.reports] == []
+    if page == "Channels":
+        assert "Depth [m]" in {view.name for view in views}
+
+
+def test_a_window_begins_in_the_theme_of_its_plates(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rerun reads its theme from settings of its own release; the user's own are left alone."""
+    monkeypatch.setattr(sys, "platform", "linux")
+    with themed("light") as (flags, environment):
+        settings = Path(environment["XDG_DATA_HOME"]) / "rerun" / "app.ron"
+        assert "theme_preference:Light" in settings.read_text(encoding="utf-8")
+        assert f'"rerun.version": "{rr.__version__}"' in settings.read_text(encoding="utf-8")
+        assert "--persist-state" in flags
+    assert not settings.exists()
+    with themed(None) as (flags, environment):
+        assert environment == dict(os.environ)
+        assert "--persist-state" not in flags
 
 
 def test_an_iteration_that_is_not_there_is_refused(screen: Screen) -> None:

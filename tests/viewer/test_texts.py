@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from incsvr.tracer.sentences import LABELS
 from service.wire import EffectsLedger, Health, StreamHealth
 from tests.viewer.conftest import Run
+from viewer import names
 from viewer.effects import ledger_text
 from viewer.frame import Frame, clock_text
 from viewer.health import health_text
-from viewer.table import headline, quantity, table
+from viewer.pauses import Pauses
+from viewer.table import headline, quantity, samples_table, table
 
 LAG = {
     "effect": "torque_lag",
@@ -24,7 +28,8 @@ LAG = {
 
 def test_the_table_has_every_count_and_figure(run: Run) -> None:
     report, snapshot = run.iterations[3]
-    text = table(Frame(report, snapshot, None))
+    frame = Frame(report, snapshot, None)
+    text = table(frame) + samples_table(frame)
     for words in (
         f"# Iteration {report.iteration} ",
         f"50 samples, vehicle time {report.time_span[0]:.1f} s",
@@ -32,6 +37,7 @@ def test_the_table_has_every_count_and_figure(run: Run) -> None:
         f"| New samples | {len(report.new)} |",
         f"| Discarded, near a vector | {len(report.discarded_near)} |",
         f"| Training time | {report.training_ms:.1f} ms |",
+        "| Tube of no penalty | ±0.1 N m |",
         f"| Off the optimum at most | {quantity(report.certified_error, 'N m')} |",
     ):
         assert words in text
@@ -77,10 +83,37 @@ def test_the_ledger_tells_each_effect_and_each_step() -> None:
     text = ledger_text(
         EffectsLedger(effects=(LAG,), history=({"t": 812.4, "step": "promoted", "effect": "torque_lag"},))
     )
-    assert "## torque lag" in text
+    assert "## Torque lag" in text
     assert "The torque arrives 0.71 s late." in text
-    assert "- time_constant_s: 0.71 (0.66 to 0.76)" in text
+    assert "- Time constant 0.71 s (0.66 to 0.76)" in text
     assert "- 88 % of what could be explained, p = 1e-06" in text
-    assert "| 812.4 | promoted | torque_lag |" in text
+    assert "| Vehicle time [s] | Step | Effect |" in text
+    assert "| 812.4 | promoted | Torque lag |" in text
     assert "p < 1e-300" in ledger_text(EffectsLedger(effects=({**LAG, "p_value": 0.0},)))
     assert "None:" in ledger_text(EffectsLedger())
+
+
+def test_people_read_names_and_units_and_never_a_key() -> None:
+    assert names.effect("coupling:thruster_3_speed") == "Coupling to thruster 3 speed"
+    assert names.effect("modulation:voltage") == "Modulation by voltage"
+    assert names.channel("depth") == "Depth [m]"
+    assert names.channel("thruster_3_pwm") == "Thruster 3 pwm [µs]"
+    assert names.channel("winch") == "Winch"
+    step = {"t": 3.0, "step": "left out", "effect": "wave", "parameters": {"period_s": 4.0}}
+    assert names.step(step)["Parameters"] == "period 4 s"
+    for key in LABELS:
+        assert "_" not in names.parameter(key, 1.0)
+
+
+@pytest.mark.parametrize("cut", [1, 7, 100, 151])
+def test_a_line_ends_where_a_pause_begins(cut: int) -> None:
+    """However the stream comes in pieces; a slow stream has no pauses of its own."""
+    time = np.concatenate((np.arange(0.0, 10.0, 0.1), np.arange(20.0, 30.0, 0.1)))
+    pauses, pieces = Pauses(), np.split(time, range(cut, time.size, cut))
+    drawn = np.concatenate([np.column_stack(pauses.broken(piece, np.sin(piece))) for piece in pieces])
+    ends = drawn[np.isnan(drawn[:, 1]), 0]
+    assert ends == pytest.approx([9.9], abs=0.01)
+    assert drawn[~np.isnan(drawn[:, 1]), 0] == pytest.approx(time)
+    assert np.all(np.diff(drawn[:, 0]) >= 0.0)
+    slow = Pauses()
+    assert not any(np.isnan(slow.broken(np.array([4.0 * k]), np.zeros(1))[1]).any() for k in range(20))

@@ -26,6 +26,7 @@ from service.wire import (
     ModelSnapshot,
     decode,
 )
+from viewer import names
 
 FRESH = 0.5
 """For so long an answer serves every browser [s]."""
@@ -108,7 +109,12 @@ class Learner:
             self._drawn = revision
         ledger = self._ask(self._keys.effects, EffectsLedger)
         if ledger is not None:
-            self._parts |= {"effects": ledger.effects, "history": ledger.history[-20:]}
+            self._parts |= {
+                "effects": [
+                    str(found.get("sentence") or names.effect(str(found.get("effect")))) for found in ledger.effects
+                ],
+                "history": [" · ".join(names.step(entry).values()) for entry in ledger.history[-10:]],
+            }
         return head | self._parts | {"away": None, "health": health.model_dump(mode="json")}
 
     def _learned(self) -> dict[str, Any]:

@@ -1,0 +1,78 @@
+"""Rerun's own window, with its texts and time plots in the theme that the plates have."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import rerun as rr
+
+from incsvr.errors import BadInput
+from viewer.archive import BINARY
+from viewer.palette import Theme
+
+
+@contextmanager
+def window(port: int, theme: Theme, closed: Callable[[], object]) -> Iterator[None]:
+    """The window on a stream at this port; closing it calls `closed`, and leaving closes it.
+
+    Raises:
+        BadInput: there is no screen.
+    """
+    need_a_screen()
+    url = f"rerun+http://127.0.0.1:{port}/proxy"
+    command: list[str | Path] = [BINARY, "--connect", url, "--bind", "127.0.0.1", "--port", "auto"]
+    with themed(theme) as (flags, environment), subprocess.Popen([*command, *flags], env=environment) as process:
+        threading.Thread(target=_when, args=(process.wait, closed), daemon=True).start()
+        try:
+            yield
+        finally:
+            process.terminate()
+
+
+def look(recording: Path, theme: Theme | None) -> int:
+    """The window on a recording until it is closed, in the theme of Rerun's own settings unless one is named."""
+    need_a_screen()
+    command: list[str | Path] = [BINARY, "--bind", "127.0.0.1", "--port", "auto"]
+    with themed(theme) as (flags, environment):
+        return subprocess.run([*command, *flags, recording], env=environment, check=False).returncode
+
+
+@contextmanager
+def themed(theme: Theme | None) -> Iterator[tuple[list[str], dict[str, str]]]:
+    """Flags and environment with which Rerun's viewer begins in a theme, apart from the settings of its user.
+
+    The theme is no flag and no part of a blueprint: it stands in the settings that a viewer of the same release left,
+    which Linux keeps where XDG_DATA_HOME says. Elsewhere the viewer has its own settings, and its texts its own theme.
+    """
+    environment = dict(os.environ)
+    if theme is None or not sys.platform.startswith("linux"):
+        yield ["--hide-welcome-screen"], environment
+        return
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        settings = Path(folder) / "rerun" / "app.ron"
+        settings.parent.mkdir()
+        preference = f"(options:(theme_preference:{theme.capitalize()}))"
+        settings.write_text(f'{{"rerun.version": "{rr.__version__}", "egui": "{preference}"}}', encoding="utf-8")
+        yield ["--hide-welcome-screen", "--persist-state"], environment | {"XDG_DATA_HOME": folder}
+
+
+def need_a_screen() -> None:
+    """Refuses where no window can open.
+
+    Raises:
+        BadInput: there is no screen.
+    """
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise BadInput("there is no screen here: give --headless --save FILE.rrd and look at the file elsewhere")
+
+
+def _when(comes: Callable[[], object], then: Callable[[], object]) -> None:
+    comes()
+    then()
