@@ -41,8 +41,8 @@ def assumed(parameters: Mapping[str, float]) -> str | None:
     )
     return (
         f"the vehicle has not told {untold[0]}{' and others' if len(untold) > 1 else ''}: taken for {taken}, and the "
-        "torque is wrong where it is not so; let a ground station load the parameters while the learner listens, or "
-        "write them into inputs.parameters"
+        "torque is wrong where it is not so; let a ground station load the parameters while it is listened to or "
+        "recorded, or write them into inputs.parameters"
     )
 
 

@@ -21,7 +21,7 @@ from service.inputs.clock_of_rate import ClockOfRate
 from service.inputs.forms import Undecodable, as_float, decoder, number
 from service.inputs.forms.own import Refused, parse
 from service.inputs.known import RATE, TORQUE, Known
-from service.inputs.resolving import ANGLE, resolved
+from service.inputs.resolving import ANGLE, resolved, steady
 from service.inputs.settings import Armed, Inputs
 from service.inputs.thrust import T200_NOMINAL
 from service.inputs.told_torque import ToldTorque
@@ -88,6 +88,11 @@ class Hearing:
     def missing(self) -> Mapping[str, str]:
         """Sentences on what was not found, by name."""
         return self._resolved.missing
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a preset concluded, one sentence each."""
+        return self._resolved.notes
 
     @property
     def may_learn(self) -> bool:
@@ -224,7 +229,7 @@ class Hearing:
         name, value = body.get("param_id"), as_float(body.get("param_value"))
         if isinstance(name, list):
             name = "".join(str(each) for each in name)
-        if not isinstance(name, str) or value is None:
+        if not isinstance(name, str) or value is None or not abs(value) < LARGEST:
             return
         name = name.partition("\0")[0]
         if frames.relevant(name) and self.parameters.get(name) != value:
@@ -246,7 +251,8 @@ class Hearing:
 
     def _resolve(self) -> None:
         """The mapping by all that was heard until now; what the newest messages say holds."""
-        self._resolved = resolved(self._configured, self.known, self.parameters)
+        configured = steady(self._configured, self.inputs, self.known)
+        self._resolved = resolved(configured, self.known, self.parameters)
         for known in self.known.values():
             for name, source in known.quantities:
                 values = known.numbers(source.field)

@@ -17,6 +17,8 @@ from service.logs.table import Topic
 
 ANGLE = "(angle of thruster {})"
 """What turns a thruster: it is used, and is no stream; no channel's name has a bracket."""
+STAYS = 50
+"""Messages after which another key that a preset would rather take comes too late: seconds of a slow stream."""
 HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
 """What a vehicle of BlueOS will say, before it did."""
 
@@ -30,12 +32,14 @@ class Resolved:
         missing: sentences on what was not found, by name.
         armed: what says whether the thrusters may turn; None where nothing does.
         ignored: keys of other vehicles.
+        notes: what a preset concluded, one sentence each.
     """
 
     inputs: Inputs
     missing: Mapping[str, str]
     armed: Armed | None
     ignored: frozenset[str]
+    notes: tuple[str, ...]
 
 
 def resolved(configured: Inputs, known: Mapping[str, Known], parameters: Mapping[str, float]) -> Resolved:
@@ -61,7 +65,19 @@ def resolved(configured: Inputs, known: Mapping[str, Known], parameters: Mapping
         inputs = inputs.model_copy(update={"thrusters": _commanded(inputs.thrusters, known, inputs)})
     missing = {name: _on_a_bus(name, cure) for name, cure in proposal.missing.items()}
     armed = HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
-    return Resolved(inputs, missing, armed, ignored)
+    return Resolved(inputs, missing, armed, ignored, proposal.notes)
+
+
+def steady(configured: Inputs, now: Inputs, known: Mapping[str, Known]) -> Inputs:
+    """The configuration with what a preset found and what has come for a while since: that stays."""
+    found = {}
+    for name in (RATE, TORQUE):
+        source = getattr(now, name)
+        if source is None or getattr(configured, name) is not None or configured.thrusters is not None:
+            continue
+        if source.topic in known and known[source.topic].count >= STAYS:
+            found[name] = source
+    return configured.model_copy(update=found)
 
 
 def bound(topic: str, known: Mapping[str, Known], preset: str | None) -> str | None:

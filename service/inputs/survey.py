@@ -94,7 +94,7 @@ class Survey:
             "armed_by": next((key for key, known in self.hearing.known.items() if known.armed is not None), None),
             "parameters": dict(self.hearing.parameters),
             "missing": self.missing(),
-            "notices": self.hearing.notices(),
+            "notices": list(dict.fromkeys((*self.hearing.notices(), *self.hearing.notes))),
             "refused": dict(self.hearing.refused),
             "heard": heard,
         }

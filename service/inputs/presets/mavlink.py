@@ -118,7 +118,7 @@ def known_frame(observed: Observed) -> tuple[int | None, tuple[str, ...], dict[s
     """The frame by the vehicle's own parameters, what is to be said of it, and what is missing where none is known."""
     kind = frames.frame(observed.parameters)
     if kind is None:
-        return 1, ("nothing says which frame it is: taken for a BlueROV2 (frame 1) with motors that turn forward",), {}
+        return 1, (frames.assumed(observed.parameters) or "",), {}
     if kind not in frames.FRAMES:
         cure = (
             f"the levers of frame {kind} are not known: describe the thrusters in inputs.thrusters of a configuration"

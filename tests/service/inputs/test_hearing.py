@@ -87,6 +87,18 @@ def test_a_counter_of_32_bits_that_runs_over() -> None:
         np.testing.assert_allclose(np.diff(times), 0.1, atol=2e-3)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])
+def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
+    hearing = Hearing(Inputs(preset="blueos"))
+    for key, payload in mavlink.parameters() + mavlink.stream(dive(1.0, 5.0)):
+        hearing.hear(key, payload, 0.0)
+    before, inputs = dict(hearing.parameters), hearing.inputs
+    for name in ("SERVO1_FUNCTION", "FRAME_CONFIG", "MOT_1_DIRECTION"):
+        message = {"param_id": name, "param_value": value}
+        hearing.hear("mavlink/1/1/PARAM_VALUE", json.dumps({"message": message}).encode(), 0.0)
+    assert (hearing.parameters, hearing.inputs) == (before, inputs)
+
+
 def test_a_ros_name_and_a_message_of_mavlink_stand_for_their_keys() -> None:
     hearing = mapping(preset="blueos", yaw_rate={"topic": "SCALED_IMU2", "field": "zgyro", "unit": "mrad/s"})
     heard = hear(hearing, "mavlink/1/1/SCALED_IMU2", 7.0, message={"time_boot_ms": 5100, "zgyro": -250})
