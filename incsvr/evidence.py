@@ -136,11 +136,6 @@ def p_value(gain: float, freedom: int, looks: float) -> float:
     return float(min(1.0, looks * chi2.sf(max(gain, 0.0), freedom)))
 
 
-def together(first: float, second: float) -> float:
-    """p-value of two witnesses (R. A. Fisher, Statistical Methods for Research Workers, 1932, § 21.1)."""
-    return float(chi2.sf(-2.0 * np.log(max(first * second, 1e-300)), 4))
-
-
 def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[float, float]]]:
     """95 % intervals of every parameter of every term, by the delta method from the `covariance` of the whole fit."""
     covered, at, out = covariance(problem, hypothesis), problem.coarse.shape[1], []

@@ -22,9 +22,6 @@ class BiasDrift(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(-(s.time - s.origin[0]), -np.ones(len(s)))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.progress**2, s.progress**3)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"nm_per_s": term.coefficients[0], "start_nm": term.coefficients[1]}
 

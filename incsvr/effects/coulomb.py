@@ -30,7 +30,6 @@ class Coulomb(Effect):
     sentence = "dry (Coulomb) friction: a moment of constant size against the sense of turning"
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994"
     acts = "motion"
-    brief = True
     looks = 2.0
     dry = True
 
@@ -44,10 +43,6 @@ class Coulomb(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         before, after = s.midpoints(s.rate)
         return stack(0.5 * (_swept(before, s.rate, inner[-1]) + _swept(s.rate, after, inner[-1])))
-
-    def bends(self, s: Signals, term: Term) -> Array:
-        """At rest it is as large as the thrust that it holds."""
-        return stack(np.where(np.abs(s.rate) < AT_REST * term.inner[-1], s.torque, 0.0))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"moment_nm": term.coefficients[0]}

@@ -34,10 +34,6 @@ class Coupling(Effect):
         away = s.channels[self.channels[0]] - inner[-1]
         return stack(-away) if inner[-1] == 0.0 else stack(-away, -np.ones_like(away))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        away = s.channels[self.channels[0]] - term.inner[-1]
-        return stack(away * np.abs(away))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         slope, *offset = term.coefficients
         if not offset or not slope:

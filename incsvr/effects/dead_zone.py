@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from incsvr.effects.effect import Effect, Term, stack
@@ -66,15 +65,6 @@ class DeadZone(Effect):
             return inside
 
         return stack(s.over_jumps(s.expected, lost))
-
-    def bends(self, s: Signals, term: Term) -> Array:
-        """At other widths, which need not be the same to either side."""
-        other = super().bends(s, term)
-        return np.concatenate([np.maximum(other, 0.0), np.minimum(other, 0.0)], axis=1)
-
-    def silent(self, moment: Array, term: Term) -> NDArray[np.bool_]:
-        inside: NDArray[np.bool_] = np.abs(moment) < 0.5 * term.inner[-1]
-        return inside
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"half_width_nm": term.inner[-1]}

@@ -20,9 +20,6 @@ class DragDrift(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.damping * s.progress)
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.damping * s.progress**2, s.damping * s.progress**3)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0]}
 

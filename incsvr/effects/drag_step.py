@@ -35,9 +35,6 @@ class DragStep(Effect):
         after: Array = np.clip((s.time - at) / s.block + 0.5, 0.0, 1.0)
         return after
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.damping * s.progress, s.damping * s.progress * self._after(s, term.inner[-1]))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.effects.signals import Array, Signals
 
@@ -65,7 +64,6 @@ class Effect(ABC):
         shifts: whether it moves the thrust in time and leaves it as it is: the torque's noise moves with it.
         dry: whether it is a friction of constant size, which can hold the vehicle.
         lingers: whether what it takes depends on the past of the command or the rate.
-        brief: whether it may act for instants only, between which the damping takes it over.
         needs_clock: whether it refers to the recording's absolute time.
         beside: name of the effect without which this form is no other than the plain one; empty for none.
     """
@@ -87,7 +85,6 @@ class Effect(ABC):
     shifts: ClassVar[bool] = False
     dry: ClassVar[bool] = False
     lingers: ClassVar[bool] = False
-    brief: ClassVar[bool] = False
     needs_clock: bool = False
     beside: ClassVar[str] = ""
 
@@ -151,16 +148,6 @@ class Effect(ABC):
         """
         return None
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        """(n, k) by which a true effect of this kind may differ from its shape here, k = 0 where it has but one shape.
-
-        A searched parameter, as a rule, is spread in nature: the same at other values of it.
-        """
-        if not self.searched:
-            return np.zeros((len(s), 0))
-        values = [(*term.inner[:-1], factor * term.inner[-1]) for factor in (0.75, 1.3)]
-        return np.concatenate([self.columns(s, inner, term.coefficients) for inner in values], axis=1)
-
     @abstractmethod
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         """The contract's parameters of a fitted term; `inertia` is the declared one [kg m²]."""
@@ -175,10 +162,6 @@ class Effect(ABC):
         Beside another effect it may be more: a search grows it further, and it is not named.
         """
         return ""
-
-    def silent(self, moment: Array, term: Term) -> NDArray[np.bool_]:
-        """(n,) where the command may move though what comes out of this stage, `moment` [N m], does not."""
-        return np.zeros(moment.size, dtype=bool)
 
     def must_prove(self, term: Term, s: Signals) -> bool:
         """Whether the noise's colour might be taken for it, so that only a free run that is plainly better counts."""

@@ -27,10 +27,6 @@ class HeadingCurrent(Effect):
         angle = self.harmonic * s.heading
         return stack(-np.sin(angle), -np.cos(angle))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        other = [k * s.heading for k in (1, 2, 3) if k != self.harmonic]
-        return stack(*(np.sin(angle) for angle in other), *(np.cos(angle) for angle in other))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         sine, cosine = term.coefficients
         return {

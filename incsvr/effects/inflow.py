@@ -22,16 +22,12 @@ class Inflow(Effect):
     )
     source = "B. Wehbe et al., IROS 2017, Section IV-A; T. I. Fossen, 1994, ch. 4 (bilinear thruster model)"
     acts = "motion"
-    brief = True
 
     def __init__(self, variant: Literal["", "loaded"]) -> None:
         self.variant = variant
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.rate * s.over_jumps(s.applied, np.abs if self.variant else _root))
-
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.rate * s.over_jumps(s.applied, _root if self.variant else np.abs))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}

@@ -40,9 +40,6 @@ class ThrustModulation(_Modulation):
         seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
         return stack(-self.away(s, inner) * seen)
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(self.away(s, term.inner) ** 2 * s.thrust)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0], "reference": term.inner[0]}
 
@@ -94,9 +91,6 @@ class DampingModulation(_Modulation):
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(self.away(s, inner) * s.damping)
-
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(self.away(s, term.inner) ** 2 * s.damping)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0], "reference": term.inner[0]}

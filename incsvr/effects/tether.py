@@ -43,10 +43,6 @@ class Tether(Effect):
         twist = s.heading - inner[0]
         return stack(twist if not self.searched else twist - np.clip(twist, -inner[1], inner[1]))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        twist = s.heading - term.inner[0]
-        return stack(twist * np.abs(twist), twist**3)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         found = {"stiffness_nm_per_rad": term.coefficients[0], "neutral_rad": term.inner[0]}
         return found | ({"slack_rad": term.inner[1]} if self.searched else {})

@@ -27,9 +27,6 @@ class TorqueAsymmetry(Effect):
         theta = max(coefficients[0], -0.8) if coefficients else 0.0
         return stack(s.over_jumps(s.command, _reverse) / (1.0 + theta))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(np.minimum(s.thrust, 0.0) ** 2)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"reverse_efficiency": 1.0 / (1.0 + term.coefficients[0])}
 

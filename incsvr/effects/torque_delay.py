@@ -52,10 +52,6 @@ class TorqueDelay(Effect):
         most = s.settling
         return min(max(coefficients[0], -most), most)
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        slope = s.slope(s.thrust)
-        return stack(slope, s.slope(slope))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"delay_s": term.coefficients[0]}
 

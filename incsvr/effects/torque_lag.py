@@ -78,10 +78,6 @@ class TorqueLag(Effect):
         passed: Array = 1.0 / (1.0 + np.square(frequency * max(term.coefficients[0], 0.0)))
         return passed
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        slope = s.slope(s.thrust)
-        return stack(slope, s.slope(slope))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"time_constant_s": term.coefficients[0]}
 

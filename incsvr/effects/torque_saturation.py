@@ -77,12 +77,6 @@ class Saturation(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        """Any other course beyond part of the limit, which need not be the same to either side."""
-        limits = [part * term.inner[-1] for part in BEYOND]
-        sides = [np.maximum(sign * s.foretold - limit, 0.0) for limit in limits for sign in (1.0, -1.0)]
-        return np.stack(sides, axis=1)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"limit_nm": term.inner[-1]}
 
@@ -125,9 +119,6 @@ class SoftSaturation(Effect):
         root = np.sqrt(np.maximum(1.0 - 4.0 * c * np.abs(s.applied), 0.04))
         command = 2.0 * s.applied / (1.0 + root)  # inverse of a = τ (1 − c |τ|)
         return stack(command * np.abs(command))
-
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.thrust**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}

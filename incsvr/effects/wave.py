@@ -59,10 +59,6 @@ class Wave(Effect):
         phase = 2.0 * np.pi / inner[-1] * (s.time - s.origin[0])
         return stack(-np.sin(phase), -np.cos(phase))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        phase = 4.0 * np.pi / term.inner[-1] * (s.time - s.origin[0])
-        return stack(np.sin(phase), np.cos(phase))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         sine, cosine = term.coefficients
         return {

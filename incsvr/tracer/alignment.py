@@ -12,7 +12,7 @@ from incsvr.tracer.asked import worth
 from incsvr.tracer.command import Command
 from incsvr.tracer.excitation import demand
 from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled
 from incsvr.tracer.noise import MOST_GYRO, gyro_noise, noise_share, white_noise
 from incsvr.tracer.posing import pose, pose_like
 from incsvr.tracer.problem import Problem
@@ -41,16 +41,15 @@ DOUBT = 0.2
 """Of what it explains without having earned it: that is known no better."""
 
 
-def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> tuple[Problem, Problem]:
-    """The equations with the linear torque, unless the held one explains more, or as much without any effect; and the
-    linear ones in any case.
+def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
+    """The equations with the linear torque, unless the held one explains more, or as much without any effect.
 
     Half a sample of false delay looks like a small inertia, memory or lag. Beside one effect alone the held torque
     explains part of a second, of a delay half a sample: where it seems to hold, a second is added to either.
     """
     linear, beside_linear = _settled(runs, pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 40.0:
-        return linear, linear
+        return linear
     # in the same blocks: likelihoods of different data do not compare
     held = pose(runs, inertia, channels, held=True, period=linear.blocks.period)
     held, beside_held = _settled(runs, held, channels)
@@ -63,16 +62,8 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> tup
     explains_more = worth(two) + unearned > worth(one) + MARGIN and bool(one.terms or not two.terms)
     needs_nothing = plain_two > plain_one + MARGIN and plain_two > worth(one) - MARGIN
     if not (explains_more or needs_nothing):
-        return linear, linear
+        return linear
     one, two = _best(at_one, channels, one), _best(at_two, channels, two)
-    return held if _holds(runs, at_one, at_two, one, two) else linear, linear
-
-
-def realigned(runs: Sequence[Run], linear: Problem, held: Problem, found: Hypothesis) -> Problem:
-    """`held`, unless the linear torque explains as much beside all effects that were found with the held one."""
-    linear = reread(runs, linear, settle(linear, found.values(), nothing(linear), passes=10))
-    at_one, at_two = _at_one_share(linear, reread(runs, held, found))
-    one, two = (settle(at, found.values(), nothing(at), passes=10) for at in (at_one, at_two))
     return held if _holds(runs, at_one, at_two, one, two) else linear
 
 
@@ -153,13 +144,6 @@ def with_share(problem: Problem, share: float) -> Problem:
     """The equations with another share of the noise in the torque."""
     there = replace(problem, signals=replace(problem.signals, share=share))
     return there.answering(problem.drag, problem.colour)
-
-
-def without_command(problem: Problem, promising: Hypothesis) -> Problem:
-    """The equations with the torque in the place of the command, where it turns the vehicle beside these effects."""
-    s = problem.signals
-    known = s.known and problem.knows_command(left_over(with_share(problem, 1.0), promising)[0])
-    return replace(problem, signals=replace(s, known=known))
 
 
 def misread(before: Problem, after: Problem, change: float) -> bool:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
-from scipy.stats import t
 
 from incsvr.tracer.colour import DEGREES
 from incsvr.tracer.run import Array
@@ -29,18 +27,7 @@ def gained(gain: Array) -> bool:
     return bool(gain.size >= 8 and np.mean(gain > 0.0) > 0.5 + 0.85 / np.sqrt(gain.size))
 
 
-def chance(gain: Array) -> float:
-    """p-value of the mean gain of the pieces, (pieces,), against none or a loss (Student's t); 1 of a single piece."""
-    if gain.size < 2:
-        return 1.0
-    error = max(float(gain.std(ddof=1)) / np.sqrt(gain.size), 1e-300)
-    return float(t.sf(gain.mean() / error, gain.size - 1))
-
-
-def likelier(
-    before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float,
-    doubts: tuple[Sequence[Array], Sequence[Array]] | None = None,
-) -> Array:  # fmt: skip
+def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float) -> Array:
     """(pieces,) 2 Δℓ of free-run errors, as their means over blocks tell it: the gyro's noise is none of the model.
 
     The noise is that of `after`: an AR(3) with Student-t innovations, which are larger where the command jumps, for
@@ -51,8 +38,6 @@ def likelier(
         after: the same with the other.
         mistimed: (blocks,) of each piece, as `Blocks` has it.
         period: of a block [s].
-        doubts: (blocks, q) of each piece, by what `before`, and `after`, differ where their parameters are a deviation
-            from what the equation says; they are then what both together say.
     """
     pieces = [k for k, error in enumerate(after) if error.size > FEWEST_MEANS]
     if not pieces:
@@ -66,11 +51,6 @@ def likelier(
     means = replace(means, mistimed=jumps)
     noise = fit(new, np.zeros((new.size, 0)), means)
     usual = noise.scale * loudness(noise, means)
-    if doubts is not None:
-        old, new = (
-            errors - _moved(errors, joined(doubt), partial(whiten, ar=noise.ar, blocks=means), usual)
-            for errors, doubt in zip((old, new), doubts, strict=True)
-        )
 
     def unlikely(errors: Array) -> Array:
         surprise: Array = (DEGREES + 1.0) * np.log1p((whiten(errors, noise.ar, means) / usual) ** 2 / DEGREES)
@@ -79,11 +59,3 @@ def likelier(
     piece = np.searchsorted(means.start, means.whole, side="right") - 1
     gain = np.bincount(piece, weights=unlikely(old) - unlikely(new), minlength=len(pieces))
     return gain.astype(np.float64)
-
-
-def _moved(errors: Array, doubt: Array, white: Callable[[Array], Array], usual: Array) -> Array:
-    """(n,) what of the errors goes if the parameters are moved to where errors and doubt together say that they are."""
-    columns = white(doubt) / usual[:, None]
-    normal = columns.T @ columns + np.eye(columns.shape[1])
-    gone: Array = doubt @ np.linalg.solve(normal, columns.T @ (white(errors) / usual))
-    return gone

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.evidence import evidence, explained, gain_of
-from incsvr.tracer.alone import PASSING, bends, in_passing, lost_in_noise, rose
-from incsvr.tracer.asked import STRONG, FreeRun, full, paid, witnessed
+from incsvr.evidence import evidence, explained
+from incsvr.tracer.alone import PASSING, in_passing, lost_in_noise, rose
+from incsvr.tracer.asked import STRONG, FreeRun, full
 from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, views
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.scan import excepting, without
-from incsvr.tracer.shaken import fed_by_noise
-from incsvr.tracer.silent import but_noise
 
 LOST = "what it alone explains is lost in the noise"
 """Why an effect of less than CONTRIBUTION is not named."""
@@ -30,11 +28,8 @@ FAINT = 0.0075
 others if their shapes are wrong by a twelfth of their amplitude."""
 
 PROVEN = 0.9
-"""Free-run error, in parts of that without an effect, below which neither a residual that rose, nor being FAINT, nor
-what another delay would explain is an objection: what is left of a wrong shape makes no free run so much better."""
-
-SENSED = 0.2
-"""Share of the noise in the torque above which an effect may feed on it."""
+"""Free-run error, in parts of that without an effect, below which neither a residual that rose nor being FAINT is an
+objection: what is left of a wrong shape makes no free run so much better."""
 
 
 def given_away(problem: Problem) -> float:
@@ -51,34 +46,16 @@ def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) 
     return free_run.better(new, old) or (no_doubt and free_run(new) < free_run(old))
 
 
-def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int) -> tuple[str, int]:
-    """What speaks against one effect of a hypothesis, found among so many, and which; empty if nothing does."""
-    reason, k = forbidden(problem, base)
+def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[str, int]:
+    """What speaks against one effect of a hypothesis, and which; empty if nothing does."""
+    reason, k = sound(problem, base)
     if reason:
         return reason, k
     gains = [evidence(problem, base, j) for j in range(len(base.terms))]
-    lost = [j for j in lost_in_noise(problem, base) if not witnessed(problem, free_run, base, j, gains[j])]
-    if lost:
-        return LOST, lost[0]
-    whole = [full(problem, base, j) for j in range(len(gains))]
-
-    def due(j: int, value: float) -> float:
-        """What is asked of the j-th effect: less than all only where `value`, what it brings, falls short of that."""
-        return whole[j] if value >= whole[j] else paid(problem, free_run, base, j, gains[j], among)
-
-    asked = [due(j, gain) for j, gain in enumerate(gains)]
+    asked = [full(problem, base, j) for j in range(len(gains))]
     k = min(range(len(gains)), key=lambda j: gains[j] - asked[j])
     if gains[k] < asked[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {asked[k]:.0f} is asked", k
-    for k in range(len(gains)):
-        # how the streams were sampled needs no shape of its own
-        shapes = None if below_sampling(base.terms[k], problem) else bends(problem, base, k)
-        left = gains[k] if shapes is None else evidence(problem, base, k, shapes)
-        if left < (least := due(k, left)) and not _outruns_delays(problem, free_run, base, k):
-            return (
-                "what it explains is explained as well by another shape of a larger effect: beside that 2 Δℓ is "
-                f"{left:.0f}, {least:.0f} is asked"
-            ), k
     faint = _faint(problem, base, gains)
     if faint is not None and not free_run(base) < PROVEN * free_run(without(problem, base, faint)):
         return "so little beside what the others explain that it may be the error of their shapes", faint
@@ -90,14 +67,6 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
             return "a command of one sine cannot tell it from the shape error of another effect of the motion", k
     for k, (effect, term) in enumerate(zip(base.effects, base.terms, strict=True)):
         less = without(problem, base, k)
-        # what the evidence holds against an effect is the others as they are; settled, they may explain more
-        stale = gain_of(problem, base, k) - 2.0 * (base.fit.log_likelihood - less.fit.log_likelihood)
-        told = gains[k] - max(stale, 0.0)
-        if told < (least := due(k, told)):
-            return (
-                "the other effects, settled without it, explain nearly as much: 2 Δℓ is "
-                f"{told:.0f}, {least:.0f} is asked"
-            ), k
         proven = free_run(base) < PROVEN * free_run(less)
         if not proven and effect.must_prove(term, problem.signals):
             return "it is so short that the noise's colour may pass for it, and the free run is not plainly better", k
@@ -109,31 +78,15 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis, among: int)
                 "it improves the torque equation, but the free run on unseen data gets no better than chance would "
                 f"have it: {free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
             ), k
-    if problem.signals.share > SENSED:
-        seen = views(problem, base)
-        for k, effect in enumerate(base.effects):
-            # where the command is known there is no noise in what it sees
-            if effect.whole and not seen.of(effect).known and fed_by_noise(problem, base, k):
-                return "it feeds on the torque's noise: with more noise in the torque it explains as much", k
-            if but_noise(problem, base, without(problem, base, k), k):
-                return "where it lets nothing through the torque is no louder than its noise elsewhere", k
     return "", 0
 
 
-def _outruns_delays(problem: Problem, free_run: FreeRun, base: Hypothesis, k: int) -> bool:
-    """Whether the free run is plainly better than with delays alone, which have no other shape: another delay, settled
-    without the k-th effect, has then been tried, and runs worse."""
-    delays = all(effect.shifts for j, effect in enumerate(base.effects) if j != k)
-    return delays and free_run(base) < PROVEN * free_run(without(problem, base, k))
-
-
 def _faint(problem: Problem, base: Hypothesis, gains: Sequence[float]) -> int | None:
-    """Which effect explains less than FAINT of what all do: the least; an instant is no error of what lasts."""
-    lasting = [k for k, effect in enumerate(base.effects) if not effect.brief]
-    if len(base.terms) == 1 or not lasting:
+    """Which effect explains less than FAINT of what all do: the least."""
+    if len(base.terms) == 1:
         return None
     whole = 2.0 * (base.fit.log_likelihood - nothing(problem).fit.log_likelihood)
-    k = min(lasting, key=lambda j: gains[j])
+    k = min(range(len(gains)), key=lambda j: gains[j])
     return k if explained(problem, gains[k]) < FAINT * explained(problem, whole) else None
 
 
@@ -170,5 +123,5 @@ def forbidden(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
 def sound(problem: Problem, hypothesis: Hypothesis) -> tuple[str, int]:
     """Why a hypothesis cannot stand (physics, size), and for which effect; an empty reason if it can."""
     reason, k = forbidden(problem, hypothesis)
-    lost = [] if reason else lost_in_noise(problem, hypothesis)
+    lost = [] if reason else lost_in_noise(hypothesis)
     return (LOST, lost[0]) if lost else (reason, k)

@@ -28,12 +28,6 @@ WIDER = 1.25
 SMEARED = 1.02
 """By how much a wider derivative may differ from a narrower one, in what the gyro's noise alone makes of it."""
 
-FINER = 0.25
-"""Part of a block's length in the equations that look for what lasts but an instant."""
-
-COARSE = 0.8
-"""Part of it above which blocks are no shorter to speak of."""
-
 SLOWEST = 8.0
 """Times in which the vehicle settles that T_c may last: a command that stays longer tells nothing of the vehicle."""
 
@@ -82,26 +76,6 @@ def pose(
     known = problem.knows_command(base.residual)
     problem = replace(problem, signals=replace(problem.signals, share=share, gyro=gyro, known=known))
     return problem.answering(base.theta, base.ar)
-
-
-def pose_finer(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
-    """The same equations in blocks so short that the gyro's noise begins to fill them; `problem` where they are that.
-
-    What lasts but an instant, friction where the turn reverses or thrust lost while the command jumps, is averaged away
-    in longer ones. A column that holds the acceleration would be lost in the gyro's noise here.
-    """
-    s = problem.signals
-    block = max(FINER * problem.blocks.period, 1.5 * problem.resolution)
-    if block > COARSE * problem.blocks.period:
-        return problem
-    period = sample_period(runs, "yaw_rate")
-    finer = _equations(runs, s.inertia, channels, s.scale, block, period, problem.held)
-    base, sigma = fit(finer.y, finer.coarse, finer.blocks, spline=SPLINE), gyro_noise(runs)
-    gyro = min((_gyro_noise_in(finer, sigma, period, base) / base.scale) ** 2, MOST_GYRO)
-    finer = replace(finer, feedback=problem.feedback)
-    known = s.known and finer.knows_command(base.residual)
-    finer = replace(finer, signals=replace(finer.signals, share=s.share, gyro=gyro, known=known))
-    return _differentiated(finer, sigma, period, base.scale).answering(base.theta, base.ar)
 
 
 def _gyro_noise_in(problem: Problem, sigma: float, period: float, fitted: Fit) -> float:

@@ -9,8 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from incsvr.effects import Term
-from incsvr.tracer.comparison import chance, gained, likelier
-from incsvr.tracer.doubt import moved
+from incsvr.tracer.comparison import gained, likelier
 from incsvr.tracer.hypothesis import SAMPLING, Hypothesis, left_over, nothing, settle
 from incsvr.tracer.posing import pose_like
 from incsvr.tracer.problem import Problem
@@ -40,11 +39,7 @@ class Court:
         pieces: blocks of each held-out piece.
         weighs: whether free runs may be compared by the likelihood of their errors, too.
         quick: whether a search asks.
-        witness: whether free runs may tell what the equation but hints at: where a command of levels is known that no
-            controller gives. What the torque's noise makes of tones is in the equation and, all along, in the command
-            that drives the free run: the two are not two witnesses.
         known: errors of the hypotheses tried so far: a search asks for some of them again.
-        doubts: and what their doubt makes of them.
     """
 
     problem: Problem
@@ -52,12 +47,10 @@ class Court:
     pieces: tuple[slice, ...]
     weighs: bool
     quick: bool = False
-    witness: bool = False
     known: dict[tuple[Term, ...], Errors] = field(default_factory=dict, compare=False, repr=False)
-    doubts: dict[tuple[Term, ...], Sequence[Array]] = field(default_factory=dict, compare=False, repr=False)
 
     @staticmethod
-    def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False, finer: bool = False) -> Court:
+    def of(problem: Problem, validate: Sequence[Run] | None, *, quick: bool = False) -> Court:
         """Held-out pieces are about a twentieth of the recordings and at least four time scales long."""
         blocks = problem.blocks
         length = max(len(blocks) / 20.0, 4.0 * problem.signals.scale / blocks.period)
@@ -67,10 +60,7 @@ class Court:
             edges = np.linspace(a, b, max(round((b - a) / length), 1) + 1).astype(int)
             pieces += [slice(int(p), int(q)) for p, q in pairwise(edges) if q - p > 3]
         others = _posed(problem, validate) if validate else None
-        weighs = not problem.closed_loop
-        # the errors' colour in shorter blocks is no AR(3)
-        witness = weighs and problem.signals.known and problem.command.steps and not finer
-        return Court(problem, others, tuple(pieces), weighs, quick, witness)
+        return Court(problem, others, tuple(pieces), not problem.closed_loop, quick)
 
     @property
     def validated_on(self) -> str:
@@ -88,42 +78,6 @@ class Court:
         """
         before, after = self.errors(old), self.errors(new)
         return any(self._gains(before.moved(by), after.moved(by)) for by in (0.0, self.late(old)))
-
-    def by_chance(self, new: Hypothesis, old: Hypothesis) -> float:
-        """p-value of the free run of `new` being better than that of `old`, each on time, as told by all pieces."""
-        return chance(_gain(self.on_time(old), self.on_time(new)))
-
-    def tells(self, new: Hypothesis, old: Hypothesis) -> float:
-        """2 Δℓ of `new` over `old` by the errors of their free runs, each on time."""
-        return float(self._likelier(old, new, None).sum())
-
-    def needs(self, new: Hypothesis, old: Hypothesis) -> float:
-        """`tells` where either is moved within its doubt to where it runs best.
-
-        What the equation says of its parameters the torque's noise has moved, and free runs that are without that noise
-        see it: what an effect but makes up for is not told by them.
-        """
-        return float(self._likelier(old, new, (self.doubt(old), self.doubt(new))).sum())
-
-    def _likelier(
-        self, old: Hypothesis, new: Hypothesis, doubts: tuple[Sequence[Array], Sequence[Array]] | None
-    ) -> Array:
-        before, after = self.on_time(old), self.on_time(new)
-        return likelier(before.block_error, after.block_error, after.mistimed, self.problem.blocks.period, doubts)
-
-    def doubt(self, hypothesis: Hypothesis) -> Sequence[Array]:
-        """(blocks, q) of each piece: by what its free run differs where it is moved along each axis of its doubt."""
-        if hypothesis.terms not in self.doubts:
-            held, at = self._held_out(), self.validation or self.problem
-            versions = [hypothesis, *moved(self.problem, hypothesis)]
-            fits = [(self.problem, version, piece) for version in versions for piece in held]
-            found = errors_on(at, fits, torque=False).block_error
-            count = len(found) // len(versions)
-            each = [found[k : k + count] for k in range(0, len(found), count)]
-            self.doubts[hypothesis.terms] = [
-                np.stack([there - here for there in others], axis=1) for here, *others in zip(*each, strict=True)
-            ]
-        return self.doubts[hypothesis.terms]
 
     def late(self, hypothesis: Hypothesis) -> float:
         """By how much its free run comes late [s], as far as that lies within the sampling; negative if early."""

@@ -8,19 +8,13 @@ from math import inf
 
 from incsvr.effects import Effect
 from incsvr.tracer.asked import STRONG, THRESHOLD, FreeRun, worth
-from incsvr.tracer.fewer import runs_as_well, runs_better, simpler
-from incsvr.tracer.gates import against_physics, given_away, objection, pays
-from incsvr.tracer.hints import hinted
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing
+from incsvr.tracer.gates import against_physics, objection, pays
+from incsvr.tracer.hypothesis import Hypothesis, nothing
 from incsvr.tracer.problem import Problem
-from incsvr.tracer.reforming import held_back, reformed
-from incsvr.tracer.scan import best_leads, excepting, with_lead, without
+from incsvr.tracer.scan import best_leads, with_lead, without
 
 BEAM = ((6, 9), (4, 5), (2, 4), (1, 4), (1, 4))
 """For sets of one, two, … effects: how many are grown further, and how many leads of each smaller set are followed."""
-
-NARROWER = ((2, 5), (1, 3), (1, 3), (1, 3), (1, 3))
-"""The same where the recordings were read otherwise before: what was found then is among the finalists."""
 
 FOLLOWED = 12
 """How many leads are settled where several sets are grown at once: those that promise most."""
@@ -33,10 +27,6 @@ CLIMBS = 12
 
 CLIMBERS = 2
 """How many of the best of these are put before the gates in turn."""
-
-SEEN_ONE = 0.2
-"""Part of what several effects of the motion gain that is given away for one, where free runs are without the torque's
-noise and show them none the better."""
 
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
@@ -61,9 +51,7 @@ class Search:
         free_run: the judge of every effect: what improves the equation alone is not added.
         closed_loop: whether the torque is feedback of the yaw rate.
         most: effects that may stand at once.
-        given: a set that was found before, when noise or torque were read otherwise: it stands among the finalists.
         refused: effect → why it was not added though the equation asked for it.
-        promising: what the equation alone holds for the best, before any gate.
         judged: keys of a set of effects → as it was judged, and what the gates left of it: itself, or one effect less.
         tried: keys of a set of effects → the best that came of it when sets were grown.
     """
@@ -73,9 +61,7 @@ class Search:
     free_run: FreeRun
     closed_loop: bool = False
     most: int = 5
-    given: Hypothesis | None = None
     refused: dict[str, str] = field(default_factory=dict)
-    promising: Hypothesis = field(init=False, repr=False)
     judged: dict[frozenset[str], tuple[Hypothesis, Hypothesis]] = field(default_factory=dict)
     tried: dict[frozenset[str], Hypothesis] = field(default_factory=dict)
 
@@ -86,27 +72,23 @@ class Search:
         """
         base = nothing(self.problem)
         beam, seen = [base], [base]
-        for width, tries in (NARROWER if self.given else BEAM)[: self.most]:
+        for width, tries in BEAM[: self.most]:
             grown = self._grown(beam, tries)
-            beam = [reformed(self.problem, self.effects, one) if len(one.terms) > 1 else one for one in grown[:width]]
-            grown[:width] = beam
+            beam = grown[:width]
             for one in grown:
                 keys = frozenset(effect.key for effect in one.effects)
                 self.tried[keys] = max(one, self.tried.get(keys, one), key=worth)
             if not beam or (len(beam[0].terms) > 1 and max(map(worth, beam)) <= max(map(worth, seen))):
                 break
             seen += grown
-        self.promising = max(seen, key=worth)
         best = base
-        for finalist in [*self._finalists(seen), *([self.given] if self.given else [])]:
+        for finalist in self._finalists(seen):
             cleaned = self._clean(finalist)
             # the proof will ask for a free run that is better as it is, whatever the weighed one says
             proves = self.free_run(cleaned) < self.free_run(base)
             if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
         best = self._swapped(self.climbed(best))
-        best = simpler(self.problem, self.free_run, self.effects, best)
-        best = self._hinted(self._one_for_several(best))
         for name in best.names():
             self.refused.pop(name, None)
         return best
@@ -119,15 +101,6 @@ class Search:
             if best is base:
                 break
             base = best
-        return base
-
-    def _hinted(self, base: Hypothesis) -> Hypothesis:
-        """`base` with what the equation but hints at and free runs tell, if the gates let it pass."""
-        while len(base.terms) < self.most:
-            more = hinted(self.problem, self.free_run, base, self.effects)
-            if more is base or len(self._clean(more).terms) < len(more.terms):
-                break
-            base = more
         return base
 
     def _swapped(self, base: Hypothesis) -> Hypothesis:
@@ -143,28 +116,6 @@ class Search:
         cleaned = self._clean(best)
         return base if best is base or not self._beats(cleaned, base) else self._swapped(self.climbed(cleaned))
 
-    def _one_for_several(self, base: Hypothesis) -> Hypothesis:
-        """`base` with a single effect of the motion where that explains nearly what its several do.
-
-        Two wrong ones fit the shape of a third that is not among them.
-        """
-        named = enumerate(zip(base.effects, base.terms, strict=True))
-        phased = [k for k, (effect, term) in named if effect.of_phase and not below_sampling(term, self.problem)]
-        if len(phased) < 2:
-            return base
-        others = excepting(self.problem, base, phased)
-        gained = base.criterion - others.criterion
-        for one in self._grown([others], BEAM[0][1]):
-            effect = one.effects[-1]
-            other = effect.of_phase and effect.name not in base.names()
-            lost = base.criterion - one.criterion
-            enough = lost <= given_away(self.problem) * gained
-            enough = enough or (lost <= SEEN_ONE * gained and runs_as_well(self.problem, self.free_run, one, base))
-            enough = enough or runs_better(self.problem, self.free_run, one, base)
-            if other and enough and len(self._clean(one).terms) == len(one.terms):
-                return one
-        return base
-
     def _finalists(self, seen: Sequence[Hypothesis]) -> list[Hypothesis]:
         """The best by the equation, and the best single effect, lest it go down with those it was grown into; where the
         torque answers the disturbances the best by the free run, too."""
@@ -179,31 +130,13 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
-        unless the noise is the sensor's and levels are known, for then free runs are without it. Nor is it one against
-        fewer effects that the equation prefers, nor for what may be the noise's colour or the sampling where the
-        equation prefers another.
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none.
         """
-        if self._doubted(new) != self._doubted(old):
-            doubted, other = (new, old) if self._doubted(new) else (old, new)
-            if worth(other) >= worth(doubted):
-                return other is new
-        for one, other in ((new, old), (old, new)):
-            if runs_better(self.problem, self.free_run, one, other):
-                return one is new
-        more, fewer = (new, old) if len(new.terms) > len(old.terms) else (old, new)
-        spared = bool(fewer.terms) and len(more.terms) > len(fewer.terms) and worth(fewer) >= worth(more)
-        if not self.closed_loop and (spared or abs(worth(new) - worth(old)) > STRONG):
+        if not self.closed_loop and abs(worth(new) - worth(old)) > STRONG:
             return worth(new) > worth(old)
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)
         return worth(new) > worth(old)
-
-    def _doubted(self, hypothesis: Hypothesis) -> bool:
-        """Whether it holds an effect that the noise's colour might be taken for, or nothing but how it was sampled."""
-        named = zip(hypothesis.effects, hypothesis.terms, strict=True)
-        sampled = bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
-        return sampled or any(effect.must_prove(term, self.problem.signals) for effect, term in named)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
@@ -225,7 +158,7 @@ class Search:
             for keys, lead in zip(sets, leads, strict=True):
                 if keys in settled:  # the same set came from another of its members
                     continue
-                new = held_back(self.problem, base, lead, with_lead(self.problem, base, lead))
+                new = with_lead(self.problem, base, lead)
                 names = frozenset(new.names())
                 known = grown.get(names)
                 less = worth(new) <= worth(base) - (THRESHOLD if first else 0.0)
@@ -249,7 +182,7 @@ class Search:
             keys = frozenset(effect.key for effect in base.effects)
             better = keys in self.judged and base.criterion > self.judged[keys][0].criterion + BETTER
             if keys not in self.judged or better:
-                reason, k = objection(self.problem, self.free_run, base, len(self.effects))
+                reason, k = objection(self.problem, self.free_run, base)
                 if reason:
                     self.refused[base.names()[k]] = reason
                 self.judged[keys] = base, self._less(base, k) if reason else base

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from incsvr.evidence import Change, change_of_rms, intervals, p_value
-from incsvr.tracer.alone import rose
-from incsvr.tracer.asked import THRESHOLD, WITNESSED
+from incsvr.tracer.asked import THRESHOLD
 from incsvr.tracer.excitation import answered
 from incsvr.tracer.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracer.forward import model_of
 from incsvr.tracer.gates import sound
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, resettled, settle
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.inquiry import Case, inquire, p_value_of
 from incsvr.tracer.manoeuvre import separate
 from incsvr.tracer.noise import torque_scatter
@@ -26,7 +25,7 @@ from incsvr.tracer.plausible import doubts
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.rivals import rivals
 from incsvr.tracer.run import Array, Run
-from incsvr.tracer.scan import Lead, scan, with_lead, without
+from incsvr.tracer.scan import Lead, scan, with_lead
 from incsvr.tracer.sentences import sentence, streams
 from incsvr.tracer.unexplained import smooth_terms
 from incsvr.tracer.unseen import Errors, sample_errors, torque_errors
@@ -113,11 +112,6 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
         now = _mean_square(_first(problem, found, k + 1))
         share = float(np.clip((last - now) / total, 0.0, 1.0))
-        if effect.dry and rose(found, without(problem, found, k)):
-            notes.append(
-                "friction holds a resting vehicle, and with it what the water would have turned: with it the residual "
-                "grows, and the free run is what proves it"
-            )
         last = now
         parameters = effect.parameters(term, problem.signals.inertia)
         if below_sampling(term, problem):
@@ -147,26 +141,10 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
 
 
 def _tied(case: Case, found: Hypothesis, k: int) -> tuple[tuple[str, ...], str]:
-    """From which effects the k-th cannot be told, and what to drive to tell it from the first of them.
-
-    What lasts the shorter blocks cannot judge: of that it is asked whether it explains as much in the longer ones.
-    """
-    problem = case.problem
-    tied = rivals(problem, found, k, [other for other in case.effects if other.name not in case.feigned])
-    if case.longer is not None:
-        beside, lasting = resettled(case.longer, found), [other for other in case.effects if not other.brief]
-        least = without(case.longer, beside, k).criterion + THRESHOLD
-        known = {rival.terms[-1].effect for rival in tied}
-        others = [rival for rival in rivals(case.longer, beside, k, lasting) if rival.criterion > least]
-        others = [rival for rival in others if rival.terms[-1].effect not in known]
-        if others and not tied:
-            problem, found = case.longer, beside
-        tied = (*tied, *others)
-    # and what free runs without the torque's noise tell from it is told
-    if case.pieces.witness and not problem.one_sine:
-        tied = tuple(rival for rival in tied if case.pieces.tells(found, rival) < WITNESSED)
+    """From which effects the k-th cannot be told, and what to drive to tell it from the first of them."""
+    tied = rivals(case.problem, found, k, case.effects)
     names = tuple(rival.terms[-1].effect for rival in tied)
-    return names, separate(problem, found, tied[0], names[0]) if tied else ""
+    return names, separate(case.problem, found, tied[0], names[0]) if tied else ""
 
 
 def _loop(problem: Problem) -> tuple[str, ...]:

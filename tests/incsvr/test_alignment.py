@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from incsvr.effects import candidates
-from incsvr.tracer.alignment import aligned, misread, realigned, reread, with_share
+from incsvr.tracer.alignment import aligned, misread, reread, with_share
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.posing import pose
 from incsvr.tracer.run import Array, Run
@@ -36,22 +35,6 @@ def driven(seed: int, *, held: bool) -> Run:
         "driven", time[seen], rate[seen] + random.normal(0.0, 2e-4, count),
         command[seen] + random.normal(0.0, 0.5, count), {"sway": sway[seen]},
     )  # fmt: skip
-
-
-@pytest.mark.parametrize("held", [False, True])
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_beside_all_effects_the_torque_is_what_it_is(seed: int, held: bool) -> None:
-    run = driven(seed, held=held)
-    linear = pose([run], INERTIA, ["sway"])
-    other = pose([run], INERTIA, ["sway"], held=True, period=linear.blocks.period)
-    by_key = {effect.key: effect for effect in candidates(["sway"])}
-    coupling, delay = by_key["coupling:sway"], by_key["torque_delay"]
-    terms = [(coupling, coupling.starts(other.signals)[0], ()), (delay, (DELAY,), ())]
-    found = settle(other, terms, nothing(other), passes=10)
-    problem = realigned([run], linear, other, found)
-    assert problem.held == held
-    again = settle(problem, found.values(), nothing(problem), passes=10)
-    assert again.terms[1].coefficients[0] == pytest.approx(DELAY, abs=0.02)
 
 
 def test_the_two_torques_are_compared_in_the_same_blocks() -> None:

@@ -55,7 +55,7 @@ def test_a_band_that_is_wider_to_one_side_is_no_bias() -> None:
     known, base = catalogue(), nothing(problem)
     pair = [(known["dead_zone/shifted"], (11.0,), ()), (known["bias_torque"], (), ())]
     found = settle(problem, pair, base, frozenset({"dead_zone/shifted"}))
-    reason, k = objection(problem, Court.of(problem, None, quick=True), found, 1)
+    reason, k = objection(problem, Court.of(problem, None, quick=True), found)
     assert found.names()[k] == "bias_torque"
     assert "another shape" in reason
 

@@ -7,9 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
-from incsvr.evidence import gain_of
 from incsvr.tracer.hypothesis import Hypothesis, nothing
-from incsvr.tracer.posing import pose, pose_finer
+from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.scan import scan, with_lead
@@ -37,16 +36,6 @@ def with_effect(problem: Problem, name: str) -> Hypothesis:
     base = nothing(problem)
     forms = [effect for key, effect in catalogue([]).items() if key.split("/")[0] == name]
     return max((with_lead(problem, base, lead) for lead in scan(problem, base, forms)), key=lambda h: h.criterion)
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_friction_at_the_reversal_is_told_in_shorter_blocks(seed: int) -> None:
-    run = turned(seed, command(seed, TIME), friction=6.0)
-    problem = pose([run], INERTIA, [], held=True)
-    finer = pose_finer([run], problem, [])
-    assert finer.blocks.period < 0.6 * problem.blocks.period
-    long, short = (gain_of(p, with_effect(p, "coulomb"), 0) for p in (problem, finer))
-    assert short > 1.1 * long > 20.0
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
-from incsvr.tracer.alignment import aligned, reread, without_command
+from incsvr.tracer.alignment import aligned, reread
 from incsvr.tracer.hypothesis import nothing, settle
 from incsvr.tracer.noise import noise_share
 from incsvr.tracer.posing import pose
@@ -18,7 +18,6 @@ from incsvr.tracer.proof import Court
 from incsvr.tracer.run import Array, Run
 from incsvr.tracer.weak_form import split
 from incsvr.tracing import trace
-from simulator.trial import Trial, play
 
 INERTIA = 120.0
 PERIOD = 0.05
@@ -153,18 +152,3 @@ def test_a_free_run_is_driven_by_the_command_where_that_is_told() -> None:
     assert Court.of(problem, alike)(nothing(problem)) < 0.5 * Court.of(problem, otherwise)(nothing(problem))
     told = [trace([recorded(1, swept(1), memory=0.0)], inertia=INERTIA, validate=v).notes for v in (alike, otherwise)]
     assert [any("driven by the command" in note for note in notes) for notes in told] == [True, False]
-
-
-def test_what_a_controller_asks_for_against_a_hidden_moment_is_no_noise() -> None:
-    """While that moment is in the residual nothing turns: only what holds it lets the torque beside it be seen."""
-    outcome = play(Trial(335_011, ("coupling:surge", "modulation:temperature"), 1.0, "small", "closed_loop", 0.5,
-                         noise="torque"))  # fmt: skip
-    columns = dict(outcome.recording.columns)
-    run = Run("following", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
-    problem = pose([run], outcome.inertia, ["surge", "temperature"])
-    assert problem.signals.known
-    known, base = catalogue(["surge", "temperature"]), nothing(problem)
-    forms = known["coupling:surge"], known["modulation:temperature/thrust, own level"]
-    found = settle(problem, [(form, form.starts(problem.signals)[0], ()) for form in forms], base)
-    assert without_command(problem, base).signals.known
-    assert not without_command(problem, found).signals.known

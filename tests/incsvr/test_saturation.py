@@ -11,9 +11,7 @@ from incsvr.tracer.gates import objection
 from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
-from incsvr.tracer.reforming import reformed
 from incsvr.tracer.run import Array
-from incsvr.tracer.scan import scan
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(400.0)
@@ -55,20 +53,3 @@ def test_a_limit_that_is_another_to_either_side_is_no_weaker_reverse() -> None:
     reason, k = objection(problem, Court.of(problem, None, quick=True), found, 1)
     assert k == 1
     assert "another shape of a larger effect" in reason
-
-
-def test_a_weaker_reverse_before_the_limit_is_told_from_one_behind_it() -> None:
-    """What is asked in reverse is less, and the limit cuts it at the same moment as ahead."""
-    asked = command(0, TIME)
-    moment = np.clip(np.where(asked < 0.0, 0.75 * asked, asked), -LIMIT, LIMIT)
-    problem = turning(0, asked, gain=moment / asked)
-    before, behind = (catalogue()[key] for key in ("torque_asymmetry/before a limit", "torque_asymmetry"))
-    assert scan(problem, nothing(problem), [before]) == []
-    pair = settled(problem, CUT, behind)
-    effects = (CUT, before, behind)
-    found = reformed(problem, effects, reformed(problem, effects, pair))
-    assert {effect.key for effect in found.effects} == {CUT.key, before.key}
-    assert found.criterion > pair.criterion + 100.0
-    told = {effect.key: term for effect, term in zip(found.effects, found.terms, strict=True)}
-    assert told[CUT.key].inner[-1] == pytest.approx(LIMIT, rel=0.02)
-    assert before.parameters(told[before.key], 1.0)["reverse_efficiency"] == pytest.approx(0.75, abs=0.05)

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
 from incsvr.tracer.asked import THRESHOLD, worth
-from incsvr.tracer.fewer import simpler
-from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle, views
+from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracer.posing import pose
 from incsvr.tracer.problem import Problem
 from incsvr.tracer.proof import Court
-from incsvr.tracer.reforming import held_back, reformed
 from incsvr.tracer.run import Run
-from incsvr.tracer.scan import Lead, best_leads, with_lead
+from incsvr.tracer.scan import best_leads, with_lead
 from incsvr.tracer.search import Search
 from simulator.trial import Trial, play
 from tests.incsvr.trials import named
@@ -32,10 +27,6 @@ FULL = 16.0
 
 def search(problem: Problem) -> Search:
     return Search(problem, candidates(problem.signals.channels), Court.of(problem, None, quick=True))
-
-
-def simply(problem: Problem, found: Hypothesis) -> Hypothesis:
-    return simpler(problem, Court.of(problem, None, quick=True), candidates(problem.signals.channels), found)
 
 
 def parameters(found: Hypothesis) -> dict[str, dict[str, float]]:
@@ -82,39 +73,6 @@ def test_a_thrust_scaled_about_its_starting_value_is_one_effect(sagging: Problem
     assert values["reference"] == pytest.approx(FULL, abs=0.25)
 
 
-def test_another_inertia_beside_a_thrust_scaled_about_its_mean_is_said_more_simply(sagging: Problem) -> None:
-    """The two together say the same, and the search may have come upon them first."""
-    known = catalogue(["voltage"])
-    mean = float(np.mean(VOLTAGE))
-    pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["inertia"], (), ())]
-    two = settle(sagging, pair, nothing(sagging))
-    assert two.terms[1].coefficients[0] > 40.0
-    one = simply(sagging, two)
-    assert set(parameters(one)) == {"modulation:voltage/thrust, own level"}
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_two_effects_of_which_neither_says_the_other_stay_two(seed: int) -> None:
-    gain = 1.0 + 0.15 * (VOLTAGE - np.mean(VOLTAGE))
-    problem = turning(seed, command(seed, TIME), gain=gain, outside=15.0, channels={"voltage": VOLTAGE})
-    known = catalogue(["voltage"])
-    mean = float(np.mean(VOLTAGE))
-    pair = [(known["modulation:voltage/thrust"], (mean,), ()), (known["bias_torque"], (), ())]
-    two = settle(problem, pair, nothing(problem))
-    assert simply(problem, two) is two
-
-
-def test_what_runs_worse_without_an_effect_is_no_simpler_way_to_say_it() -> None:
-    """Commands of two levels: another form of the limit takes most of the inertia's evidence, none of its motion."""
-    outcome = play(Trial(310_056, ("inertia", "torque_saturation"), 1.0, "small", "telegraph", 0.9))
-    columns = outcome.recording.columns
-    run = Run("jumping", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    problem, known = pose([run], outcome.inertia, []), catalogue()
-    pair = [(known["inertia"], (), ()), (known["torque_saturation/coefficient"], (), ())]
-    two = settle(problem, pair, nothing(problem))
-    assert simply(problem, two) is two
-
-
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_dead_band_outside_which_every_command_lies_has_its_true_width(seed: int) -> None:
     """Its width and the part that is lost inside would stand for each other: inside, all is lost."""
@@ -134,42 +92,12 @@ def test_thrust_that_falls_short_at_the_top_is_no_lighter_vehicle(seed: int) -> 
     assert {key.split("/")[0] for key in found} == {"torque_saturation"}
 
 
-def test_what_was_found_before_stands_among_the_finalists(sagging: Problem) -> None:
-    """Another reading of the noise may lead the search past a set that is right."""
-    court = Court.of(sagging, None, quick=True)
-    found = search(sagging).run()
-    assert Search(sagging, (), court).run().terms == ()
-    assert Search(sagging, (), court, given=found).run().names() == found.names() == ("modulation:voltage",)
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_taut_tether_beside_a_bias_is_no_slack_one(seed: int) -> None:
-    """Alone a slack one may be the better of the two: what it leaves out on one side passes for the bias."""
-    problem = turning(seed, 0.6 * command(seed, TIME) - 25.0, outside=20.0, stiffness=6.0)
-    known = catalogue()
-    pair = [(known["tether/slack"], (0.0, 2.5), ()), (known["bias_torque"], (), ())]
-    found = parameters(reformed(problem, candidates(problem.signals.channels), settle(problem, pair, nothing(problem))))
-    assert set(found) == {"tether", "bias_torque"}
-    assert found["bias_torque"]["moment_nm"] == pytest.approx(20.0, rel=0.1)
-
-
 def test_a_tether_and_a_bias_that_hide_each_other_are_found() -> None:
     """Alone the tether leaves a constant, and noise whose colour holds both explains more than that."""
     problem = turning(0, command(0, TIME), outside=20.0, stiffness=1.5)
     alone = settle(problem, [(catalogue()["tether"], (0.0,), ())], nothing(problem))
     assert worth(alone) < worth(nothing(problem)) - THRESHOLD
     assert set(search(problem).run().names()) == {"tether", "bias_torque"}
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_width_that_was_found_without_the_second_effect_is_found_again(seed: int) -> None:
-    levels = command(seed, TIME)
-    gain = np.where(np.abs(levels) > 8.0, 1.0 - 8.0 / np.abs(levels), 0.0)
-    problem = turning(seed, levels, gain=gain, outside=15.0)
-    known = catalogue()
-    pair = [(known["dead_zone/shifted"], (4.0,), ()), (known["bias_torque"], (), ())]
-    found = parameters(reformed(problem, candidates(problem.signals.channels), settle(problem, pair, nothing(problem))))
-    assert found["dead_zone/shifted"]["half_width_nm"] == pytest.approx(8.0, rel=0.15)
 
 
 def test_how_the_streams_were_sampled_does_not_win_against_an_effect() -> None:
@@ -189,19 +117,6 @@ def test_how_the_streams_were_sampled_does_not_win_against_an_effect() -> None:
     assert hunt.free_run.better(lag, friction)
     assert hunt._beats(friction, lag)
     assert not hunt._beats(lag, friction)
-
-
-def test_where_a_search_begins_again_is_told_from_what_is_left() -> None:
-    """A tone of the command's period, at the end of its range, is the vehicle's own motion: another of the residual's
-    is tried."""
-    problem = turning(0, 60.0 * np.sin(2.0 * np.pi * TIME / 100.0), outside=8.0 * np.cos(2.0 * np.pi * TIME / 62.0))
-    base, wave = nothing(problem), catalogue()["wave"]
-    starts = sorted(wave.starts(views(problem, base).of(wave)))
-    lead = Lead(wave, starts[-1], 0.0, 0.0, (0.0, 0.0))
-    own = with_lead(problem, base, replace(lead, inner=(99.9,)))
-    assert against_physics(problem, own)
-    held = held_back(problem, base, lead, own)
-    assert held.terms[0].inner[-1] == pytest.approx(62.0, rel=0.01)
 
 
 def test_an_effect_that_promises_from_two_starts_is_settled_from_both() -> None:
