@@ -2,9 +2,9 @@
 
     python -m benchmarks.ablation [--first-seed N] [--every K] [--rules NAME…] [--processes N]
 
-The same recordings every time: the trial simulator with its noise shared between water and torque, and with all of it in
-the torque, and the second simulator, which shares no line with the first. A rule is taken out by putting what it does
-where it finds nothing in its place. Writes results/ablation.json and .md.
+The same recordings every time: the trial simulator with its noise shared between water and torque, and with all of it
+in the torque, and the second simulator, which shares no line with the first. A rule is taken out by putting what it
+does where it finds nothing in its place. Writes results/ablation.json and .md.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 from statistics import mean
 from typing import Any
@@ -29,6 +30,9 @@ from benchmarks import second_cases, trace_cases
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
 from benchmarks.trace_judge import GOOD, judge
+from incsvr.evidence import gain_of
+from incsvr.tracer import alignment
+from incsvr.tracer.posing import pose
 from incsvr.tracer.run import Run
 from incsvr.tracing import trace
 from simulator import trial
@@ -45,10 +49,38 @@ NOISES = ("shared", "torque")
 AS_IT_IS = "as it is"
 
 Patch = tuple[str, str, Callable[..., Any]]
-"""Module, name in it, and what stands there instead."""
+"""Module, name in it (of a class's function with the class), and what stands there instead."""
 
-RULES: Mapping[str, Sequence[Patch]] = {}
-"""Of each rule what takes it out."""
+
+def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Any:
+    return alignment.settled(runs, pose(runs, inertia, channels, held=False), channels)[0]
+
+
+RULES: Mapping[str, Sequence[Patch]] = {
+    "alignment: whether the torque holds": [("incsvr.tracer.inquiry", "aligned", _linear)],
+    "feedback: what a controller answers": [("incsvr.tracer.problem", "Problem.feedback_beside", lambda *_: 0.0)],
+    "known command": [("incsvr.tracer.problem", "Problem.knows_command", lambda *_: False)],
+    "faint beside the others": [("incsvr.tracer.gates", "_faint", lambda *_: None)],
+    "several on one sine": [("incsvr.tracer.gates", "given_away", lambda *_: 0.0)],
+    "swapping and climbing": [
+        ("incsvr.tracer.search", "Search._swapped", lambda _, base: base),
+        ("incsvr.tracer.search", "Search.climbed", lambda _, base: base),
+    ],
+    "noise at the effect's own frequencies, slip": [
+        ("incsvr.tracer.gates", "evidence", gain_of),
+        ("incsvr.tracer.inquiry", "evidence", gain_of),
+    ],
+    "residual that rises, command that but jumps": [
+        ("incsvr.tracer.gates", "rose", lambda *_: False),
+        ("incsvr.tracer.gates", "in_passing", lambda *_: 0.0),
+    ],
+    "free run as a judge": [("incsvr.tracer.gates", "pays", lambda *_: True)],
+    "forward form: leads in closed loop, judges commands": [
+        ("incsvr.tracing.loop", "Loop.closed", property(lambda _: False)),
+        ("incsvr.tracing.trace", "_unpaid", lambda *_: {}),
+    ],
+}
+"""Of each rule, or group, what takes it out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +107,8 @@ def cases(first_seed: int, every: int) -> list[Case]:
 def examine(case: Case, rule: str) -> dict[str, Any]:
     """What the tracer names without this rule, judged."""
     for module, name, instead in RULES.get(rule, ()):
-        setattr(importlib.import_module(module), name, instead)
+        *path, last = name.split(".")
+        setattr(reduce(getattr, path, importlib.import_module(module)), last, instead)
     recording, inertia, hidden, torque = _played(case)
     columns = dict(recording.columns)
     run = Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
@@ -142,9 +175,9 @@ def report(document: Mapping[str, Any]) -> str:
             "",
             f"Made by `{document['command']}`, {document['date']}, seeds {document['first_seed']}… "
             f"({document['cores']} cores, load {document['load_before']:.1f} before). Right or in the class, of the "
-            "recordings of each kind (with nothing hidden: nothing named); gained and lost against the first row on the "
-            "same recordings; mean processor time of a recording of 12 minutes. A difference of a row from the first that "
-            "is smaller than twice the square root of gained + lost is chance.",
+            "recordings of each kind (with nothing hidden: nothing named); gained and lost against the first row on "
+            "the same recordings; mean processor time of a recording of 12 minutes. Where gained and lost differ by "
+            "less than twice the square root of their sum, the difference is chance.",
             "",
             table(head, rows),
         ]
@@ -179,7 +212,10 @@ def main() -> int:
     records: dict[int, dict[str, Any]] = {}
     # a process for each case: what takes a rule out must not reach the next
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(args.processes, context, max_tasks_per_child=1) as pool, progress("tracing", len(work)) as advance:
+    with (
+        ProcessPoolExecutor(args.processes, context, max_tasks_per_child=1) as pool,
+        progress("tracing", len(work)) as advance,
+    ):
         futures = {pool.submit(examine, *item): place for place, item in enumerate(work)}
         for future in as_completed(futures):
             records[futures[future]] = future.result()

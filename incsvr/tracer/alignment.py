@@ -47,12 +47,12 @@ def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Pro
     Half a sample of false delay looks like a small inertia, memory or lag. Beside one effect alone the held torque
     explains part of a second, of a delay half a sample: where it seems to hold, a second is added to either.
     """
-    linear, beside_linear = _settled(runs, pose(runs, inertia, channels, held=False), channels)
+    linear, beside_linear = settled(runs, pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 40.0:
         return linear
     # in the same blocks: likelihoods of different data do not compare
     held = pose(runs, inertia, channels, held=True, period=linear.blocks.period)
-    held, beside_held = _settled(runs, held, channels)
+    held, beside_held = settled(runs, held, channels)
     at_one, at_two = _at_one_share(linear, held)
     one = _best_again(at_one, linear, beside_linear, channels)
     two = _best_again(at_two, held, beside_held, channels)
@@ -154,7 +154,7 @@ def misread(before: Problem, after: Problem, change: float) -> bool:
     return moved or known or (after.feedback > 0.0) != (before.feedback > 0.0)
 
 
-def _settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
+def settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
     """The equations with the noise as it is beside the best single effect, and that effect."""
     best = _best(problem, channels)
     for _ in range(2):

@@ -27,7 +27,7 @@ def test_a_steps_edge_is_found_from_the_starts_beside_it() -> None:
     columns, truth = outcome.recording.columns, outcome.truth["dead_zone"]
     assert truth["shape"] == "jump"
     width = float(truth["half_width_nm"])
-    problem, _ = aligned([Run("loop", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})],
+    problem = aligned([Run("loop", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})],
                          outcome.inertia, [])  # fmt: skip
     base, step = nothing(problem), catalogue()["dead_zone/step"]
     starts = sorted(step.starts(problem.signals), key=lambda start: abs(start[-1] - width))[:2]
@@ -63,7 +63,7 @@ def test_a_band_that_is_wider_to_one_side_is_no_bias() -> None:
 def test_a_band_that_the_command_but_jumps_over_is_none() -> None:
     """Between its levels it passes through the band within a sample, and when that was nobody knows."""
     outcome = play(Trial(430_058, (), 1.0, "leng", "telegraph", 0.9))
-    problem, _ = aligned([as_run(outcome)], outcome.inertia, [])
+    problem = aligned([as_run(outcome)], outcome.inertia, [])
     base, step = nothing(problem), catalogue()["dead_zone/step"]
     found = settle(problem, [(step, (44.4,), ())], base)
     assert found.criterion > base.criterion + 20.0

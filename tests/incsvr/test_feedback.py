@@ -101,7 +101,7 @@ def test_noise_that_lasts_is_no_evidence_in_closed_loop(seed: int, effect: str) 
 def quiet(seed: int) -> Problem:
     """The equations of such a loop; several tests look at them."""
     run, inertia = closed_loop(seed)
-    return aligned([run], inertia, [])[0]
+    return aligned([run], inertia, [])
 
 
 def closed_loop(seed: int) -> tuple[Run, float]:

@@ -83,13 +83,13 @@ def test_a_late_thrust_is_found_by_what_the_command_was(late: int) -> None:
 def test_the_noise_is_read_where_the_command_stays_however_often_it_jumps(
     command: Callable[[int], Array], memory: float
 ) -> None:
-    assert aligned([recorded(2, command(2), memory=memory)], INERTIA, [])[0].signals.share > 0.8
+    assert aligned([recorded(2, command(2), memory=memory)], INERTIA, []).signals.share > 0.8
 
 
 def test_the_noise_is_read_where_the_thrust_comes_late() -> None:
     """It is in the torque when it is recorded: a residual that held it as late as the thrust would tell of none."""
     run = recorded(2, telegraph(2), late=3)
-    assert aligned([run], INERTIA, [])[0].signals.share > 0.8
+    assert aligned([run], INERTIA, []).signals.share > 0.8
     (found,) = trace([run], inertia=INERTIA).effects
     assert found.effect == "torque_delay"
 
@@ -120,7 +120,7 @@ def test_a_gyro_that_is_sampled_slowly_gets_an_answer() -> None:
     """A block of a single sample can grow but by whole samples."""
     slow = recorded(4, telegraph(4))
     run = Run("slow", TIME[::4], slow.yaw_rate[::4], slow.torque[::4], {})
-    problem, _ = aligned([run], INERTIA, [])
+    problem = aligned([run], INERTIA, [])
     assert problem.blocks.period > 0.19
 
 
@@ -140,7 +140,7 @@ def wandering(seed: int) -> Array:
 
 def test_a_free_run_is_driven_by_the_command_where_that_is_told() -> None:
     """What else is in the torque turned nothing; a pilot's validation recording is driven by its own torque."""
-    problem, _ = aligned([recorded(1, swept(1), memory=0.0)], INERTIA, [])
+    problem = aligned([recorded(1, swept(1), memory=0.0)], INERTIA, [])
     assert problem.signals.known
     plain, moved = problem.command.plain, problem.signals.torque
     assert plain is not None

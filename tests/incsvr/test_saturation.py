@@ -50,6 +50,6 @@ def test_a_limit_that_is_another_to_either_side_is_no_weaker_reverse() -> None:
     problem = limited(command(0, TIME), 35.0, 70.0, 40.0)
     found = settled(problem, CUT, WEAKER)
     assert evidence(problem, found, 1) > 60.0
-    reason, k = objection(problem, Court.of(problem, None, quick=True), found, 1)
+    reason, k = objection(problem, Court.of(problem, None, quick=True), found)
     assert k == 1
     assert "another shape of a larger effect" in reason
