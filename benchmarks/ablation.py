@@ -26,17 +26,18 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
+from simulator.progress import progress
+
 from benchmarks import second_cases, trace_cases
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
 from benchmarks.trace_judge import GOOD, judge
-from incsvr.evidence import gain_of
-from incsvr.tracer import alignment
-from incsvr.tracer.posing import pose
-from incsvr.tracer.run import Run
 from incsvr.tracing import trace
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak import alignment
+from incsvr.tracing.weak.evidence import gain_of
+from incsvr.tracing.weak.posing import pose
 from simulator import trial
-from simulator.progress import progress
 from simulator.recordings import Recording
 
 RESULTS = Path(__file__).parent / "results"
@@ -57,26 +58,26 @@ def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Any
 
 
 RULES: Mapping[str, Sequence[Patch]] = {
-    "alignment: whether the torque holds": [("incsvr.tracer.inquiry", "aligned", _linear)],
-    "feedback: what a controller answers": [("incsvr.tracer.problem", "Problem.feedback_beside", lambda *_: 0.0)],
-    "known command": [("incsvr.tracer.problem", "Problem.knows_command", lambda *_: False)],
-    "faint beside the others": [("incsvr.tracer.gates", "_faint", lambda *_: None)],
-    "several on one sine": [("incsvr.tracer.gates", "given_away", lambda *_: 0.0)],
+    "alignment: whether the torque holds": [("incsvr.tracing.weak.pipeline", "aligned", _linear)],
+    "feedback: what a controller answers": [("incsvr.tracing.weak.problem", "Problem.feedback_beside", lambda *_: 0.0)],
+    "known command": [("incsvr.tracing.weak.problem", "Problem.knows_command", lambda *_: False)],
+    "faint beside the others": [("incsvr.tracing.weak.acceptance", "_faint", lambda *_: None)],
+    "several on one sine": [("incsvr.tracing.weak.acceptance", "given_away", lambda *_: 0.0)],
     "swapping and climbing": [
-        ("incsvr.tracer.search", "Search._swapped", lambda _, base: base),
-        ("incsvr.tracer.search", "Search.climbed", lambda _, base: base),
+        ("incsvr.tracing.weak.search", "Search._swapped", lambda _, base: base),
+        ("incsvr.tracing.weak.search", "Search.climbed", lambda _, base: base),
     ],
     "noise at the effect's own frequencies, slip": [
-        ("incsvr.tracer.gates", "evidence", gain_of),
-        ("incsvr.tracer.inquiry", "evidence", gain_of),
+        ("incsvr.tracing.weak.acceptance", "evidence", gain_of),
+        ("incsvr.tracing.weak.pipeline", "evidence", gain_of),
     ],
     "residual that rises, command that but jumps": [
-        ("incsvr.tracer.gates", "rose", lambda *_: False),
-        ("incsvr.tracer.gates", "in_passing", lambda *_: 0.0),
+        ("incsvr.tracing.weak.acceptance", "rose", lambda *_: False),
+        ("incsvr.tracing.weak.acceptance", "in_passing", lambda *_: 0.0),
     ],
-    "free run as a judge": [("incsvr.tracer.gates", "pays", lambda *_: True)],
+    "free run as a judge": [("incsvr.tracing.weak.acceptance", "pays", lambda *_: True)],
     "forward form: leads in closed loop, judges commands": [
-        ("incsvr.tracing.loop", "Loop.closed", property(lambda _: False)),
+        ("incsvr.tracing.forward.loop", "Loop.closed", property(lambda _: False)),
         ("incsvr.tracing.trace", "_unpaid", lambda *_: {}),
     ],
 }

@@ -12,8 +12,8 @@ from benchmarks.mission_cases import HIDDEN, IDLE, circumstance
 from benchmarks.tables import share, table
 from benchmarks.trace_judge import GOOD, judge
 from incsvr.errors import BadInput
-from incsvr.tracer.run import Run
 from incsvr.tracing import trace
+from incsvr.tracing.run import Run
 from simulator.missions import Outcome
 
 Record = dict[str, Any]

@@ -18,7 +18,7 @@ from scipy.interpolate import BSpline
 from scipy.ndimage import gaussian_filter1d, median_filter
 
 from incsvr.samples import Array
-from incsvr.tracer.run import Run, stream
+from incsvr.tracing.run import Run, stream
 
 PERIOD = 0.05
 """[s] of the common grid."""

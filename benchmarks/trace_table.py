@@ -27,11 +27,11 @@ from benchmarks import peers
 from benchmarks.trace_cases import GROUPS, case
 from benchmarks.trace_judge import judge
 from benchmarks.trace_report import report
-from incsvr.tracer.channels import usable
-from incsvr.tracer.findings import Trace
-from incsvr.tracer.run import Run
 from incsvr.tracing import trace
-from incsvr.tracing.forward_trace import forward_trace_in_blocks
+from incsvr.tracing.channels import usable
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.forward.forward_trace import forward_trace_in_blocks
+from incsvr.tracing.run import Run
 from simulator.trial import Outcome, Trial, play
 
 RESULTS = Path(__file__).parent / "results"

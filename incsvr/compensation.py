@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 from incsvr.effects import Effect, Signals, Term
 from incsvr.samples import Array
 from incsvr.signals import RUN_PAUSE
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 
 HEADING = "heading"
 OF_HEADING = ("heading_current", "tether", "unexplained:heading")

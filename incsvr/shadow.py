@@ -13,14 +13,14 @@ import numpy as np
 
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.evidence import change_of_rms, rms
 from incsvr.learning import learner
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
-from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.grid import on_fine_grid
-from incsvr.tracer.run import Run, stream
-from incsvr.tracer.weak_form import SUBSTEPS
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.run import Run, stream
+from incsvr.tracing.weak.evidence import change_of_rms, rms
+from incsvr.tracing.weak.grid import on_fine_grid
+from incsvr.tracing.weak.weak_form import SUBSTEPS
 from incsvr.verdict import Comparison
 
 STILL = 0.2

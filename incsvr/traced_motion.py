@@ -11,7 +11,7 @@ from incsvr.compensation import HEADING, Compensation
 from incsvr.effects import Signals
 from incsvr.learning.motion import Motion, motions
 from incsvr.samples import Array
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 
 Streams = Mapping[str, tuple[Array, Array]]
 

@@ -73,7 +73,7 @@ def taken_up(found: Mapping[str, Any], inertia: float, channels: tuple[str, ...]
     """The effects of a trace that was read from `source`; otherwise as `read_effects`."""
     # Loaded where it is needed alone: most learners have no traced effects.
     from incsvr.compensation import HEADING, Compensation
-    from incsvr.tracer.forward import TracedModel
+    from incsvr.tracing.model import TracedModel
 
     try:
         model = TracedModel.from_dict(found["model"])

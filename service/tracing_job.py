@@ -25,8 +25,8 @@ from incsvr.learning.learner import Settings
 from incsvr.samples import Array
 from incsvr.shadow import as_run, compare
 from incsvr.signals import SignalSettings
-from incsvr.tracer.forward import TracedModel
 from incsvr.tracing import trace
+from incsvr.tracing.model import TracedModel
 
 NICE = 10
 """By how much this process stands back behind the learner."""

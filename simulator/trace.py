@@ -11,10 +11,10 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.tracer.findings import Trace
-from incsvr.tracer.run import Run, distinct
-from incsvr.tracer.sentences import chance
 from incsvr.tracing import trace
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.run import Run, distinct
+from incsvr.tracing.sentences import chance
 from service.config import Config
 from service.config import read as read_config
 from service.output import add_json_argument, destination, emit

@@ -10,7 +10,7 @@ import numpy as np
 
 from incsvr.effects import Term, candidates
 from incsvr.samples import Array
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 from simulator import leng
 from simulator.recordings import Recording, from_streams
 

@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
-from incsvr.tracer.sentences import chance
+from incsvr.tracing.sentences import chance
 from service.wire import Batch, EffectsLedger
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats, Frame

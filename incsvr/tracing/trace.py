@@ -1,9 +1,9 @@
 """From recordings to what the declared model lacks: which way answers, and the answer.
 
 Where the torque is a command and a controller closed the loop, the forward form leads: there it alone is free of the
-bias that a torque brings which answers the water. Elsewhere the weak form proposes (incsvr/tracer), which allows for
-noise in a measured torque, and in open loop the free run proves; of a command's effects that it does not prove, those
-stay that pay in the forward form.
+bias that a torque brings which answers the water. Elsewhere the weak form proposes (incsvr/tracing/weak), which allows for noise in a
+measured torque, and in open loop the free run proves; of a command's effects that it does not prove, those stay that
+pay in the forward form.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.signals.settings import TorqueKind
-from incsvr.tracer.channels import usable
-from incsvr.tracer.findings import Trace
-from incsvr.tracer.run import Run, check
-from incsvr.tracer.weak_trace import weak_trace
-from incsvr.tracing.equations import Part
-from incsvr.tracing.fit import Fit, fit
-from incsvr.tracing.forward_trace import forward_trace, read
-from incsvr.tracing.grid import Grid, cells
-from incsvr.tracing.loop import loop_of
+from incsvr.tracing.channels import usable
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.forward.equations import Part
+from incsvr.tracing.forward.fit import Fit, fit
+from incsvr.tracing.forward.forward_trace import forward_trace, read
+from incsvr.tracing.forward.grid import Grid, cells
+from incsvr.tracing.forward.loop import loop_of
+from incsvr.tracing.forward.question import Question
+from incsvr.tracing.forward.refusals import refuse_opposite_signs, refuse_too_little_motion
+from incsvr.tracing.forward.search import gain_of
+from incsvr.tracing.forward.thresholds import REQUIRED_GAIN
+from incsvr.tracing.run import Run, check
+from incsvr.tracing.weak.weak_trace import weak_trace
 from incsvr.tracing.output_error import identified
-from incsvr.tracing.question import Question
 from incsvr.tracing.redeclared import traced_anew
-from incsvr.tracing.refusals import refuse_opposite_signs, refuse_too_little_motion
-from incsvr.tracing.search import gain_of
-from incsvr.tracing.thresholds import REQUIRED_GAIN
 
 __all__ = ["Run", "Trace", "trace"]
 

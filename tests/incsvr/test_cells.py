@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.tracer.run import Run
-from incsvr.tracing.grid import cells, in_blocks
-from incsvr.tracing.interpolation import rate_without_spikes, torque_without_spikes
-from incsvr.tracing.scales import block_length
+from incsvr.tracing.forward.grid import cells, in_blocks
+from incsvr.tracing.forward.interpolation import rate_without_spikes, torque_without_spikes
+from incsvr.tracing.forward.scales import block_length
+from incsvr.tracing.run import Run
 
 
 def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:

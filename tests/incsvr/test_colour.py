@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.tracer.colour import autoregression, burg, fades
-from incsvr.tracer.run import Array
-from incsvr.tracer.weak_form import Blocks, split
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.noise_autocorrelation import autoregression, burg, fades
+from incsvr.tracing.weak.weak_form import Blocks, split
 
 MEMORY = 0.9
 """Autocorrelation of the noise from block to block."""

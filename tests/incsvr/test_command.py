@@ -7,9 +7,9 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import Signals
-from incsvr.tracer.command import answers_slowly, foretell, is_noise, told
-from incsvr.tracer.run import Array
-from incsvr.tracer.weak_form import split
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.command import answers_slowly, foretell, is_noise, told
+from incsvr.tracing.weak.weak_form import split
 
 
 def correlation(a: Array, b: Array) -> float:

@@ -9,10 +9,10 @@ from incsvr.effects import Term, candidates, catalogue
 from incsvr.effects.signals import Signals
 from incsvr.plant.axes import AXES, products
 from incsvr.samples import Array
-from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.posing import pose
 from incsvr.tracing import Run, trace
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.posing import pose
 
 STEP, INERTIA, MUNK, LIFT = 0.1, 24.0, 30.0, 40.0
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
-from incsvr.tracer.alignment import aligned
-from incsvr.tracer.gates import forbidden, objection
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Run
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.acceptance import forbidden, objection
+from incsvr.tracing.weak.alignment import aligned
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.validation import Validation
 from simulator.trial import Trial, play
 from tests.incsvr.trials import as_run
 from tests.incsvr.turning import instants, turning
@@ -55,7 +55,7 @@ def test_a_band_that_is_wider_to_one_side_is_no_bias() -> None:
     known, base = catalogue(), nothing(problem)
     pair = [(known["dead_zone/shifted"], (11.0,), ()), (known["bias_torque"], (), ())]
     found = settle(problem, pair, base, frozenset({"dead_zone/shifted"}))
-    reason, k = objection(problem, Court.of(problem, None, quick=True), found)
+    reason, k = objection(problem, Validation.of(problem, None, quick=True), found)
     assert found.names()[k] == "bias_torque"
     assert "another shape" in reason
 

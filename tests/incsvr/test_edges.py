@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.tracer.damping import SPLINE, Damping
-from incsvr.tracer.weak_form import split
-from incsvr.tracer.whitening import fit, ridge
+from incsvr.tracing.weak.damping import SPLINE, Damping
+from incsvr.tracing.weak.weak_form import split
+from incsvr.tracing.weak.whitening import fit, ridge
 from simulator.trial import Trial, play
 from tests.incsvr.trials import named
 

@@ -9,8 +9,8 @@ import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
 from incsvr.effects.torque_saturation import Saturation
-from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.sentences import LABELS, sentence
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.sentences import LABELS, sentence
 
 EVERY = list(candidates(["winch"]))
 VOCABULARY = {

@@ -9,10 +9,10 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
-from incsvr.evidence import change_of_rms, evidence, gain_of, p_value, rms
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.run import Array
-from incsvr.tracer.unseen import sample_errors
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.evidence import change_of_rms, evidence, gain_of, p_value, rms
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.validation_errors import sample_errors
 from tests.incsvr.turning import PERIOD, command, instants, turning
 
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracer.alignment import aligned
-from incsvr.tracer.feedback import controller_gain
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.posing import pose
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.scan import scan, with_lead
-from incsvr.tracer.weak_form import split
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.alignment import aligned
+from incsvr.tracing.weak.feedback import controller_gain
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.scan import scan, with_lead
+from incsvr.tracing.weak.weak_form import split
 from simulator.effects import Scale
 from simulator.trial import Trial, play
 from simulator.trial_command import Command, command

@@ -7,9 +7,9 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.tracing import Run, Trace, trace
-from incsvr.tracing.fit import fit
-from incsvr.tracing.grid import cells
-from incsvr.tracing.loop import loop_of
+from incsvr.tracing.forward.fit import fit
+from incsvr.tracing.forward.grid import cells
+from incsvr.tracing.forward.loop import loop_of
 from simulator.missions import Mission, Outcome, play
 
 SURVEY = Mission("survey", "auv", 7, duration=900.0)

@@ -9,11 +9,11 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import Signals, Term, catalogue
-from incsvr.tracer.forward import TracedModel, simulate
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.posing import pose
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Array, Run
+from incsvr.tracing.model import TracedModel, simulate
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.validation import Validation
 from simulator.trial import Trial, play
 from tests.incsvr.turning import command, instants, turning
 
@@ -63,7 +63,7 @@ def test_what_is_small_beside_the_slow_noise_shows_where_the_noise_is_small() ->
     problem = turning(3, torque, outside=slow - np.clip(torque, -7.0, 7.0))
     base = nothing(problem)
     found = settle(problem, [(catalogue()["dead_zone/shifted"], (7.0,), ())], base)
-    weighed = Court.of(problem, None, quick=True)
+    weighed = Validation.of(problem, None, quick=True)
     plain = replace(weighed, weighs=False, known={})
     assert weighed.better(found, base)
     assert not plain.better(found, base)
@@ -79,9 +79,9 @@ def test_the_instants_of_jumps_do_not_hide_what_is_small_beside_them(seed: int) 
     problem = pose([run], outcome.inertia, [])
     base = nothing(problem)
     found = settle(problem, [(catalogue()["inflow"], (), ())], base)
-    court = Court.of(problem, None, quick=True)
-    assert court.better(found, base)
-    assert not court.better(base, found)
+    proof = Validation.of(problem, None, quick=True)
+    assert proof.better(found, base)
+    assert not proof.better(base, found)
 
 
 def test_a_free_run_knows_the_command_and_the_turn_before_it() -> None:

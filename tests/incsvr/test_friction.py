@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.tracer.run import Run
 from incsvr.tracing import trace
+from incsvr.tracing.run import Run
 from tests.incsvr.turning import INERTIA, PERIOD, instants
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.tracer.grid import despiked, on_fine_grid, settling_time, time_scale
-from incsvr.tracer.posing import pose
-from incsvr.tracer.run import Run
-from incsvr.tracer.weak_form import split
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.grid import despiked, on_fine_grid, settling_time, time_scale
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.weak_form import split
 
 
 def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from incsvr.tracer.gyro import check_gyro
+from incsvr.tracing.gyro import check_gyro
 from simulator.recordings import read
 from simulator.trial import Trial, play
 from simulator.trial_command import EXCITATIONS

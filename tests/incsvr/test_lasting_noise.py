@@ -7,11 +7,11 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
-from incsvr.tracer.hypothesis import Hypothesis, nothing
-from incsvr.tracer.posing import pose
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.scan import scan, with_lead
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.hypothesis import Hypothesis, nothing
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.scan import scan, with_lead
 from tests.incsvr.turning import INERTIA, PERIOD, command, instants
 
 TIME = instants(600.0)

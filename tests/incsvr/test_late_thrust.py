@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
-from incsvr.tracer.hypothesis import nothing, views
-from incsvr.tracer.run import Run
-from incsvr.tracer.scan import scan
 from incsvr.tracing import trace
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.hypothesis import nothing, views
+from incsvr.tracing.weak.scan import scan
 from simulator.trial import Trial, play
 from tests.incsvr.trials import named
 from tests.incsvr.turning import command, instants, turning

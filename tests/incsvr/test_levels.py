@@ -8,8 +8,8 @@ from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
 from incsvr.effects.effect import Term
-from incsvr.tracer.levels import as_levels, shared
-from incsvr.tracer.run import Array
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.levels import as_levels, shared
 from tests.incsvr.turning import command, instants, turning
 
 FIVE = np.array([-90.0, -45.0, 0.0, 45.0, 90.0])

@@ -10,14 +10,14 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
-from incsvr.tracer.alignment import aligned, reread
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.noise import noise_share
-from incsvr.tracer.posing import pose
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.weak_form import split
 from incsvr.tracing import trace
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.alignment import aligned, reread
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.noise import noise_share
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.validation import Validation
+from incsvr.tracing.weak.weak_form import split
 
 INERTIA = 120.0
 PERIOD = 0.05
@@ -147,8 +147,8 @@ def test_a_free_run_is_driven_by_the_command_where_that_is_told() -> None:
     assert np.std(plain - moved) > 2.0
     alike, otherwise = ([recorded(2, command(2), memory=0.0)] for command in (swept, wandering))
     for runs, known in ((None, True), (alike, True), (otherwise, False)):
-        court = Court.of(problem, runs)
-        assert (court.validation or problem).signals.known == known
-    assert Court.of(problem, alike)(nothing(problem)) < 0.5 * Court.of(problem, otherwise)(nothing(problem))
+        proof = Validation.of(problem, runs)
+        assert (proof.validation or problem).signals.known == known
+    assert Validation.of(problem, alike)(nothing(problem)) < 0.5 * Validation.of(problem, otherwise)(nothing(problem))
     told = [trace([recorded(1, swept(1), memory=0.0)], inertia=INERTIA, validate=v).notes for v in (alike, otherwise)]
     assert [any("driven by the command" in note for note in notes) for notes in told] == [True, False]

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates
-from incsvr.tracer.hypothesis import nothing
-from incsvr.tracer.posing import pose
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.search import Search
 from incsvr.tracing import trace
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.hypothesis import nothing
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.search import Search
+from incsvr.tracing.weak.validation import Validation
 from simulator.trial import Trial, play
 
 INERTIA = 300.0
@@ -74,7 +74,7 @@ def test_a_memory_whose_time_runs_out_of_its_range_is_tried_from_further_in() ->
     columns = outcome.recording.columns
     run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
     problem = pose([run], outcome.inertia, [])
-    hunt = Search(problem, candidates([]), Court.of(problem, None, quick=True))
+    hunt = Search(problem, candidates([]), Validation.of(problem, None, quick=True))
     assert hunt._grown([nothing(problem)], 9)[0].names() == ("memory",)
 
 

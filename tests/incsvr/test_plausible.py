@@ -10,10 +10,10 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from incsvr.tracer.excitation import answered, only_noise
-from incsvr.tracer.plausible import apparent_inertia, doubts
-from incsvr.tracer.posing import pose
-from incsvr.tracer.run import Run
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.declaration import apparent_inertia, remarks
+from incsvr.tracing.weak.excitation import answered, only_noise
+from incsvr.tracing.weak.posing import pose
 from simulator.recordings import Recording, read
 from simulator.trial import Trial, play
 from simulator.trial_command import EXCITATIONS
@@ -36,9 +36,9 @@ def test_an_inertia_far_off_is_noted_and_one_that_effects_bring_forth_is_not(exc
     for effects in ((), ("inertia",), ("torque_lag",)):
         outcome = play(Trial(5, effects, 1.0, vehicle, excitation, 0.9, 300.0))
         run = as_run(outcome.recording)
-        assert doubts(pose([run], outcome.inertia, [])) == ()
+        assert remarks(pose([run], outcome.inertia, [])) == ()
         for wrong in (0.1, 10.0):
-            (note,) = doubts(pose([run], wrong * outcome.inertia, []))
+            (note,) = remarks(pose([run], wrong * outcome.inertia, []))
             assert f"check the declared {wrong * outcome.inertia:.4g} kg m²" in note
         ends = apparent_inertia(pose([run], outcome.inertia, []))
         assert ends is not None
@@ -47,7 +47,7 @@ def test_an_inertia_far_off_is_noted_and_one_that_effects_bring_forth_is_not(exc
 
 def test_the_note_says_the_inertia_that_the_recording_shows() -> None:
     outcome = play(Trial(5, (), 1.0, "leng", "multisine", 0.0, 300.0))
-    (note,) = doubts(pose([as_run(outcome.recording)], 1e9, []))
+    (note,) = remarks(pose([as_run(outcome.recording)], 1e9, []))
     shown = float(note.split("about ")[1].split(" kg")[0])
     assert shown == pytest.approx(outcome.inertia, rel=0.2)
 
@@ -62,7 +62,7 @@ def test_a_torque_that_is_unrelated_says_nothing_of_the_inertia() -> None:
 
 def test_a_torque_that_is_zero_throughout_is_noted() -> None:
     run = as_run(play(Trial(5, (), 1.0, "leng", "multisine", 0.0, 300.0)).recording)
-    (note,) = doubts(pose([replace(run, torque=np.where(np.isnan(run.torque), np.nan, 0.0))], 350.0, []))
+    (note,) = remarks(pose([replace(run, torque=np.where(np.isnan(run.torque), np.nan, 0.0))], 350.0, []))
     assert "zero throughout: if the thrusters were used, its stream is missing" in note
 
 
@@ -97,6 +97,6 @@ def test_a_sound_run_may_be_quiet(excitation: str) -> None:
 @pytest.mark.parametrize("number", [*range(1, 7), *range(9, 16)])
 def test_the_measured_runs_hear_nothing_but_that_two_had_no_torque(measured: Path, number: int) -> None:
     run = as_run(read(measured / "bluerov" / f"run_{number:02d}.csv"))
-    said = doubts(pose([run], 1.125, []))
+    said = remarks(pose([run], 1.125, []))
     assert [note.split(":")[0] for note in said] == (["the torque is zero throughout"] if number < 3 else [])
     assert not only_noise([run])

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from incsvr.tracer.forward import model_of
-from incsvr.tracer.hypothesis import nothing
-from incsvr.tracer.proof import FOLDS, Court
+from incsvr.tracing.model import model_of
+from incsvr.tracing.weak.hypothesis import nothing
+from incsvr.tracing.weak.validation import FOLDS, Validation
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(600.0)
@@ -20,12 +20,12 @@ def test_the_drag_of_rates_that_only_a_held_out_piece_holds_goes_on_from_the_oth
     """Where none of the fitted blocks was, the spline of d(r) is anything; the model's table ends before that."""
     fast = (TIME > 341.0) & (TIME < 359.0)
     problem = turning(seed, np.where(fast, -90.0, 0.4 * command(seed, TIME)))
-    court = Court.of(problem, None)
-    errors = court.errors(nothing(problem))
-    rows = [k for fold in range(FOLDS) for k in range(len(court.pieces))[fold::FOLDS]]
+    proof = Validation.of(problem, None)
+    errors = proof.errors(nothing(problem))
+    rows = [k for fold in range(FOLDS) for k in range(len(proof.pieces))[fold::FOLDS]]
     fastest = int(np.argmax([np.max(np.abs(rate)) for rate in errors.measured]))
     used = np.ones(len(problem.blocks), dtype=bool)
-    for piece in court.pieces[rows[fastest] % FOLDS :: FOLDS]:
+    for piece in proof.pieces[rows[fastest] % FOLDS :: FOLDS]:
         used[piece] = False
     less = replace(problem, blocks=problem.blocks.only(used))
     told = model_of(less, nothing(less))

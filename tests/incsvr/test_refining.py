@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Effect, catalogue
-from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.run import Array
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracing.weak.problem import Problem
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(400.0)

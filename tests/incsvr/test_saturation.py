@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Effect, catalogue
-from incsvr.evidence import evidence
-from incsvr.tracer.gates import objection
-from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Array
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.acceptance import objection
+from incsvr.tracing.weak.evidence import evidence
+from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.validation import Validation
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(400.0)
@@ -50,6 +50,6 @@ def test_a_limit_that_is_another_to_either_side_is_no_weaker_reverse() -> None:
     problem = limited(command(0, TIME), 35.0, 70.0, 40.0)
     found = settled(problem, CUT, WEAKER)
     assert evidence(problem, found, 1) > 60.0
-    reason, k = objection(problem, Court.of(problem, None, quick=True), found)
+    reason, k = objection(problem, Validation.of(problem, None, quick=True), found)
     assert k == 1
     assert "another shape of a larger effect" in reason

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates
-from incsvr.tracer.hypothesis import nothing, views
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.scan import best_leads, scan
+from incsvr.tracing.weak.hypothesis import nothing, views
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.scan import best_leads, scan
 from tests.incsvr.turning import instants, turning
 
 TIME = instants(400.0)

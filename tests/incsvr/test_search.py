@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracer.asked import THRESHOLD, worth
-from incsvr.tracer.hypothesis import Hypothesis, below_sampling, nothing, settle
-from incsvr.tracer.posing import pose
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Run
-from incsvr.tracer.scan import best_leads, with_lead
-from incsvr.tracer.search import Search
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.required_gain import LEAST_GAIN, penalised_criterion
+from incsvr.tracing.weak.scan import best_leads, with_lead
+from incsvr.tracing.weak.search import Search
+from incsvr.tracing.weak.validation import Validation
 from simulator.trial import Trial, play
 from tests.incsvr.trials import named
 from tests.incsvr.turning import INERTIA, command, instants, turning
@@ -26,7 +26,7 @@ FULL = 16.0
 
 
 def search(problem: Problem) -> Search:
-    return Search(problem, candidates(problem.signals.channels), Court.of(problem, None, quick=True))
+    return Search(problem, candidates(problem.signals.channels), Validation.of(problem, None, quick=True))
 
 
 def parameters(found: Hypothesis) -> dict[str, dict[str, float]]:
@@ -96,7 +96,7 @@ def test_a_tether_and_a_bias_that_hide_each_other_are_found() -> None:
     """Alone the tether leaves a constant, and noise whose colour holds both explains more than that."""
     problem = turning(0, command(0, TIME), outside=20.0, stiffness=1.5)
     alone = settle(problem, [(catalogue()["tether"], (0.0,), ())], nothing(problem))
-    assert worth(alone) < worth(nothing(problem)) - THRESHOLD
+    assert penalised_criterion(alone) < penalised_criterion(nothing(problem)) - LEAST_GAIN
     assert set(search(problem).run().names()) == {"tether", "bias_torque"}
 
 
@@ -129,11 +129,11 @@ def test_an_effect_that_promises_from_two_starts_is_settled_from_both() -> None:
     bands = [effect for effect in candidates([]) if effect.name == "dead_zone"]
     leads = [lead for lead in best_leads(problem, base, bands, 9) if lead.effect.variant == "step"]
     assert len(leads) == 2
-    reached = [worth(with_lead(problem, base, lead)) for lead in leads]
+    reached = [penalised_criterion(with_lead(problem, base, lead)) for lead in leads]
     assert reached[1] > reached[0] + 1.0
-    hunt = Search(problem, bands, Court.of(problem, None, quick=True))
+    hunt = Search(problem, bands, Validation.of(problem, None, quick=True))
     (grown,) = hunt._grown([base], 9)
-    assert worth(grown) == pytest.approx(max(reached))
+    assert penalised_criterion(grown) == pytest.approx(max(reached))
 
 
 def test_two_of_which_one_alone_is_as_declared_are_found() -> None:

@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.shadow import compare
 from incsvr.signals import SignalSettings
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 from incsvr.verdict import Comparison, Verdict, in_force, on_trial
 from simulator import leng
 from simulator.recordings import Streams

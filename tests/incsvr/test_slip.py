@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
-from incsvr.evidence import gain_beside_slip, gain_of
-from incsvr.tracer.gates import against_physics
-from incsvr.tracer.hypothesis import Hypothesis, nothing, settle
-from incsvr.tracer.posing import pose
-from incsvr.tracer.run import Array, Run
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.acceptance import against_physics
+from incsvr.tracing.weak.evidence import gain_beside_slip, gain_of
+from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, settle
+from incsvr.tracing.weak.posing import pose
 
 INERTIA, PERIOD, FINE = 350.0, 0.05, 0.005
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Signals
-from incsvr.tracer.command import told
-from incsvr.tracer.run import Array
-from incsvr.tracer.sweeps import as_sweeps
-from incsvr.tracer.weak_form import split
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.command import told
+from incsvr.tracing.weak.sweeps import as_sweeps
+from incsvr.tracing.weak.weak_form import split
 
 STEP, NOISE, AMPLITUDE, SLOW, FAST = 0.05, 4.0, 60.0, 0.02, 0.2
 TIME = np.asarray(STEP * np.arange(14_400), dtype=np.float64)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.tracer.colour import burg
-from incsvr.tracer.run import Array
-from incsvr.tracer.swing import Swing, swing
-from incsvr.tracer.weak_form import Blocks, split
-from incsvr.tracer.whitening import whiten
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.disturbance_response import DisturbanceResponse, swing
+from incsvr.tracing.weak.noise_autocorrelation import burg
+from incsvr.tracing.weak.weak_form import Blocks, split
+from incsvr.tracing.weak.whitening import whiten
 
 INERTIA, PERIOD, SIZE, STEP = 1.0, 0.35, 35, 0.01
 WHITE = np.zeros(3)
@@ -99,5 +99,5 @@ def test_damping_takes_its_part(memory: float) -> None:
 
 
 def test_the_whole_path_ends_as_the_course_does() -> None:
-    answer: Swing = swing(np.zeros(3), 5.0, np.array([0.6, 0.1, 0.0]), 0.0, PERIOD, INERTIA)
+    answer: DisturbanceResponse = swing(np.zeros(3), 5.0, np.array([0.6, 0.1, 0.0]), 0.0, PERIOD, INERTIA)
     assert answer.left(answer.path) == pytest.approx(answer.mean[0], rel=1e-9)

@@ -13,7 +13,7 @@ from incsvr.effects import Signals, Term
 from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.torque_ledger import DECLARED_INERTIA
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, recording, term, with_channels
 

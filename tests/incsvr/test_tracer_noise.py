@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.tracer.noise import noise_share
-from incsvr.tracer.run import Array
-from incsvr.tracer.weak_form import Blocks, split
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.noise import noise_share
+from incsvr.tracing.weak.weak_form import Blocks, split
 
 
 def lively(draw: np.random.Generator, n: int) -> tuple[Blocks, Array]:

@@ -13,10 +13,10 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from incsvr.errors import BadInput
-from incsvr.tracer.findings import Trace
-from incsvr.tracer.forward import TracedModel
-from incsvr.tracer.run import Run
 from incsvr.tracing import trace
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.run import Run
 from simulator.recordings import Recording, read
 from simulator.trial import Trial, play
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.posing import pose
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.unseen import Errors
 from incsvr.tracing import trace
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.validation import Validation
+from incsvr.tracing.weak.validation_errors import Errors
 from simulator.trial import Trial, play
 
 TIME = np.asarray(0.05 * np.arange(4000), dtype=np.float64)
@@ -61,9 +61,9 @@ def test_a_slip_within_the_sampling_does_not_refute_an_effect() -> None:
     problem = pose([run], outcome.inertia, [])
     base = nothing(problem)
     found = settle(problem, [(catalogue()["inflow"], (), ())], base)
-    court = Court.of(problem, None)
-    assert court.errors(found).free_run_rmse() > court.errors(base).free_run_rmse()
-    assert court.better(found, base)
+    proof = Validation.of(problem, None)
+    assert proof.errors(found).free_run_rmse() > proof.errors(base).free_run_rmse()
+    assert proof.better(found, base)
     traced = trace([run], inertia=outcome.inertia)
     assert [effect.effect for effect in traced.effects] == ["inflow"]
     assert any("put on time" in note for note in traced.notes)

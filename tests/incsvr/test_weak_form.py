@@ -7,10 +7,10 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.effects import Signals
-from incsvr.tracer.posing import pose
-from incsvr.tracer.run import Array, Run
-from incsvr.tracer.weak_form import derivative, split
-from incsvr.tracer.whitening import fit
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.weak_form import derivative, split
+from incsvr.tracing.weak.whitening import fit
 
 
 def test_a_block_holds_the_mean_and_the_slope_exactly() -> None:

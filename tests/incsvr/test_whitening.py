@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
-from incsvr.tracer.run import Array
-from incsvr.tracer.weak_form import Blocks, split
-from incsvr.tracer.whitening import fit
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.weak_form import Blocks, split
+from incsvr.tracing.weak.whitening import fit
 from tests.incsvr.turning import PERIOD as STEP
 from tests.incsvr.turning import command, instants, turning
 

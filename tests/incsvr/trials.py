@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from incsvr.tracer.run import Run
 from incsvr.tracing import trace
+from incsvr.tracing.run import Run
 from simulator.trial import Outcome
 
 

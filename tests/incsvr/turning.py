@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from incsvr.tracer.posing import pose
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.run import Array, Run
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.problem import Problem
 
 INERTIA = 350.0
 """[kg m²], as declared."""

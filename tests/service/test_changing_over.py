@@ -15,7 +15,7 @@ import pytest
 
 from incsvr.effects import Term
 from incsvr.errors import BadInput
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 from service import wire
 from service.config import Config
 from service.effects import TracedEffects, taken_up

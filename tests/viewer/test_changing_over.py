@@ -12,7 +12,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from incsvr.effects import Term
-from incsvr.tracer.forward import TracedModel
+from incsvr.tracing.model import TracedModel
 from service.effects import taken_up
 from service.node import LearnerNode
 from service.session import listening, open_session

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.tracer.run import Run
-from incsvr.tracer.unexplained import Unexplained
 from incsvr.tracing import Trace, trace
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.unexplained import Unexplained
 from simulator.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write

@@ -9,9 +9,9 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from incsvr.tracer.findings import Finding
-from incsvr.tracer.sentences import chance
 from incsvr.tracing import Trace
+from incsvr.tracing.findings import Finding
+from incsvr.tracing.sentences import chance
 from viewer.report.charts import damping_curves, free_runs, residual_against, torque_split
 
 # The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.

@@ -1,1 +1,0 @@
-"""The steps of `incsvr.tracing`, from the recordings to the proof, one a file."""

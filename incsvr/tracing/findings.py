@@ -1,0 +1,135 @@
+"""What a trace says: findings, what was rejected, the errors and what a report draws; frozen, printable, JSON-able."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from incsvr.tracing.model import TracedModel
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.unexplained import Unexplained
+from incsvr.tracing.weak.validation_errors import Errors
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """An effect that the model lacked.
+
+    Attributes:
+        effect: name in the vocabulary.
+        channels: the streams that it reads.
+        parameters: physical values; units in the names.
+        interval: 95 % interval of each.
+        p_value: corrected for the search.
+        share: of the residual's explainable variance.
+        cannot_tell_from: rivals that explain these recordings as well.
+        next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
+        sentence: for people.
+    """
+
+    effect: str
+    channels: tuple[str, ...]
+    parameters: dict[str, float]
+    interval: dict[str, tuple[float, float]]
+    p_value: float
+    share: float
+    cannot_tell_from: tuple[str, ...]
+    next_manoeuvre: str
+    sentence: str
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "effect": self.effect,
+            "channels": list(self.channels),
+            "parameters": self.parameters,
+            "interval": {name: list(ends) for name, ends in self.interval.items()},
+            "p_value": self.p_value,
+            "share": self.share,
+            "cannot_tell_from": list(self.cannot_tell_from),
+            "next_manoeuvre": self.next_manoeuvre,
+            "sentence": self.sentence,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """A candidate that was looked at and not added."""
+
+    effect: str
+    p_value: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Pictures:
+    """What a report draws.
+
+    Attributes:
+        before: errors of the declared model with its learned damping, on unseen data.
+        after: errors of the model with the effects, on unseen data.
+        ledger_time: (n,) stamps of the ledger [s], on the fitted recordings.
+        ledger: part → (n,) torque that it takes [N m].
+        residual_before: (n_b,) block residuals on the fitted recordings [N m].
+        residual_after: likewise.
+        depends: name → (n_b,) block means of what the residual may depend on: rate, torque, heading, time, channels.
+    """
+
+    before: Errors
+    after: Errors
+    ledger_time: Array
+    ledger: dict[str, Array]
+    residual_before: Array
+    residual_after: Array
+    depends: dict[str, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What was found, and its proof; `to_dict` is CONTRACT Section 5.
+
+    Attributes:
+        inertia: declared [kg m²].
+        verdict: `none`, `effects` or `unexplained`.
+        effects: in the order in which they were added.
+        rejected: candidates that were not added, and why.
+        unexplained: channels that still predict the residual and were added as smooth terms.
+        error: before, after, change and floor on unseen data.
+        ignored_channels: name → why it is no candidate.
+        notes: what else the reader must know.
+        declared_model: the declared model with its learned damping.
+        model: the same with the effects.
+        pictures: for the report.
+        loop: "closed" where the torque answers the rate, else "open".
+        proven: in open loop, whether the interval of the free run's change lies below zero; in closed loop, where a
+            free run proves nothing, that of the predictions' change.
+    """
+
+    inertia: float
+    verdict: str
+    effects: tuple[Finding, ...]
+    rejected: tuple[Rejected, ...]
+    unexplained: tuple[Unexplained, ...]
+    error: dict[str, Any]
+    ignored_channels: dict[str, str]
+    notes: tuple[str, ...]
+    declared_model: TracedModel
+    model: TracedModel
+    pictures: Pictures
+    loop: str = "open"
+    proven: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {
+            "declared": {"inertia": self.inertia},
+            "verdict": self.verdict,
+            "effects": [finding.to_dict() for finding in self.effects],
+            "rejected": [{"effect": r.effect, "p_value": r.p_value, "reason": r.reason} for r in self.rejected],
+            "unexplained": [{"channel": u.channel, "p_value": u.p_value} for u in self.unexplained],
+            "error": self.error,
+            "loop": self.loop,
+            "proven": self.proven,
+            "ignored_channels": self.ignored_channels,
+            "notes": list(self.notes),
+            "model": self.model.to_dict(),
+        }

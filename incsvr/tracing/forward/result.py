@@ -1,0 +1,133 @@
+"""What a search found, as the result that everybody reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
+from incsvr.tracing.forward.adequacy import smooth_terms
+from incsvr.tracing.forward.candidates import starts
+from incsvr.tracing.forward.confidence import intervals
+from incsvr.tracing.forward.equations import columns, predicted
+from incsvr.tracing.forward.equivalence import rivals, separate
+from incsvr.tracing.forward.fit import fit
+from incsvr.tracing.forward.grid import Grid
+from incsvr.tracing.forward.question import Question
+from incsvr.tracing.forward.refusals import doubts
+from incsvr.tracing.forward.search import Found
+from incsvr.tracing.forward.validation import model_of, residual, validate
+from incsvr.tracing.sentences import sentence, streams
+from incsvr.tracing.weak.evidence import p_value
+
+Array = NDArray[np.float64]
+
+
+def result_of(
+    asked: Question,
+    found: Found,
+    fine: Grid,
+    unseen: tuple[Grid, Grid] | None,
+    ignored: Mapping[str, str],
+    closed_loop: bool,
+) -> Trace:
+    """The findings with their errors on unseen data.
+
+    Args:
+        asked: which recordings were asked for what.
+        found: by the search.
+        fine: the recordings in cells of the streams' own period.
+        unseen: recordings for validation, as `validation.validate` takes them.
+        ignored: why some channels were no candidates.
+        closed_loop: whether the torque answers the rate.
+    """
+    grid = asked.grid
+    channels = [name for name in grid.signals.channels if name not in ignored]
+    best, unexplained = smooth_terms(asked, found.best, channels)
+    validation = validate(grid, fine, best, found.base, unseen)
+    s = grid.signals
+    depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
+    declared, model = model_of(grid, found.base), model_of(grid, best)
+    size = max(round(model.block / grid.cell), 1)
+    error, predictions, free_runs = validation.to_dict(model.sigma)
+    proof = predictions if closed_loop else free_runs
+    return Trace(
+        inertia=s.inertia,
+        verdict="effects" if found.best.parts else "unexplained" if unexplained else "none",
+        effects=tuple(_findings(asked, found)),
+        rejected=tuple(_rejected(asked, found)),
+        unexplained=unexplained,
+        error=error,
+        ignored_channels=dict(ignored),
+        notes=doubts(grid),
+        loop="closed" if closed_loop else "open",
+        proven=bool(found.best.parts) and proof.high < 0.0,
+        declared_model=declared,
+        model=model,
+        pictures=Pictures(
+            before=validation.before,
+            after=validation.after,
+            ledger_time=s.time,
+            ledger=model.parts(predicted(grid, best.model).signals),
+            residual_before=_means(residual(grid, found.base), size),
+            residual_after=_means(residual(grid, best), size),
+            depends={name: _means(values, size) for name, values in depends.items()},
+        ),
+    )
+
+
+def _means(values: Array, size: int) -> Array:
+    """Means of (n,) values over blocks of so many cells; what is left at the end is in none."""
+    count = values.size // size
+    return np.asarray(values[: count * size].reshape(count, size).mean(axis=1))
+
+
+def _findings(asked: Question, found: Found) -> list[Finding]:
+    grid, best = asked.grid, found.best
+    spans = intervals(grid, best)
+    candidates = len({effect.name for effect in asked.effects})
+    parts = best.parts
+    squares = [float(np.mean(fit(grid, parts[:k], found.base).innovation ** 2)) for k in range(len(parts))]
+    squares.append(float(np.mean(best.innovation**2)))
+    total = max(squares[0] - squares[-1], 1e-300)
+    findings, model = [], model_of(grid, best)
+    for k, part in enumerate(parts):
+        parameters = part.effect.parameters(part.term, grid.signals.inertia)
+        share = float(np.clip((squares[k] - squares[k + 1]) / total, 0.0, 1.0))
+        linear = 0 if part.thrust else len(part.term.coefficients)
+        looks = candidates * sum(1 for _ in starts(part.effect, predicted(grid, best.model).signals))
+        gain = found.gains[k] + asked.price(part)
+        others = rivals(asked, best, k)
+        findings.append(
+            Finding(
+                effect=part.name,
+                channels=streams(part.effect),
+                parameters=parameters,
+                interval=spans[k],
+                p_value=p_value(gain, linear + int(part.searched), looks),
+                share=share,
+                cannot_tell_from=tuple(other.parts[-1].name for other in others),
+                next_manoeuvre=separate(grid, model, best, others[0]) if others else "",
+                sentence=sentence(part.effect, parameters, spans[k], share),
+            )
+        )
+    return findings
+
+
+def _rejected(asked: Question, found: Found) -> list[Rejected]:
+    """What was looked at and not added, the most telling first."""
+    named, out = set(found.best.names()), list[Rejected]()
+    s = replace(predicted(asked.grid, found.best.model).signals, residual=found.best.innovation)
+    for lead in found.leads:
+        name = lead.part.name
+        if name in named or name in {rejected.effect for rejected in out}:
+            continue
+        gain = lead.gain + asked.price(lead.part)
+        linear = 1 if lead.part.thrust else columns(lead.part, s).shape[0]
+        looks = len(asked.effects) * sum(1 for _ in starts(lead.part.effect, s))
+        p = p_value(gain, linear, looks)
+        out.append(Rejected(name, p, found.refused.get(name, "beside what was found it brings too little")))
+    return sorted(out, key=lambda rejected: rejected.p_value)

@@ -1,0 +1,138 @@
+"""One recording as the tracer takes it, and whether it can be used at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, of_rate
+from incsvr.tracing.gyro import check_gyro
+
+Array = NDArray[np.float64]
+
+SHORTEST = 200
+"""Fewest samples of each stream, over all runs, from which anything is concluded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One contiguous recording; a cell that was not sampled is NaN.
+
+    Attributes:
+        name: what messages call it.
+        time: (n,) strictly increasing [s].
+        yaw_rate: (n,) r [rad/s].
+        torque: (n,) τ, the yaw moment that the actuators are told to apply, positive the way yaw_rate is [N m].
+        channels: further streams by name, (n,) each; `heading` in rad.
+        rate_name: what the recording calls the velocity that stands in `yaw_rate`, of another axis than yaw.
+    """
+
+    name: str
+    time: Array
+    yaw_rate: Array
+    torque: Array
+    channels: Mapping[str, Array] = field(default_factory=dict)
+    rate_name: str = YAW.rate
+
+
+def stream(run: Run, values: Array) -> tuple[Array, Array]:
+    """The instants at which a stream was sampled, and its values there."""
+    here = np.isfinite(values)
+    return run.time[here], values[here]
+
+
+def check(runs: Sequence[Run]) -> None:
+    """Refuse what no method can answer.
+
+    Raises:
+        BadInput: no runs, unequal lengths, time that does not increase, too few samples, time stamps in milliseconds,
+            a constant yaw rate, a yaw rate or heading in degrees, a gyro that was stuck or clipped.
+    """
+    if not runs:
+        raise BadInput("no recording was given: name at least one CSV file")
+    for run in runs:
+        lengths = {run.time.size, run.yaw_rate.size, run.torque.size, *(c.size for c in run.channels.values())}
+        if len(lengths) != 1:
+            raise BadInput(f"{run.name}: the columns have different lengths; give every column one cell per row")
+        if not np.all(np.isfinite(run.time)) or np.any(np.diff(run.time) <= 0):
+            raise BadInput(f"{run.name}: t must increase from row to row; sort the rows and drop repeated stamps")
+        _check_streams(run)
+    _check_together(runs)
+
+
+def distinct(runs: Sequence[Run]) -> None:
+    """Refuse the same data given twice: evidence would count double, and what was fitted proves nothing.
+
+    Raises:
+        BadInput: two runs hold the same yaw rate and torque, sample by sample, whatever their names or stamps are.
+    """
+    seen: dict[tuple[bytes, bytes], str] = {}
+    for run in runs:
+        content = run.yaw_rate.tobytes(), run.torque.tobytes()
+        if content in seen:
+            same = "is given twice" if run.name == seen[content] else f"holds the same data as {seen[content]}"
+            raise BadInput(
+                f"{run.name} {same}, and data that was fitted proves nothing: give each recording once, to fit or to "
+                "validate"
+            )
+        seen[content] = run.name
+
+
+def sample_period(runs: Sequence[Run], of: Literal["yaw_rate", "torque"]) -> float:
+    """Median time between two samples of a stream, over all runs together [s]."""
+    steps = [np.diff(stream(run, run.yaw_rate if of == "yaw_rate" else run.torque)[0]) for run in runs]
+    return float(np.median(np.concatenate(steps)))
+
+
+def _check_streams(run: Run) -> None:
+    for label, values in (("yaw_rate", run.yaw_rate), ("torque", run.torque)):
+        if np.isfinite(values).sum() < 2:
+            raise BadInput(f"{run.name}: {label} holds no numbers; record it or leave this run out")
+    period = sample_period([run], "yaw_rate")
+    if period >= 1.0 and period == round(period) and run.time[-1] - run.time[0] > 2000.0:
+        raise BadInput(
+            f"{run.name}: the yaw rate comes every {period:g} s, which looks like time stamps in ms; divide t by 1000"
+        )
+    fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
+    if fastest > of_rate(run.rate_name).fastest:
+        raise BadInput(
+            f"{run.name}: |yaw_rate| reaches {fastest:.3g}, no vehicle turns at that many rad/s; convert degrees"
+        )
+    heading = run.channels.get("heading")
+    if heading is not None and np.isfinite(heading).sum() > 2:
+        at, angle = stream(run, heading)
+        turned = np.abs(np.diff(np.unwrap(angle)))
+        expected = np.abs(np.diff(np.interp(at, *_integral(run))))
+        if np.nanmax(np.abs(angle)) > 30.0 and np.median(turned) > 10.0 * max(float(np.median(expected)), 1e-9):
+            raise BadInput(
+                f"{run.name}: heading turns far faster than the yaw rate says; convert it from degrees to rad"
+            )
+    when, rate = stream(run, run.yaw_rate)
+    check_gyro(run.name, when, rate, np.interp(when, *stream(run, run.torque)))
+
+
+def _integral(run: Run) -> tuple[Array, Array]:
+    at, rate = stream(run, run.yaw_rate)
+    return at, np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at))])
+
+
+def _check_together(runs: Sequence[Run]) -> None:
+    samples = min(
+        sum(int(np.isfinite(values).sum()) for values in streams)
+        for streams in (
+            [run.yaw_rate for run in runs],
+            [run.torque for run in runs],
+        )
+    )
+    if samples < SHORTEST:
+        raise BadInput(
+            f"{samples} samples are too few to trace anything; record at least {SHORTEST}, better ten minutes"
+        )
+    rate = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
+    if np.ptp(rate) <= 1e-9:
+        raise BadInput("the yaw rate never changes: nothing can be learned from it; check the gyro's stream")

@@ -1,0 +1,237 @@
+"""The statistics that keep the tracer honest: p-values, intervals, and the bootstrap of a change in error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from incsvr.effects import Effect, Signals, Term
+from incsvr.effects.torque_delay import TorqueDelay
+from incsvr.tracing.run import Array
+from incsvr.tracing.weak.damping import SPLINE
+from incsvr.tracing.weak.hypothesis import SAMPLING, Hypothesis, views
+from incsvr.tracing.weak.noise_autocorrelation import DEGREES
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.whitening import Fit, fit, loudness, whiten
+
+NORMAL_95 = 1.959964
+"""Half width of a 95 % interval in deviations."""
+
+NEIGHBOURS = 12
+"""Bins of the spectrum to either side over which the noise near a frequency is averaged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Of an error from before to after, with its 95 % interval."""
+
+    estimate: float
+    low: float
+    high: float
+
+    def to_dict(self) -> dict[str, float]:
+        return {"estimate": self.estimate, "low": self.low, "high": self.high}
+
+
+def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
+    """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew.
+
+    With `beside`, (n_b, c) columns and (2, n_b, c) their answers to the noise, what they gain where these are in the
+    regression, too.
+    """
+    whole = hypothesis.fit if beside is None else _fitted(problem, hypothesis, None, beside)
+    return 2.0 * (whole.log_likelihood - _fitted(problem, hypothesis, k, beside).log_likelihood)
+
+
+def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """`gain_of` where torque and yaw rate may be apart by part of a sample: what that explains needs no effect.
+
+    It can but pass for another effect of the motion; one that itself is a delay, or stands beside one, is spared. On
+    one sine it may pass for any, and the class that is named says so.
+    """
+    effect = hypothesis.effects[k]
+    late = effect.acts == "thrust" and effect.lingers
+    told = late or not effect.of_phase or "torque_delay" in hypothesis.names()
+    if told or problem.one_sine or float(np.ptp(problem.signals.torque)) == 0.0:
+        return gain_of(problem, hypothesis, k)
+    seen, delay = views(problem, hypothesis), TorqueDelay()
+    slope = problem.blocks.mean(_slope(seen.of(delay)))
+    slip = slope, seen.answers(delay, _slope, slope)
+    whole = max(hypothesis.fit.log_likelihood, _slipped(problem, hypothesis, None, slip))
+    return 2.0 * (whole - _slipped(problem, hypothesis, k, slip))
+
+
+def _slope(s: Signals) -> Array:
+    """(n, 1) change of the thrust with time [N m/s]."""
+    return s.slope(s.thrust)[:, None]
+
+
+def _slipped(problem: Problem, hypothesis: Hypothesis, out: int | None, slip: tuple[Array, Array]) -> float:
+    """ℓ with the streams apart by what fits best, at most what lies within the sampling."""
+    found = _fitted(problem, hypothesis, out, slip)
+    most = SAMPLING * problem.resolution
+    apart = float(np.clip(found.theta[-1], -most, most))
+    if apart != found.theta[-1]:
+        found = _fitted(problem, hypothesis, out, None, apart * slip[0][:, 0])
+    return found.log_likelihood
+
+
+def _fitted(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    out: int | None,
+    beside: tuple[Array, Array] | None,
+    taken: Array | float = 0.0,
+) -> Fit:
+    """A fit from the start, without the effect `out` if there is one, with the columns `beside`, `taken` off y."""
+    core, blocks = np.zeros(0, dtype=np.intp), len(problem.blocks)
+    if out is not None:
+        core = hypothesis.position[out] + np.arange(hypothesis.effects[out].core)
+    more, answers = (np.zeros((blocks, 0)), np.zeros((2, blocks, 0))) if beside is None else beside
+    columns = np.concatenate([np.delete(hypothesis.columns, core, axis=1), more], axis=1)
+    turned = np.concatenate([np.delete(hypothesis.turned, core, axis=2), answers], axis=2)
+    feigned = np.concatenate([np.delete(hypothesis.feigned, core), np.zeros(more.shape[1])])
+    offsets = [offset for j, offset in enumerate(hypothesis.offsets) if j != out]
+    y = problem.y - (sum(offsets, np.zeros(blocks)) + taken)
+    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned, spline=SPLINE)
+
+
+def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
+    """`gain_of` beside others, else `gain_beside_slip`, judged against the noise at the effect's own frequencies.
+
+    The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher
+    at the frequencies of the effect than in the mean, the gain is divided by as much: the sandwich estimator of W. K.
+    Newey and K. D. West, Econometrica 55 (1987), in the frequency domain.
+    """
+    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
+    root = np.sqrt(hypothesis.fit.weight)[:, None]
+    columns = root * whiten(hypothesis.columns, hypothesis.fit.ar, problem.blocks)
+    part = columns[:, core] @ hypothesis.fit.theta[core]
+    rest = np.delete(columns, core, axis=1)
+    part = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
+    power = np.abs(np.fft.rfft(part)) ** 2
+    noise = np.abs(np.fft.rfft(root[:, 0] * hypothesis.fit.innovation)) ** 2
+    # the bin itself is left out: the effect was fitted there, and took the noise with it
+    window = np.concatenate([np.ones(NEIGHBOURS), np.zeros(3), np.ones(NEIGHBOURS)])
+    near = np.convolve(noise, window, "same") / np.convolve(np.ones_like(noise), window, "same")
+    inflation = float(power @ near / max(power.sum() * np.mean(noise), 1e-300))
+    gain = gain_beside_slip(problem, hypothesis, k) if beside is None else gain_of(problem, hypothesis, k, beside)
+    return gain / max(inflation, 1.0)
+
+
+def explained(problem: Problem, gain: float) -> float:
+    """Of a gain in 2 ℓ, the variance that it explains in parts of that which it leaves."""
+    return float(np.expm1(gain / problem.blocks.whole.size))
+
+
+def p_value(gain: float, freedom: int, looks: float) -> float:
+    """χ² tail of a likelihood ratio, times the number of looks that the search took (Bonferroni), at most 1.
+
+    The likelihood is that of whitened residuals, so that autocorrelation up to AR(3) is in it; S. S. Wilks, Ann. Math.
+    Stat. 9 (1938).
+    """
+    return float(min(1.0, looks * chi2.sf(max(gain, 0.0), freedom)))
+
+
+def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[float, float]]]:
+    """95 % intervals of every parameter of every term, by the delta method from the `covariance` of the whole fit."""
+    covered, at, out = covariance(problem, hypothesis), problem.coarse.shape[1], []
+    for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
+        count = len(term.coefficients) + len(effect.sought)
+        out.append(_delta(effect, term, covered[at : at + count, at : at + count], problem.signals.inertia))
+        at += count
+    return out
+
+
+def covariance(problem: Problem, hypothesis: Hypothesis) -> Array:
+    """(q, q) of the damping's coefficients and of each term's, its searched inner parameters after them.
+
+    From the Fisher information of the whole regression: inner parameters and the bend of curved columns enter by
+    numerical derivatives. Student-t innovations carry (ν + 1)/(ν + 3) of the Gaussian information.
+    """
+    base = problem.coarse.shape[1]
+    seen = views(problem, hypothesis)
+    design = [hypothesis.columns[:, :base]]
+    for effect, term in zip(hypothesis.effects, hypothesis.terms, strict=True):
+        s = seen.of(effect)
+        values = [*term.coefficients, *(term.inner[place] for place in effect.sought)]
+        for j, value in enumerate(values):
+            sides = []
+            nudge = 1e-3 * abs(value) + 1e-9
+            for sign in (1.0, -1.0):
+                moved = list(values)
+                moved[j] += sign * nudge
+                coefficients = tuple(moved[: len(term.coefficients)])
+                inner = effect.moved(term.inner, moved[len(term.coefficients) :])
+                columns = effect.columns(s, inner, coefficients)
+                bend = effect.offset(s, coefficients, columns)
+                loss = columns @ np.array(coefficients)
+                sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
+            design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
+    loud = loudness(hypothesis.fit, problem.blocks)[:, None]
+    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks) / loud
+    scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-100
+    information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
+    covered: Array = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    return covered
+
+
+def _delta(effect: Effect, term: Term, covered: Array, inertia: float) -> dict[str, tuple[float, float]]:
+    centre = effect.parameters(term, inertia)
+    gradient: dict[str, list[float]] = {name: [] for name in centre}
+    values = [*term.coefficients, *(term.inner[place] for place in effect.sought)]
+    for j, value in enumerate(values):
+        nudge = 1e-4 * abs(value) + 1e-9
+        moved = list(values)
+        moved[j] += nudge
+        inner = effect.moved(term.inner, moved[len(term.coefficients) :])
+        there = effect.parameters(
+            replace(term, coefficients=tuple(moved[: len(term.coefficients)]), inner=inner), inertia
+        )
+        for name in centre:
+            gradient[name].append((there[name] - centre[name]) / nudge)
+    out = {}
+    for name, slope in gradient.items():
+        deviation = float(np.sqrt(max(np.array(slope) @ covered @ np.array(slope), 0.0)))
+        out[name] = (centre[name] - NORMAL_95 * deviation, centre[name] + NORMAL_95 * deviation)
+    return out
+
+
+def change_of_rms(before: Sequence[Array], after: Sequence[Array], length: int, seed: int = 0) -> Change:
+    """Change of the root mean square with a 95 % interval: moving-block bootstrap over paired errors.
+
+    Args:
+        before: errors of each held-out piece.
+        after: the same instants.
+        length: of a block [samples]; well above the errors' correlation time (H. R. Künsch, Ann. Stat. 17, 1989).
+    """
+    pieces = [(b**2, a**2) for b, a in zip(before, after, strict=True)]
+    sums_before, sums_after, counts = [], [], []
+    for b, a in pieces:
+        size = min(length, b.size)
+        total = np.concatenate([[0.0], np.cumsum(b)]), np.concatenate([[0.0], np.cumsum(a)])
+        # overlapping blocks, at most a few hundred a piece
+        first = np.unique(np.linspace(0, b.size - size, max(1, min(b.size - size + 1, 400))).astype(int))
+        sums_before.append(total[0][first + size] - total[0][first])
+        sums_after.append(total[1][first + size] - total[1][first])
+        counts.append(np.full(first.size, float(size)))
+    all_before, all_after, count = (np.concatenate(x) for x in (sums_before, sums_after, counts))
+    weight = np.concatenate(
+        [np.full(c.size, b.size / c.size) for c, (b, _) in zip(counts, pieces, strict=True)]
+    )
+    samples = sum(b.size for b, _ in pieces)
+    draws = max(2, round(samples / float(np.mean(count))))
+    index = np.random.default_rng(seed).choice(count.size, size=(2000, draws), p=weight / weight.sum())
+    n = count[index].sum(axis=1)
+    change = np.sqrt(all_after[index].sum(axis=1) / n) - np.sqrt(all_before[index].sum(axis=1) / n)
+    estimate = rms(after) - rms(before)
+    low, high = (float(q) for q in np.quantile(change, [0.025, 0.975]))
+    return Change(estimate, min(low, estimate), max(high, estimate))
+
+
+def rms(errors: Sequence[Array]) -> float:
+    """Root mean square over all pieces together."""
+    return float(np.sqrt(sum(float(e @ e) for e in errors) / max(sum(e.size for e in errors), 1)))

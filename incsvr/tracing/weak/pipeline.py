@@ -1,0 +1,151 @@
+"""The inquiry: the search's best set of effects, and what validation, evidence and free run leave of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from incsvr.effects import Effect, candidates
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.acceptance import against_physics, forbidden
+from incsvr.tracing.weak.alignment import aligned
+from incsvr.tracing.weak.evidence import evidence, p_value
+from incsvr.tracing.weak.excitation import demand
+from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.required_gain import LEVEL
+from incsvr.tracing.weak.scan import without
+from incsvr.tracing.weak.search import Search
+from incsvr.tracing.weak.validation import Validation
+
+HARM = 0.03
+"""Part of the free-run error by which an effect must spoil the validation recordings to be dropped for it."""
+
+VETOES = 3
+"""How often validation recordings may refuse all that a search found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What is asked of which recordings.
+
+    Attributes:
+        problem: the equations of the fitted recordings.
+        effects: of which these recordings can speak.
+        proof: where the findings are proven.
+        pieces: held-out pieces of the fitted recordings, where the search judges.
+        channels: extra streams that are used.
+    """
+
+    problem: Problem
+    effects: tuple[Effect, ...]
+    proof: Validation
+    pieces: Validation
+    channels: Sequence[str]
+
+
+def chosen_effects(
+    runs: Sequence[Run],
+    inertia: float,
+    validate: Sequence[Run] | None,
+    names: Sequence[str],
+    excluded: Mapping[str, str],
+) -> tuple[Case, Hypothesis, dict[str, str]]:
+    """What was asked, the effects that are proven, and why others are not among them; `excluded` ones are not asked
+    for.
+    """
+    problem = aligned(runs, inertia, names)
+    case, found, refused = _searched(problem, validate, names, excluded)
+    while True:
+        # what one test takes out may leave another effect against physics, or without evidence
+        proven = _proven(case, _evident(case, found, refused), refused)
+        if proven.names() == found.names():
+            return case, proven, refused
+        found = proven
+
+
+def _searched(
+    problem: Problem, validate: Sequence[Run] | None, channels: Sequence[str], excluded: Mapping[str, str]
+) -> tuple[Case, Hypothesis, dict[str, str]]:
+    """What is asked, the best set of effects, and why others are not in it.
+
+    Effects are chosen on pieces held out of the fitted recordings: validation recordings never choose. Where they threw
+    everything out, the search goes on without what they refused.
+    """
+    proof, pieces = Validation.of(problem, validate), Validation.of(problem, None, quick=True)
+    case = Case(problem, demand(problem, candidates(channels, problem.signals.rate_name)), proof, pieces, channels)
+    refused = dict(excluded)
+    vetoes = VETOES if validate else 0
+    while True:
+        effects = [effect for effect in case.effects if effect.name not in refused]
+        search = Search(problem, effects, pieces, problem.closed_loop, refused=dict(refused))
+        best = search.run()
+        found = _surviving(problem, proof, best, search.refused) if proof.validation else best
+        if found.terms or not best.terms or not vetoes:
+            return case, found, search.refused
+        refused |= {name: search.refused[name] for name in best.names()}
+        vetoes -= 1
+
+
+def _surviving(problem: Problem, proof: Validation, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects that do no harm on the validation recordings: those can only drop an effect, never choose one."""
+    nothing_added = proof(nothing(problem))
+    while found.terms:
+        whole = proof(found)
+        less = [without(problem, found, k) for k in range(len(found.terms))]
+        # what is left must still stand by itself: without the inertia a delay may turn into its opposite
+        best = min(range(len(less)), key=lambda k: (bool(against_physics(problem, less[k])), proof(less[k])))
+        if proof(less[best]) >= (1.0 - HARM) * whole and whole < nothing_added:
+            return found
+        refused[found.terms[best].effect] = (
+            f"the free run on the validation recordings: {proof(less[best]):.3g} rad/s without it, {whole:.3g} rad/s "
+            f"with it, {nothing_added:.3g} rad/s without any effect"
+        )
+        found = less[best]
+    return found
+
+
+def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects that physics allows and whose own p-value is below LEVEL, all others fitted beside them."""
+    while found.terms:
+        reason, k = forbidden(case.problem, found)
+        if reason:
+            refused[found.terms[k].effect] = reason
+            found = without(case.problem, found, k)
+            continue
+        p = [p_value_of(case, found, k) for k in range(len(found.terms))]
+        # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
+        asked = [k for k, term in enumerate(found.terms) if not below_sampling(term, case.problem)]
+        doubtful = [k for k in asked if p[k] > LEVEL]
+        if not doubtful:
+            return found
+        worst = max(doubtful, key=lambda k: p[k])
+        refused[found.terms[worst].effect] = (
+            f"noise of this colour brings forth as much: its p-value, corrected for the search, is {p[worst]:.2g}, "
+            f"below {LEVEL:.0e} is asked"
+        )
+        found = without(case.problem, found, worst)
+    return found
+
+
+def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects with which the free run of the proof gets better: the search saw but a quick one."""
+    nothing_added = case.proof(nothing(case.problem))
+    while found.terms and case.proof(found) >= nothing_added:
+        p = [p_value_of(case, found, k) for k in range(len(found.terms))]
+        worst = int(np.argmax(p))
+        refused[found.terms[worst].effect] = (
+            f"the free run on unseen data gets no better: {nothing_added:.3g} rad/s without any effect, "
+            f"{case.proof(found):.3g} rad/s with it"
+        )
+        found = without(case.problem, found, worst)
+    return found
+
+
+def p_value_of(case: Case, found: Hypothesis, k: int) -> float:
+    """p-value of the k-th effect beside the others, corrected for the search."""
+    effect = found.effects[k]
+    freedom, looks = effect.core + len(effect.sought), effect.looks * max(len(case.effects), 1)
+    return p_value(evidence(case.problem, found, k), freedom, looks)

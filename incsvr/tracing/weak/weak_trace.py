@@ -1,0 +1,240 @@
+"""From the residual of a declared model to the effects that it lacks, in the weak form, with the proof on unseen data.
+
+The declared model is I₀ ṙ + d(r) = τ with its learned damping. `weak_trace` finds which effects of the catalogue it
+lacks, adds them, and reports torque and free-run errors before and after on data that was not used for the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
+from incsvr.tracing.model import model_of
+from incsvr.tracing.run import Array, Run
+from incsvr.tracing.sentences import sentence, streams
+from incsvr.tracing.weak.acceptance import sound
+from incsvr.tracing.weak.declaration import remarks
+from incsvr.tracing.weak.evidence import Change, change_of_rms, intervals, p_value
+from incsvr.tracing.weak.excitation import answered
+from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracing.weak.indistinguishable import indistinguishable
+from incsvr.tracing.weak.manoeuvre import separate
+from incsvr.tracing.weak.noise import torque_scatter
+from incsvr.tracing.weak.pipeline import Case, chosen_effects, p_value_of
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.required_gain import LEAST_GAIN
+from incsvr.tracing.weak.scan import Lead, scan, with_lead
+from incsvr.tracing.weak.unexplained import smooth_terms
+from incsvr.tracing.weak.validation_errors import Errors, sample_errors, torque_errors
+
+
+def weak_trace(
+    runs: Sequence[Run],
+    inertia: float,
+    validate: Sequence[Run] | None,
+    names: Sequence[str],
+    ignored: dict[str, str],
+    excluded: Mapping[str, str],
+) -> Trace:
+    """What the declared model lacks, by the weak form.
+
+    Args:
+        runs: the recordings to fit.
+        inertia: I₀, declared [kg m²].
+        validate: recordings for the proof alone; without them pieces of `runs` are held out.
+        names: of the channels that may be candidates.
+        ignored: why others may not.
+        excluded: effects that are not asked for, and why.
+
+    Raises:
+        BadInput: where the recordings cannot answer.
+    """
+    case, found, refused = chosen_effects(runs, inertia, validate, names, excluded)
+    problem = case.problem
+    whole, smooth = smooth_terms(problem, found, names, case.pieces)
+    base = nothing(problem)
+    findings, notes = _findings(case, base, found, whole)
+    verdict = "effects" if findings else "unexplained" if smooth else "none"
+    answered(problem, verdict, runs)
+    before, after = case.proof.errors(base), case.proof.errors(whole)
+    error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
+    error["validated_on"] = case.proof.validated_on
+    model = model_of(problem, whole)
+    s = problem.signals
+    depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
+    return Trace(
+        inertia=inertia,
+        verdict=verdict,
+        effects=tuple(findings),
+        rejected=tuple(_rejected(case, found, refused)),
+        unexplained=smooth,
+        error=error,
+        ignored_channels=ignored,
+        notes=(
+            *notes,
+            *_timing(case, base, whole),
+            *remarks(problem),
+            *_loop(problem),
+            *_command(case.proof.validation or problem),
+        ),
+        declared_model=model_of(problem, base),
+        model=model,
+        pictures=Pictures(
+            before=before,
+            after=after,
+            ledger_time=s.time,
+            ledger=model.parts(s),
+            residual_before=base.fit.residual,
+            residual_after=whole.fit.residual,
+            depends={name: problem.blocks.mean(values) for name, values in depends.items()},
+        ),
+        loop="closed" if problem.closed_loop else "open",
+        proven=bool(findings) and _proven(error, problem.closed_loop),
+    )
+
+
+def _proven(error: dict[str, Any], closed_loop: bool) -> bool:
+    """Whether the errors on unseen data got better beyond chance: of free runs in open loop, of predictions else."""
+    change = error["change"]["torque_rmse" if closed_loop else "free_run_rmse"]
+    return float(change["high"]) < 0.0
+
+
+def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
+    problem = case.problem
+    spans = intervals(problem, found)
+    notes: list[str] = []
+    findings: list[Finding] = []
+    last = _mean_square(base.fit.residual)
+    total = max(last - _mean_square(whole.fit.residual), 1e-300)
+    for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
+        now = _mean_square(_first(problem, found, k + 1))
+        share = float(np.clip((last - now) / total, 0.0, 1.0))
+        last = now
+        parameters = effect.parameters(term, problem.signals.inertia)
+        if below_sampling(term, problem):
+            notes.append(
+                f"torque and yaw rate are aligned by {next(iter(parameters.values())):.3g} s, less than a sample "
+                "period: part of the sampling, not an effect"
+            )
+            continue
+        p = p_value_of(case, found, k)
+        tied, manoeuvre = _tied(case, found, k)
+        findings.append(
+            Finding(
+                effect=term.effect,
+                channels=streams(effect),
+                parameters=parameters,
+                interval=spans[k],
+                p_value=p,
+                share=share,
+                cannot_tell_from=tied,
+                next_manoeuvre=manoeuvre,
+                sentence=sentence(effect, parameters, spans[k], share),
+            )
+        )
+    if {"tether", "bias_torque"} <= set(found.names()):
+        notes.append("a constant moment beside a tether is, in the equation, a tether untwisted at another heading")
+    return findings, notes
+
+
+def _tied(case: Case, found: Hypothesis, k: int) -> tuple[tuple[str, ...], str]:
+    """From which effects the k-th cannot be told, and what to drive to tell it from the first of them."""
+    tied = indistinguishable(case.problem, found, k, case.effects)
+    names = tuple(rival.terms[-1].effect for rival in tied)
+    return names, separate(case.problem, found, tied[0], names[0]) if tied else ""
+
+
+def _loop(problem: Problem) -> tuple[str, ...]:
+    """The note that a controller was at work; empty in open loop."""
+    if not problem.closed_loop:
+        return ()
+    return (
+        f"the torque answers the yaw rate with {problem.feedback:.3g} N m s/rad: a controller closed the loop, and the "
+        "evidence allows for it",
+    )
+
+
+def _timing(case: Case, base: Hypothesis, whole: Hypothesis) -> tuple[str, ...]:
+    """The note that free runs are no better as they are, but put on time; else empty."""
+    before, after = (case.proof.errors(each).free_run_rmse() for each in (base, whole))
+    best, better = case.proof(base), case.proof(whole)
+    if after < before or better >= best:
+        return ()
+    late = case.proof.late(whole)
+    return (
+        f"free runs with the effects come {abs(late):.2g} s {'late' if late > 0.0 else 'early'}, less than a sample "
+        f"period; put on time their error is {better:.3g} rad/s, of {best:.3g} without the effects",
+    )
+
+
+def _command(problem: Problem) -> tuple[str, ...]:
+    """The note that something else than the recorded torque drove the free runs of these recordings; else empty."""
+    if not problem.signals.known:
+        return ()
+    what = "levels" if problem.command.steps else "tones or a sweep"
+    return (
+        f"the torque is a command of {what} with noise on it that no turn is seen to follow: free runs are driven "
+        "by the command",
+    )
+
+
+def _rejected(case: Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
+    """What the search refused, and every other candidate with the evidence that is left for it, most telling first."""
+    taken = set(found.names()) | set(failed)
+    rejected: list[Rejected] = []
+    for lead in scan(case.problem, found, case.effects):
+        p = p_value(lead.gain, lead.effect.core, lead.effect.looks)
+        if lead.effect.name in failed and lead.effect.name not in {r.effect for r in rejected}:
+            rejected.append(Rejected(lead.effect.name, p, failed[lead.effect.name]))
+        elif lead.effect.name not in taken:
+            taken.add(lead.effect.name)
+            rejected.append(Rejected(lead.effect.name, p, _why_not(case.problem, found, lead)))
+    return sorted(rejected, key=lambda r: r.p_value)
+
+
+def _why_not(problem: Problem, found: Hypothesis, lead: Lead) -> str:
+    """Why a candidate that no gate ever saw is not added."""
+    if lead.score < LEAST_GAIN:
+        return "too little evidence beside what was found"
+    reason, k = sound(problem, with_lead(problem, found, lead))
+    return reason if reason and k == len(found.terms) else "beside what was found it brings too little"
+
+
+def _first(problem: Problem, found: Hypothesis, count: int) -> Array:
+    """Residual with the first `count` effects alone."""
+    if count == len(found.terms):
+        return found.fit.residual
+    return settle(problem, found.values()[:count], nothing(problem)).fit.residual
+
+
+def _mean_square(residual: Array) -> float:
+    """Robust against outliers: of the residual drawn in to four deviations."""
+    limit = 4.0 * 1.4826 * float(np.median(np.abs(residual)))
+    return float(np.mean(np.clip(residual, -limit, limit) ** 2))
+
+
+def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, scatter: float) -> dict[str, Any]:
+    def of(errors: Errors) -> dict[str, float]:
+        mae, rmse = sample_errors(errors.torque, scatter)
+        return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": errors.free_run_rmse()}
+
+    def length(times: tuple[Array, ...]) -> int:
+        """Four time scales, in samples: well above the errors' correlation time."""
+        step = np.median(np.concatenate([np.diff(t) for t in times]))
+        return max(round(4.0 * problem.signals.scale / float(step)), 4)
+
+    torque: Change = change_of_rms(before.torque, after.torque, length(after.block_time))
+    free: Change = change_of_rms(before.free_run, after.free_run, length(after.time))
+    n, p = whole.columns.shape
+    # the same residual as `after`, on the fitted blocks, made up for the parameters
+    left = torque_errors(problem, problem, whole)
+    variance = float(np.mean(left**2)) * n / max(n - p, 1)
+    return {
+        "before": of(before),
+        "after": of(after),
+        "change": {"torque_rmse": torque.to_dict(), "free_run_rmse": free.to_dict()},
+        "floor": {"torque_rmse": float(np.sqrt(variance + scatter**2))},
+    }
