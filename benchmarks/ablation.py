@@ -18,7 +18,7 @@ import random
 import shlex
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -49,7 +49,7 @@ SECOND = {"one": 36, "quiet": 14}
 NOISES = ("shared", "torque")
 AS_IT_IS = "as it is"
 
-Patch = tuple[str, str, Callable[..., Any]]
+Patch = tuple[str, str, Any]
 """Module, name in it (of a class's function with the class), and what stands there instead."""
 
 
