@@ -219,9 +219,7 @@ def change_of_rms(before: Sequence[Array], after: Sequence[Array], length: int, 
         sums_after.append(total[1][first + size] - total[1][first])
         counts.append(np.full(first.size, float(size)))
     all_before, all_after, count = (np.concatenate(x) for x in (sums_before, sums_after, counts))
-    weight = np.concatenate(
-        [np.full(c.size, b.size / c.size) for c, (b, _) in zip(counts, pieces, strict=True)]
-    )
+    weight = np.concatenate([np.full(c.size, b.size / c.size) for c, (b, _) in zip(counts, pieces, strict=True)])
     samples = sum(b.size for b, _ in pieces)
     draws = max(2, round(samples / float(np.mean(count))))
     index = np.random.default_rng(seed).choice(count.size, size=(2000, draws), p=weight / weight.sum())

@@ -47,8 +47,8 @@ def smooth_terms(
         grown = with_lead(problem, hypothesis, leads[0])
         last = len(grown.terms) - 1
         p = p_value(evidence(problem, grown, last), grown.effects[last].core, len(tried))
-        others = max((partial_contribution(problem, grown, k) for k in range(last)), default=0.0)
-        large = partial_contribution(problem, grown, last) > max(CONTRIBUTION, SHAPE * others)
+        others = max((partial_contribution(grown, k) for k in range(last)), default=0.0)
+        large = partial_contribution(grown, last) > max(CONTRIBUTION, SHAPE * others)
         if not (
             free_run.better(grown, hypothesis)
             and large
