@@ -28,9 +28,7 @@ from benchmarks.trace_cases import GROUPS, case
 from benchmarks.trace_judge import judge
 from benchmarks.trace_report import report
 from incsvr.tracing import trace
-from incsvr.tracing.channels import usable
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.forward.forward_trace import forward_trace_in_blocks
 from incsvr.tracing.run import Run
 from simulator.trial import Outcome, Trial, play
 
@@ -39,7 +37,7 @@ FIRST_SEED = 10_000
 """Seeds from here on are for the published table alone; whoever improves the tracer tries it on smaller ones."""
 
 
-def examine(group: str, trial: Trial, in_depth: bool, form: str) -> dict[str, Any]:
+def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
     """Plays a trial, has it traced, and judges the answer; a plain record, for JSON.
 
     In depth: the peers see it too, and so does the tracer the same trial without its effects, whose error is the floor.
@@ -52,7 +50,7 @@ def examine(group: str, trial: Trial, in_depth: bool, form: str) -> dict[str, An
     began = time.process_time()
     failure, answer = None, dict[str, Any]()
     try:
-        answer = traced(run, outcome.inertia, form).to_dict()
+        answer = traced(run, outcome.inertia).to_dict()
     except Exception as error:  # a crash is a result too, and the other trials go on
         failure = f"{type(error).__name__}: {error}"
     seconds = time.process_time() - began
@@ -75,7 +73,7 @@ def examine(group: str, trial: Trial, in_depth: bool, form: str) -> dict[str, An
     }
     if in_depth and trial.effects:
         twin = play(replace(trial, size=0.0))
-        record["twin"] = traced(as_run(twin), twin.inertia, form).to_dict()["error"]["before"]
+        record["twin"] = traced(as_run(twin), twin.inertia).to_dict()["error"]["before"]
     if in_depth:
         problem = peers.terms(run, outcome.inertia)
         record["peers"] = {}
@@ -85,12 +83,9 @@ def examine(group: str, trial: Trial, in_depth: bool, form: str) -> dict[str, An
     return record
 
 
-def traced(run: Run, inertia: float, form: str) -> Trace:
-    """By the weak form, as `incsvr trace` does it where the torque is measured; or by the forward form in its place."""
-    if form == "weak":
-        return trace([run], inertia=inertia, torque="measured")
-    names, ignored = usable([run])
-    return forward_trace_in_blocks([run], inertia, None, names, ignored, measured=True)
+def traced(run: Run, inertia: float) -> Trace:
+    """The trials' torque is measured: its sensor has noise, and their controller sees the true rate."""
+    return trace([run], inertia=inertia, torque="measured")
 
 
 def as_run(outcome: Outcome) -> Run:
@@ -99,7 +94,7 @@ def as_run(outcome: Outcome) -> Run:
     return Run(outcome.recording.name, outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
 
 
-def study(work: Sequence[tuple[str, Trial, bool, str]], processes: int, at_most: float) -> list[dict[str, Any]]:
+def study(work: Sequence[tuple[str, Trial, bool]], processes: int, at_most: float) -> list[dict[str, Any]]:
     """The records of the cases, by group and seed, with a progress bar on standard error.
 
     Args:
@@ -147,12 +142,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="shared",
         help="all of it in the torque, or shared with the water",
     )
-    parser.add_argument(
-        "--form",
-        choices=("weak", "forward"),
-        default="weak",
-        help="which form of the equations answers (default: %(default)s, as `incsvr trace` does)",
-    )
     parser.add_argument("--minutes", type=float, default=12.0, help="length of a recording (default: %(default)s)")
     parser.add_argument(
         "--deep-every", type=int, default=3, metavar="N", help="peers and floors for every Nth trial; 0: none"
@@ -166,11 +155,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Writes trace_table.json and trace_table.md; …_torque.… with all noise in the torque, …_forward.… by that form."""
+    """Writes trace_table.json and trace_table.md; …_torque.… with all noise in the torque."""
     if args.only:
         group, _, seed = args.only.partition(":")
         trial = case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes)
-        record = examine(group, replace(trial, noise=args.noise), True, args.form)
+        record = examine(group, replace(trial, noise=args.noise), True)
         print(json.dumps(record, indent=2, ensure_ascii=False))
         return 0
     every, counts = args.deep_every, {group: getattr(args, group) for group in GROUPS}
@@ -182,7 +171,6 @@ def run(args: argparse.Namespace) -> int:
             group,
             replace(case(group, index, args.first_seed, 60 * args.minutes), noise=args.noise),
             every > 0 and index % every == 0,
-            args.form,
         )
         for group, index in indices
     ]
@@ -201,7 +189,6 @@ def run(args: argparse.Namespace) -> int:
     lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
     head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
     name = "trace_table" if args.noise == "shared" else "trace_table_torque"
-    name += "_forward" if args.form == "forward" else ""
     (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
     (args.out / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)

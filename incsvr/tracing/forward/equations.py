@@ -171,4 +171,4 @@ def columns(part: Part, signals: Signals) -> Array:
 
 def target(grid: Grid, moment: Array) -> Array:
     """(n,) T(τ) − I₀ Δr/h, what damping and effects must make up for [N m]."""
-    return np.asarray(moment + grid.noise - grid.signals.inertia * grid.rise / grid.cell)
+    return np.asarray(moment - grid.signals.inertia * grid.rise / grid.cell)

@@ -111,7 +111,7 @@ def _evidence(grid: Grid, model: TracedModel, found: Fit, rival: Fit, manoeuvre:
     run = _driven(grid, model, manoeuvre)
     if float(np.max(np.abs(run.yaw_rate))) > 1.3 * float(np.max(np.abs(model.rate))):
         return 0.0  # beyond what was driven nothing is known of the damping
-    driven = in_blocks([run], grid.signals.inertia, sorted(run.channels), grid.cell, measured=False)
+    driven = in_blocks([run], grid.signals.inertia, sorted(run.channels), grid.cell)
     driven = replace(driven, surprise=np.zeros((grid.surprise.shape[0], len(driven.signals))))
     missed, own = (_left(driven, each, found) for each in (rival, found))
     return max(missed - 1.5 * own, 0.0)  # what its own model leaves is the error of integration

@@ -9,11 +9,9 @@ import numpy as np
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.forward.candidates import admissible
 from incsvr.tracing.forward.fit import fit
-from incsvr.tracing.forward.grid import cells, in_blocks
+from incsvr.tracing.forward.grid import cells
 from incsvr.tracing.forward.question import Question
-from incsvr.tracing.forward.refusals import refuse_constant_torque, refuse_too_short
 from incsvr.tracing.forward.result import result_of
-from incsvr.tracing.forward.scales import block_length
 from incsvr.tracing.forward.search import search
 from incsvr.tracing.run import Run
 
@@ -42,33 +40,7 @@ def forward_trace(
     base = fit(grid)
     asked = Question.of(grid, admissible(names, grid.signals), base)
     unseen = cells(validate, inertia, channels) if validate else None
-    pair = None if unseen is None else (unseen, unseen)
-    return result_of(asked, search(asked, base), grid, pair, ignored, closed_loop=True)
-
-
-def forward_trace_in_blocks(
-    runs: Sequence[Run],
-    inertia: float,
-    validate: Sequence[Run] | None,
-    names: Sequence[str],
-    ignored: dict[str, str],
-    *,
-    measured: bool,
-) -> Trace:
-    """The same in open loop, and for a torque that is `measured` with noise of its own.
-
-    The weak form leads there still: how far this is behind it, `python -m benchmarks.trace_table --form forward` says.
-    """
-    channels, length = read(runs, names), block_length(runs, inertia)
-    fine, grid = cells(runs, inertia, channels), in_blocks(runs, inertia, channels, length, measured)
-    refuse_constant_torque(grid)
-    refuse_too_short(grid)
-    base = fit(grid)
-    asked = Question.of(grid, admissible(names, grid.signals), base, fine)
-    unseen = None
-    if validate:
-        unseen = in_blocks(validate, inertia, channels, length, measured), cells(validate, inertia, channels)
-    return result_of(asked, search(asked, base), fine, unseen, ignored, closed_loop=False)
+    return result_of(asked, search(asked, base), unseen, ignored)
 
 
 def read(runs: Sequence[Run], names: Sequence[str]) -> list[str]:

@@ -1,7 +1,6 @@
 """Recordings as cells: what is known at the beginning of each, and the rise of the rate in it.
 
-Where a controller closed the loop with commands, a cell is the time between two of them, so that nothing in a cell
-answers what happens in it. Elsewhere a cell is a block of the vehicle's own time, which averages the sensors' noise.
+A cell is the time between two commands, so that nothing in a cell answers what happens in it.
 """
 
 from __future__ import annotations
@@ -21,9 +20,8 @@ from incsvr.tracing.forward.interpolation import (
     rate_at,
     rate_without_spikes,
     snapped,
-    torque_without_spikes,
 )
-from incsvr.tracing.forward.torque import acting_torque, surprise
+from incsvr.tracing.forward.torque import surprise
 from incsvr.tracing.run import Run, sample_period, stream
 from incsvr.tracing.weak.grid import pieces, time_scale
 
@@ -42,10 +40,9 @@ class Grid:
     """All pieces of all runs, one after the other.
 
     Attributes:
-        signals: of each cell the mean of the torque, of a measured one what acted, as far as its neighbours tell; the
-            rate at its beginning; heading and channels at its beginning, of a block in its middle.
+        signals: of each cell the mean of the torque and the rate at its beginning; heading and channels at its
+            beginning, of a block in its middle.
         rise: (n,) `r[k + 1] − r[k]` [rad/s].
-        noise: (n,) the recorded torque less the one in `signals` [N m].
         shift: (n,) by how much the mean torque changes for a second by which its stamps are late [N m/s].
         surprise: (m, n) what of each command does not follow from what the log holds before it [N m]: of a controller
             that sees another gyro than the log's, it tells what that gyro saw. Empty for blocks.
@@ -57,7 +54,6 @@ class Grid:
 
     signals: Signals
     rise: Array
-    noise: Array
     shift: Array
     surprise: Array
     command: Array
@@ -83,7 +79,6 @@ class Grid:
             self,
             signals=self.signals.pieces(slices),
             rise=self.rise[index],
-            noise=self.noise[index],
             shift=self.shift[index],
             surprise=self.surprise[:, index],
             command=self.command[index],
@@ -101,21 +96,17 @@ def cells(runs: Sequence[Run], inertia: float, names: Sequence[str]) -> Grid:
     count = sum(int(np.isfinite(run.yaw_rate).sum()) for run in runs)
     by_command = ALIKE[0] < torque_period / period < ALIKE[1]
     step = (torque_period if by_command else period) * max(1, -(-count // MOST_CELLS))
-    grid = _cut(runs, inertia, names, step, held=True, by_command=by_command, blocks=False)
+    grid = _cut(runs, inertia, names, step, by_command=by_command, blocks=False)
     return replace(grid, surprise=surprise(grid.signals))
 
 
-def in_blocks(runs: Sequence[Run], inertia: float, names: Sequence[str], length: float, measured: bool) -> Grid:
-    """The recordings as blocks of this length [s], the torque a measurement with noise of its own, or a command.
+def in_blocks(runs: Sequence[Run], inertia: float, names: Sequence[str], length: float) -> Grid:
+    """The recordings as blocks of this length [s], the torque a command.
 
     Raises:
         BadInput: where yaw rate and torque never overlap.
     """
-    grid = _cut(runs, inertia, names, length, held=not measured, by_command=False, blocks=True)
-    if not measured:
-        return grid
-    acting = acting_torque(grid.signals)
-    return replace(grid, signals=replace(grid.signals, torque=acting), noise=grid.signals.torque - acting)
+    return _cut(runs, inertia, names, length, by_command=False, blocks=True)
 
 
 def _cut(
@@ -124,7 +115,6 @@ def _cut(
     names: Sequence[str],
     step: float,
     *,
-    held: bool,
     by_command: bool,
     blocks: bool,
 ) -> Grid:
@@ -137,8 +127,6 @@ def _cut(
         for piece in pieces(run):
             at, rate = stream(piece, piece.yaw_rate)
             when, torque = stream(piece, piece.torque)
-            if not held:
-                torque = torque_without_spikes(torque)
             begin, end = max(at[0], when[0]), min(at[-1], when[-1])
             clock = when if by_command else at
             first = clock[np.searchsorted(clock, begin)] if begin <= clock[-1] else end
@@ -146,13 +134,13 @@ def _cut(
             if edges.size < 6:
                 continue
             edges = snapped(edges, clock, step)
-            rate = rate_at(edges, at, rate_without_spikes(rate), when, torque, inertia, held)
-            newest = before(when, torque, edges) if held else np.interp(edges, when, torque)
+            rate = rate_at(edges, at, rate_without_spikes(rate), when, torque, inertia)
+            newest = before(when, torque, edges)
             part = {
                 "time": edges[:-1],
                 "rate": rate[:-1],
                 "rise": np.diff(rate),
-                "torque": mean_between(when, torque, edges, held),
+                "torque": mean_between(when, torque, edges),
                 "shift": -np.diff(newest) / step,
                 "command": newest[1:],
             }
@@ -194,7 +182,6 @@ def _cut(
     return Grid(
         signals=signals,
         rise=rise,
-        noise=np.zeros(len(signals)),
         shift=shift,
         surprise=np.zeros((0, len(signals))),
         command=command,

@@ -29,16 +29,14 @@ class Question:
         grid: the recordings as cells.
         effects: that may be named.
         prices: by the effect's key, what its parameters cost in 2 Δℓ.
-        fine: the recordings in cells of the streams' own period, where a free run proves something: in open loop.
     """
 
     grid: Grid
     effects: tuple[Effect, ...]
     prices: Mapping[str, float]
-    fine: Grid | None = None
 
     @staticmethod
-    def of(grid: Grid, effects: Sequence[Effect], base: Fit, fine: Grid | None = None) -> Question:
+    def of(grid: Grid, effects: Sequence[Effect], base: Fit) -> Question:
         """The question whether these effects are missing beside `base`, the fit without any."""
         s = Projection(grid, base).signals
         moments = np.log(max(len(s) * grid.cell / (0.1 * s.scale), 2.0))
@@ -49,7 +47,7 @@ class Question:
                 linear = 0 if begun[0].thrust else columns(begun[0], s).shape[0]
                 free = linear + (1 if begun[0].searched else 0) + (1 if effect.shapes else 0)
                 prices[effect.key] = free * float(moments) + 2.0 * float(np.log(len(begun)))
-        return Question(grid, tuple(effect for effect in effects if effect.key in prices), prices, fine)
+        return Question(grid, tuple(effect for effect in effects if effect.key in prices), prices)
 
     def price(self, part: Part) -> float:
         return self.prices[part.effect.key]

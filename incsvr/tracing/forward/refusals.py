@@ -28,29 +28,9 @@ OWN = 0.3
 """Part of what drag leaves that the acceleration must explain: a vehicle that turns steadily does not show its own."""
 
 
-def refuse_too_short(grid: Grid) -> None:
-    """Raises BadInput where the recordings are short beside the time in which the motion changes."""
-    length, scale = len(grid.signals) * grid.cell, grid.signals.scale
-    if length < FEWEST_SCALES * scale:
-        raise BadInput(
-            f"{length:.3g} s are too few to trace anything: the yaw rate changes within {scale:.2g} s, so record at "
-            f"least {FEWEST_SCALES * scale:.0f} s of varied turning, better ten minutes"
-        )
-
-
-def refuse_constant_torque(grid: Grid) -> None:
-    """Raises BadInput where the torque never changes and no channel could explain the motion."""
-    torque = grid.signals.torque
-    if float(np.ptp(torque)) <= 1e-9 * max(1.0, float(np.max(np.abs(torque)))) and not grid.signals.channels:
-        raise BadInput(
-            f"the torque is constant ({float(np.mean(torque)):.3g} N m), so nothing can be traced: record a run with "
-            "varied commands, or add the channel that turns the vehicle"
-        )
-
-
 def refuse_opposite_signs(grid: Grid) -> None:
     """Raises BadInput where τ = a ṙ + b r fits with both a and b negative: the vehicle turns against its thrust."""
-    torque, rate = grid.signals.torque + grid.noise, grid.signals.rate + 0.5 * grid.rise
+    torque, rate = grid.signals.torque, grid.signals.rate + 0.5 * grid.rise
     design = np.stack([grid.rise / grid.cell, rate], axis=1)
     theta = np.linalg.lstsq(design, torque)[0]
     explained = 1.0 - float(np.sum((torque - design @ theta) ** 2)) / max(float(torque @ torque), 1e-300)
@@ -107,7 +87,7 @@ def _apparent_inertia(grid: Grid) -> tuple[float, float] | None:
     τ = I ṙ + b r + c r|r| + d over cells. Noise in ṙ lowers the I of τ on ṙ, noise in τ raises that of ṙ on τ: the
     truth lies between them (Frisch).
     """
-    torque, rate = grid.signals.torque + grid.noise, grid.signals.rate + 0.5 * grid.rise
+    torque, rate = grid.signals.torque, grid.signals.rate + 0.5 * grid.rise
     drag = np.stack([np.ones(torque.size), rate, rate * np.abs(rate)], axis=1)
 
     def beside_drag(values: Array) -> Array:

@@ -29,31 +29,27 @@ Array = NDArray[np.float64]
 def result_of(
     asked: Question,
     found: Found,
-    fine: Grid,
-    unseen: tuple[Grid, Grid] | None,
+    unseen: Grid | None,
     ignored: Mapping[str, str],
-    closed_loop: bool,
 ) -> Trace:
     """The findings with their errors on unseen data.
 
     Args:
         asked: which recordings were asked for what.
         found: by the search.
-        fine: the recordings in cells of the streams' own period.
-        unseen: recordings for validation, as `validation.validate` takes them.
+        unseen: recordings for validation; without them pieces are held out.
         ignored: why some channels were no candidates.
-        closed_loop: whether the torque answers the rate.
     """
     grid = asked.grid
     channels = [name for name in grid.signals.channels if name not in ignored]
     best, unexplained = smooth_terms(asked, found.best, channels)
-    validation = validate(grid, fine, best, found.base, unseen)
+    validation = validate(grid, best, found.base, unseen)
     s = grid.signals
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     declared, model = model_of(grid, found.base), model_of(grid, best)
     size = max(round(model.block / grid.cell), 1)
-    error, predictions, free_runs = validation.to_dict(model.sigma)
-    proof = predictions if closed_loop else free_runs
+    # in closed loop the free run proves nothing
+    error, predictions = validation.to_dict(model.sigma)
     return Trace(
         inertia=s.inertia,
         verdict="effects" if found.best.parts else "unexplained" if unexplained else "none",
@@ -63,8 +59,8 @@ def result_of(
         error=error,
         ignored_channels=dict(ignored),
         notes=doubts(grid),
-        loop="closed" if closed_loop else "open",
-        proven=bool(found.best.parts) and proof.high < 0.0,
+        loop="closed",
+        proven=bool(found.best.parts) and predictions.high < 0.0,
         declared_model=declared,
         model=model,
         pictures=Pictures(

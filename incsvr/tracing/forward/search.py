@@ -19,8 +19,7 @@ from incsvr.tracing.forward.fit import Fit, fit
 from incsvr.tracing.forward.grid import Grid
 from incsvr.tracing.forward.projection import Lead, Projection
 from incsvr.tracing.forward.question import Question
-from incsvr.tracing.forward.thresholds import FREE_RUN_VETO, MISFIT, RELEVANT, REQUIRED_GAIN
-from incsvr.tracing.forward.validation import free_run_error
+from incsvr.tracing.forward.thresholds import MISFIT, RELEVANT, REQUIRED_GAIN
 
 Array = NDArray[np.float64]
 
@@ -204,8 +203,6 @@ def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str,
     for fitted in tried:
         gain = 2.0 * (fitted.log_likelihood - best.log_likelihood) - asked.price(fitted.parts[-1])
         reason, asked_gain = objection(asked.grid, fitted, len(fitted.parts) - 1), required(fitted)
-        if not reason and gain >= max(asked_gain, most) and not _free_run_bears(asked, fitted, best):
-            reason = "the free run gets worse with it"
         if reason or gain < asked_gain:
             name = fitted.parts[-1].name
             refused[name] = reason or f"it brings {gain:.3g} of the {asked_gain:.3g} that are asked"
@@ -214,15 +211,6 @@ def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str,
     if grown is not None:
         refused.pop(grown.parts[-1].name, None)
     return grown
-
-
-def _free_run_bears(asked: Question, fitted: Fit, less: Fit) -> bool:
-    """Whether the free run over these recordings bears the effect; True where a controller closed the loop, since a
-    free run proves nothing there."""
-    if asked.fine is None:
-        return True
-    with_effect, without_it = (free_run_error(asked.grid, asked.fine, each) for each in (fitted, less))
-    return with_effect < FREE_RUN_VETO * without_it
 
 
 def _pruned(asked: Question, best: Fit) -> Fit:
@@ -235,10 +223,7 @@ def _pruned(asked: Question, best: Fit) -> Fit:
         ]
         worst = int(np.argmin(gains))
         if gains[worst] >= required(best) and not objection(asked.grid, best, worst):
-            idle = [k for k, fewer in enumerate(less) if len(less) > 1 and not _free_run_bears(asked, best, fewer)]
-            if not idle:
-                return best
-            worst = min(idle, key=lambda k: gains[k])
+            return best
         best = less[worst]
     return best
 

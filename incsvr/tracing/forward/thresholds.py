@@ -42,12 +42,3 @@ IDLE, IDLE_RATE = 0.85, 35.0
 """Share of the time with next to no torque from which a vehicle counts as holding still, and the fastest turns, in
 deviations of the gyro's noise, above which it moved all the same: what the torque does for instants only, thrust curve,
 rotor and stamps explain alike."""
-
-BLOCKS_IN_SCALE, BLOCKS_IN_SETTLING = 12.0, 2.5
-"""Blocks in T_c, and in the time in which the vehicle follows its torque: longer ones lose what is fast in its motion,
-shorter ones hold more of the sensors' noise (development seeds: 8 and 15 in T_c do as well, 5 loses delays)."""
-
-FREE_RUN_VETO = 1.1
-"""Times the free run's error without an effect that the error with it may reach: an effect that predicts the next rise
-better and the free run by far worse is the shape of something else (development seeds: true effects up to 1.09, false
-ones from 1.3)."""

@@ -42,9 +42,8 @@ class Validation:
     on: str
     scale: float
 
-    def to_dict(self, floor: float) -> tuple[dict[str, Any], Change, Change]:
-        """The contract's `error`, and the changes of the equation's error and of the free run's; `floor` is the
-        equation's error on the fitted data [N m]."""
+    def to_dict(self, floor: float) -> tuple[dict[str, Any], Change]:
+        """The contract's `error`, and the change of the equation's; `floor` is that error on the fitted data [N m]."""
         torque = change_of_rms(self.before.torque, self.after.torque, max(round(4.0 / BLOCK), 4))
         step = float(np.median(np.concatenate([np.diff(t) for t in self.before.time if t.size > 1])))
         free = change_of_rms(self.before.free_run, self.after.free_run, max(round(4.0 * self.scale / step), 4))
@@ -61,30 +60,28 @@ class Validation:
             "floor": {"torque_rmse": floor},
             "validated_on": self.on,
         }
-        return errors, torque, free
+        return errors, torque
 
 
-def validate(grid: Grid, fine: Grid, whole: Fit, base: Fit, unseen: tuple[Grid, Grid] | None) -> Validation:
+def validate(grid: Grid, whole: Fit, base: Fit, unseen: Grid | None) -> Validation:
     """The errors of `base` and `whole` on unseen recordings; without them, on halves of pieces that take turns.
 
     Args:
         grid: the fitted recordings.
-        fine: the same in cells of the streams' own period, over which free runs are integrated.
         whole, base: the fits with effects and without.
-        unseen: likewise, of recordings that were not fitted.
+        unseen: recordings that were not fitted.
     """
     scale = grid.signals.scale
     if unseen is not None:
-        errors = [_errors(*unseen, model_of(grid, each), each) for each in (base, whole)]
+        errors = [_errors(unseen, model_of(grid, each), each) for each in (base, whole)]
         return Validation(errors[0], errors[1], "recordings", scale)
     halves = _halves(grid)
     parts = []
     for fitted_on, held_out in (halves, halves[::-1]):
         there, here = grid.pieces(fitted_on), grid.pieces(held_out)
-        here_fine = fine.pieces([_same(grid, piece, fine) for piece in held_out])
         nothing = fit(there, (), base)
         with_effects = fit(there, whole.parts, whole) if whole.parts else nothing
-        parts.append([_errors(here, here_fine, model_of(there, each), each) for each in (nothing, with_effects)])
+        parts.append([_errors(here, model_of(there, each), each) for each in (nothing, with_effects)])
     before, after = (_joined(pair) for pair in zip(*parts, strict=True))
     return Validation(before, after, "blocks", scale)
 
@@ -104,13 +101,6 @@ def model_of(grid: Grid, fitted: Fit) -> TracedModel:
     sigma = float(np.std(np.concatenate(block_means(grid, residual(grid, fitted))[0])))
     terms = tuple(part.term for part in fitted.parts)
     return TracedModel(s.inertia, rate, damping, terms, sigma, block, s.scale, s.origin)
-
-
-def free_run_error(grid: Grid, fine: Grid, fitted: Fit) -> float:
-    """Root mean square error of free runs over the recordings, in cells of the streams' own period [rad/s]."""
-    model = model_of(grid, fitted)
-    index, simulated = model.simulate(replace(fine.signals, origin=model.origin))
-    return float(np.sqrt(np.mean((simulated - fine.signals.rate[index]) ** 2)))
 
 
 def residual(grid: Grid, fitted: Fit) -> Array:
@@ -154,26 +144,16 @@ def block_means(grid: Grid, values: Array) -> tuple[tuple[Array, ...], tuple[Arr
     return tuple(means), tuple(times)
 
 
-def _same(grid: Grid, piece: slice, fine: Grid) -> slice:
-    """The cells of the fine grid that lie in a piece of the other."""
-    number = grid.run[np.searchsorted(grid.starts, piece.start, side="right") - 1]
-    begin, end = grid.signals.time[piece.start], grid.signals.time[piece.stop - 1] + grid.cell
-    of = np.repeat(fine.run, np.diff(fine.starts))
-    time = fine.signals.time
-    inside = np.flatnonzero((of == number) & (time >= begin - 1e-9) & (time < end - 0.5 * fine.cell))
-    return slice(int(inside[0]), int(inside[-1]) + 1)
-
-
-def _errors(grid: Grid, fine: Grid, model: TracedModel, fitted: Fit) -> Errors:
+def _errors(grid: Grid, model: TracedModel, fitted: Fit) -> Errors:
     torque, block_time = block_means(grid, residual(grid, fitted))
-    s = replace(fine.signals, origin=model.origin)
+    s = replace(grid.signals, origin=model.origin)
     index, simulated = model.simulate(s)
     piece = np.searchsorted(s.start, index, side="right") - 1
     groups = [np.flatnonzero(piece == k) for k in range(s.start.size - 1)]
     time = tuple(s.time[index[g]] for g in groups)
     measured, free = tuple(s.rate[index[g]] for g in groups), tuple(simulated[g] for g in groups)
     error = tuple(simulated_rate - rate for simulated_rate, rate in zip(free, measured, strict=True))
-    slope = tuple(np.gradient(values, fine.cell) if values.size > 1 else np.zeros(values.size) for values in free)
+    slope = tuple(np.gradient(values, grid.cell) if values.size > 1 else np.zeros(values.size) for values in free)
     return Errors(time, measured, free, error, slope, block_time, (), (), (), (), torque)
 
 
