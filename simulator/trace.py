@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW, Axis
@@ -125,17 +126,35 @@ def text(found: Trace) -> str:
             f"    {key:14s} [{unit:5s}]   {error['before'][key]:10.4g}  {error['after'][key]:10.4g}    "
             f"{change['estimate']:+.3g} ({change['low']:+.3g} to {change['high']:+.3g})"
         )
+    lines += _beside(error)
     if found.effects or found.loop == "closed":
         lines.append(f"  {_proof(found)}")
     lines.append(f"    noise floor of the torque {error['floor']['torque_rmse']:.4g} N m")
+    left = error["disturbance"]
+    lines.append(
+        f"    what is left: {left['torque_rmse']:.3g} N m (RMS), {left['share_of_torque']:.1%} of the torque, "
+        f"correlated over {left['correlation_time_s']:.2g} s"
+    )
     lines += [f"  not added: {r.effect}: {r.reason}" for r in found.rejected if "free run" in r.reason]
     lines += [f"  ignored channel {name}: {reason}" for name, reason in found.ignored_channels.items()]
     lines += [f"  note: {note}" for note in found.notes]
     return "\n".join(lines)
 
 
+def _beside(error: Mapping[str, Any]) -> list[str]:
+    """The trivial models, and the errors a few time scales ahead."""
+    zero, hold = (error["trivial"][name]["free_run_rmse"] for name in ("zero", "hold"))
+    lines = [f"    beside it [rad/s]: a rate of zero {zero:.4g}, the first rate held {hold:.4g}"]
+    for horizon, errors in error["horizons"].items():
+        said = ", ".join(f"{name} {errors[name]:.4g}" for name in ("before", "after", "hold", "zero"))
+        lines.append(f"    {horizon:>4s} time scales ahead [rad/s]: {said}")
+    return lines
+
+
 def _proof(found: Trace) -> str:
     """What the errors on unseen data are worth."""
+    if not found.beats_zero:
+        return "a free run that errs more than a rate of zero proves nothing"
     better = "lower beyond chance" if found.proven else "not lower beyond chance"
     if found.loop == "closed":
         return (
@@ -146,6 +165,8 @@ def _proof(found: Trace) -> str:
 
 
 def _headline(found: Trace) -> str:
+    if not found.beats_zero:
+        return "the model predicts no better than a rate of zero: check inertia, units and signs before anything else"
     if found.verdict == "effects":
         return "the model lacks " + ", ".join(finding.effect for finding in found.effects)
     if found.verdict == "unexplained":

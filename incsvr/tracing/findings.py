@@ -7,6 +7,7 @@ from typing import Any
 
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Array
+from incsvr.tracing.skill import beats_zero
 from incsvr.tracing.weak.unexplained import Unexplained
 from incsvr.tracing.weak.validation_errors import Errors
 
@@ -101,7 +102,8 @@ class Trace:
         pictures: for the report.
         loop: "closed" where the torque answers the rate, else "open".
         proven: in open loop, whether the interval of the free run's change lies below zero; in closed loop, where a
-            free run proves nothing, that of the predictions' change.
+            free run proves nothing, that of the predictions' change; and the model beats a rate of zero.
+        spans: where what is left is louder than elsewhere, from and to [s of the recordings].
     """
 
     inertia: float
@@ -117,6 +119,12 @@ class Trace:
     pictures: Pictures
     loop: str = "open"
     proven: bool = False
+    spans: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def beats_zero(self) -> bool:
+        """Whether the free run with what was found errs less than saying that the vehicle does not turn."""
+        return beats_zero(self.error)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -129,6 +137,7 @@ class Trace:
             "error": self.error,
             "loop": self.loop,
             "proven": self.proven,
+            "spans": [list(span) for span in self.spans],
             "ignored_channels": self.ignored_channels,
             "notes": list(self.notes),
             "model": self.model.to_dict(),

@@ -1,8 +1,9 @@
 """From recordings to what the declared model lacks: which way answers, and the answer.
 
 Where the torque is a command and a controller closed the loop, the forward form leads: there it alone is free of the
-bias that a torque brings which answers the water. Elsewhere the weak form proposes, which allows for noise in a measured torque, and
-in open loop the free run proves; of a command's effects that it does not prove, those stay that pay in the forward form.
+bias that a torque brings which answers the water. Elsewhere the weak form proposes, which allows for noise in a
+measured torque, and in open loop the free run proves; of a command's effects that it does not prove, those stay that
+pay in the forward form.
 """
 
 from __future__ import annotations

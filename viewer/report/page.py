@@ -44,10 +44,15 @@ def page(found: Trace) -> str:
     rate = pictures.depends["yaw_rate"]
     return environment.get_template("page.html.j2").render(
         found=found,
-        headline=HEADLINES.get(found.verdict) or f"The model lacks {_listed([f.effect for f in found.effects])}",
+        headline=_headline(found),
         summary=_summary(found.error),
         findings=[_finding(finding) for finding in found.effects],
         errors=_error_rows(found.error),
+        trivial={name: number(errors["free_run_rmse"]) for name, errors in found.error["trivial"].items()},
+        horizons=[
+            (horizon, *(number(errors[name]) for name in ("before", "after", "hold", "zero")))
+            for horizon, errors in found.error["horizons"].items()
+        ],
         floor=number(found.error["floor"]["torque_rmse"]),
         validated_on=_validated_on(found),
         residual=Markup(residual_against(pictures.depends, pictures.residual_before, pictures.residual_after)),
@@ -58,6 +63,12 @@ def page(found: Trace) -> str:
         chance=chance,
         probability=probability,
     )
+
+
+def _headline(found: Trace) -> str:
+    if not found.beats_zero:
+        return "The model predicts no better than a rate of zero"
+    return HEADLINES.get(found.verdict) or f"The model lacks {_listed([f.effect for f in found.effects])}"
 
 
 def number(value: float, sign: str = "") -> str:

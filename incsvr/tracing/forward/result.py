@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.forward.adequacy import smooth_terms
 from incsvr.tracing.forward.candidates import starts
@@ -21,6 +22,9 @@ from incsvr.tracing.forward.refusals import doubts
 from incsvr.tracing.forward.search import Found
 from incsvr.tracing.forward.validation import model_of, residual, validate
 from incsvr.tracing.sentences import sentence, streams
+from incsvr.tracing.skill import proven
+from incsvr.tracing.spells import sentence as sentence_of_spells
+from incsvr.tracing.spells import spans, spells
 from incsvr.tracing.weak.evidence import p_value
 
 Array = NDArray[np.float64]
@@ -48,19 +52,23 @@ def result_of(
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     declared, model = model_of(grid, found.base), model_of(grid, best)
     size = max(round(model.block / grid.cell), 1)
-    # in closed loop the free run proves nothing
-    error, predictions = validation.to_dict(model.sigma)
+    moves = np.column_stack([np.gradient(s.torque), grid.rise])
+    inside = spells(np.asarray(best.innovation), moves, s.scale / grid.cell)
+    loud = spans(s.time, inside, grid.cell)
+    left = _means(residual(grid, best), size)
+    error = validation.to_dict(model.sigma) | {"disturbance": disturbance(left, size * grid.cell, s.torque)}
     return Trace(
         inertia=s.inertia,
-        verdict="effects" if found.best.parts else "unexplained" if unexplained else "none",
+        verdict="effects" if found.best.parts else "unexplained" if unexplained or loud else "none",
         effects=tuple(_findings(asked, found)),
         rejected=tuple(_rejected(asked, found)),
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=doubts(grid),
+        notes=(*doubts(grid), *([sentence_of_spells(loud)] if loud else [])),
         loop="closed",
-        proven=bool(found.best.parts) and predictions.high < 0.0,
+        proven=bool(found.best.parts) and proven(error, closed_loop=True),
+        spans=loud,
         declared_model=declared,
         model=model,
         pictures=Pictures(
@@ -69,7 +77,7 @@ def result_of(
             ledger_time=s.time,
             ledger=model.parts(predicted(grid, best.model).signals),
             residual_before=_means(residual(grid, found.base), size),
-            residual_after=_means(residual(grid, best), size),
+            residual_after=left,
             depends={name: _means(values, size) for name, values in depends.items()},
         ),
     )

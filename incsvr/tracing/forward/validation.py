@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -14,8 +14,9 @@ from scipy.optimize import isotonic_regression
 from incsvr.tracing.forward.equations import columns, predicted, target, thrust
 from incsvr.tracing.forward.fit import Fit, fit
 from incsvr.tracing.forward.grid import Grid
-from incsvr.tracing.model import TracedModel
-from incsvr.tracing.weak.evidence import Change, change_of_rms, rms
+from incsvr.tracing.model import STEPS, TracedModel
+from incsvr.tracing.skill import ahead, horizons, joined, trivial
+from incsvr.tracing.weak.evidence import change_of_rms, rms
 from incsvr.tracing.weak.validation_errors import Errors
 
 Array = NDArray[np.float64]
@@ -42,8 +43,8 @@ class Validation:
     on: str
     scale: float
 
-    def to_dict(self, floor: float) -> tuple[dict[str, Any], Change]:
-        """The contract's `error`, and the change of the equation's; `floor` is that error on the fitted data [N m]."""
+    def to_dict(self, floor: float) -> dict[str, Any]:
+        """The contract's `error`; `floor` is the equation's error on the fitted data [N m]."""
         torque = change_of_rms(self.before.torque, self.after.torque, max(round(4.0 / BLOCK), 4))
         step = float(np.median(np.concatenate([np.diff(t) for t in self.before.time if t.size > 1])))
         free = change_of_rms(self.before.free_run, self.after.free_run, max(round(4.0 * self.scale / step), 4))
@@ -53,14 +54,15 @@ class Validation:
             mae, rmse = float(np.mean(np.abs(flat))), float(np.sqrt(np.mean(flat**2)))
             return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": rms(errors.free_run)}
 
-        errors = {
+        return {
             "before": of(self.before),
             "after": of(self.after),
             "change": {"torque_rmse": torque.to_dict(), "free_run_rmse": free.to_dict()},
             "floor": {"torque_rmse": floor},
+            "trivial": trivial(self.after.measured),
+            "horizons": horizons(self.before.ahead, self.after.ahead),
             "validated_on": self.on,
         }
-        return errors, torque
 
 
 def validate(grid: Grid, whole: Fit, base: Fit, unseen: Grid | None) -> Validation:
@@ -154,26 +156,12 @@ def _errors(grid: Grid, model: TracedModel, fitted: Fit) -> Errors:
     measured, free = tuple(s.rate[index[g]] for g in groups), tuple(simulated[g] for g in groups)
     error = tuple(simulated_rate - rate for simulated_rate, rate in zip(free, measured, strict=True))
     slope = tuple(np.gradient(values, grid.cell) if values.size > 1 else np.zeros(values.size) for values in free)
-    return Errors(time, measured, free, error, slope, block_time, (), (), (), (), torque)
+    steps = ahead([model], s, model.scale / STEPS, [s.runs()], model.scale)
+    return Errors(time, measured, free, error, slope, block_time, (), (), (), (), torque, steps)
 
 
 def _joined(parts: Sequence[Errors]) -> Errors:
     """The errors of several held-out sets as one."""
-    return Errors(
-        *(
-            tuple(piece for part in parts for piece in getattr(part, name))
-            for name in (
-                "time",
-                "measured",
-                "simulated",
-                "free_run",
-                "slope",
-                "block_time",
-                "block_rate",
-                "block_error",
-                "block_slope",
-                "mistimed",
-                "torque",
-            )
-        )
-    )
+    pieces = [field.name for field in fields(Errors) if field.name != "ahead"]
+    together = {name: tuple(piece for part in parts for piece in getattr(part, name)) for name in pieces}
+    return Errors(**together, ahead=joined([part.ahead for part in parts]))

@@ -12,6 +12,7 @@ from scipy.special import erf
 from incsvr.effects import Signals
 from incsvr.tracing.model import STEPS, model_of, simulate
 from incsvr.tracing.run import Array
+from incsvr.tracing.skill import Ahead, ahead
 from incsvr.tracing.weak.evidence import rms
 from incsvr.tracing.weak.hypothesis import Hypothesis, left_over
 from incsvr.tracing.weak.problem import Problem
@@ -33,6 +34,7 @@ class Errors:
         block_slope: mean slope of each block [rad/s²].
         mistimed: of each block, as `Blocks` has it.
         torque: (n_b,) block residuals [N m]; of no piece where only the free runs were asked for.
+        ahead: multi-step predictions, for each of `skill.HORIZONS`; likewise.
     """
 
     time: tuple[Array, ...]
@@ -46,6 +48,7 @@ class Errors:
     block_slope: tuple[Array, ...]
     mistimed: tuple[Array, ...]
     torque: tuple[Array, ...]
+    ahead: tuple[Ahead, ...] = ()
 
     def free_run_rmse(self) -> float:
         """[rad/s]."""
@@ -82,7 +85,8 @@ def errors_on(
     signals = problem.signals.pieces([piece for each in slices for piece in each])
     step = min(signals.scale / STEPS, blocks.period)
     models = [model_of(fitted, found) for fitted, found, _ in fits]
-    index, simulated = simulate(models, _driving(problem), step, slices)
+    driving = _driving(problem)
+    index, simulated = simulate(models, driving, step, slices)
     run = np.searchsorted(signals.start, index, side="right") - 1
     groups = [np.flatnonzero(run == k) for k in range(len(spans))]
     measured = signals.rate[index]
@@ -104,6 +108,7 @@ def errors_on(
         block_slope=tuple(_averaged(values, *where) for values, *where in zip(slope, block, counts, strict=True)),
         mistimed=tuple(blocks.mistimed[p] for p in spans),
         torque=tuple(residual),
+        ahead=ahead(models, driving, step, slices, signals.scale) if torque else (),
     )
 
 

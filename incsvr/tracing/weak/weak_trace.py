@@ -11,10 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.model import model_of
 from incsvr.tracing.run import Array, Run
 from incsvr.tracing.sentences import sentence, streams
+from incsvr.tracing.skill import horizons, proven, trivial
+from incsvr.tracing.spells import sentence as sentence_of_spells
+from incsvr.tracing.spells import spans, spells
 from incsvr.tracing.weak.acceptance import sound
 from incsvr.tracing.weak.declaration import remarks
 from incsvr.tracing.weak.evidence import Change, change_of_rms, intervals, p_value
@@ -29,6 +33,7 @@ from incsvr.tracing.weak.required_gain import LEAST_GAIN
 from incsvr.tracing.weak.scan import Lead, scan, with_lead
 from incsvr.tracing.weak.unexplained import smooth_terms
 from incsvr.tracing.weak.validation_errors import Errors, sample_errors, torque_errors
+from incsvr.tracing.weak.whitening import loudness
 
 
 def weak_trace(
@@ -57,11 +62,13 @@ def weak_trace(
     whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
-    verdict = "effects" if findings else "unexplained" if smooth else "none"
+    loud = _spells(problem, whole)
+    verdict = "effects" if findings else "unexplained" if smooth or loud else "none"
     answered(problem, verdict, runs)
     before, after = case.proof.errors(base), case.proof.errors(whole)
     error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
     error["validated_on"] = case.proof.validated_on
+    error["disturbance"] = disturbance(whole.fit.residual, problem.blocks.period, problem.signals.torque)
     model = model_of(problem, whole)
     s = problem.signals
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
@@ -75,6 +82,7 @@ def weak_trace(
         ignored_channels=ignored,
         notes=(
             *notes,
+            *([sentence_of_spells(loud)] if loud else []),
             *_timing(case, base, whole),
             *remarks(problem),
             *_loop(problem),
@@ -92,14 +100,20 @@ def weak_trace(
             depends={name: problem.blocks.mean(values) for name, values in depends.items()},
         ),
         loop="closed" if problem.closed_loop else "open",
-        proven=bool(findings) and _proven(error, problem.closed_loop),
+        proven=bool(findings) and proven(error, problem.closed_loop),
+        spans=loud,
     )
 
 
-def _proven(error: dict[str, Any], closed_loop: bool) -> bool:
-    """Whether the errors on unseen data got better beyond chance: of free runs in open loop, of predictions else."""
-    change = error["change"]["torque_rmse" if closed_loop else "free_run_rmse"]
-    return float(change["high"]) < 0.0
+def _spells(problem: Problem, whole: Hypothesis) -> tuple[tuple[float, float], ...]:
+    """Where what the effects leave is louder than elsewhere [s]."""
+    s, blocks = problem.signals, problem.blocks
+    # the acceleration and the jumps of the torque: what goes on within a block makes its equation less exact
+    moves = np.column_stack([np.gradient(blocks.mean(values)) for values in (s.torque, s.rate)])[blocks.whole]
+    innovation = whole.fit.innovation / loudness(whole.fit, blocks)
+    inside = np.zeros(len(blocks), dtype=bool)
+    inside[blocks.whole] = spells(innovation, moves, s.scale / blocks.period)
+    return spans(s.time[blocks.first], inside, blocks.period)
 
 
 def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
@@ -237,4 +251,6 @@ def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, 
         "after": of(after),
         "change": {"torque_rmse": torque.to_dict(), "free_run_rmse": free.to_dict()},
         "floor": {"torque_rmse": float(np.sqrt(variance + scatter**2))},
+        "trivial": trivial(after.measured),
+        "horizons": horizons(before.ahead, after.ahead),
     }

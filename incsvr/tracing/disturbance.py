@@ -1,0 +1,37 @@
+"""What a model leaves, described as one disturbance: how large, how much of the torque, how long it lasts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.tracing.run import Array
+
+
+def disturbance(residual: Array, period: float, torque: Array) -> dict[str, float]:
+    """The residual's root mean square [N m], its part of the torque's, and its correlation time [s].
+
+    The correlation time is the lag at which the autocorrelation falls below 1/e, by a line between lags; below one
+    period it is that of white noise.
+
+    Args:
+        residual: (n,) means over blocks of the fitted recordings [N m].
+        period: of a block [s].
+        torque: (m,) as recorded [N m].
+    """
+    size, driven = float(np.sqrt(np.mean(residual**2))), float(np.sqrt(np.mean(torque**2)))
+    centred = residual - np.mean(residual)
+    square = float(centred @ centred)
+    lag, before = 0, 1.0
+    time = 0.0
+    while square > 0.0 and lag + 1 < residual.size // 4:
+        lag += 1
+        now = float(centred[lag:] @ centred[:-lag]) / square
+        if now < np.exp(-1.0):
+            time = period * (lag - 1 + (before - np.exp(-1.0)) / (before - now))
+            break
+        before, time = now, period * lag
+    return {
+        "torque_rmse": size,
+        "share_of_torque": size / driven if driven > 0.0 else float("inf"),
+        "correlation_time_s": float(time),
+    }

@@ -1,0 +1,113 @@
+"""Is what a model leaves one stationary disturbance, or is it loud in spells?
+
+A clock that steps, thrusters that were off, a gyro that stands still: each makes the residual large for a while. Water
+does not come and go like that, unless the sea changes; either way the model does not hold throughout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.tracing.run import Array
+
+DEGREES = 6.0
+"""Of freedom of the innovations' law, Student's t: one spike must not look like a spell."""
+
+WINDOW = 6.0
+"""Time scales over which loudness is averaged to see whether it comes in spells: shorter than a pause of the thrusters,
+longer than what the noise's own correlation leaves."""
+
+TOGETHER = 4
+"""Neighbouring innovations that a permutation keeps together: what is left of their correlation."""
+
+PERMUTATIONS = 999
+
+MOST = 4000
+"""Innovations that are looked at; of more, means over neighbours."""
+
+LEVEL = 0.005
+"""Largest p-value of a residual that is called one disturbance no more."""
+
+MOST_NAMED = 5
+"""Spells that a sentence names."""
+
+LOUDER = 1.5
+"""Deviation within the spells over that outside from which they matter; a sea that is a little rougher does not."""
+
+
+def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
+    """(n,) which innovations lie in a spell, where there are more of these than chance would have it; else none.
+
+    The variance of the mean loudness log(1 + z²/6) over windows, against the same of permuted blocks: white noise of
+    one size has no loudness that lasts.
+
+    Args:
+        innovation: (n,) of the residual, white.
+        moves: (n, k) what makes the equation's own error larger, such as how fast torque and rate change: what these
+            explain of the loudness is no spell.
+        per_scale: innovations in a time scale of the motion.
+    """
+    nowhere = np.zeros(innovation.size, dtype=bool)
+    usual = 1.4826 * float(np.median(np.abs(innovation)))
+    many = max(innovation.size // MOST, 1)
+    n, length = innovation.size // many, max(round(WINDOW * per_scale / many), 2 * TOGETHER)
+    if n < 4 * length or usual <= 0.0:
+        return nowhere
+    loudness = np.log1p((innovation / usual) ** 2 / DEGREES)
+    usual_moves = np.median(np.abs(moves), axis=0) + 1e-300
+    design = np.column_stack([np.ones(innovation.size), np.log1p(np.abs(moves) / usual_moves)])
+    loudness = loudness - design @ np.linalg.lstsq(design, loudness)[0]
+    loudness = loudness[: n * many].reshape(n, many).mean(axis=1)
+    loudness = loudness / max(float(np.std(loudness)), 1e-300)
+    random = np.random.default_rng(seed)
+    folded = loudness[: n // TOGETHER * TOGETHER].reshape(-1, TOGETHER)
+    chance = [_variance(folded[random.permutation(len(folded))].ravel(), length) for _ in range(PERMUTATIONS)]
+    if (1 + np.sum(np.array(chance) >= _variance(loudness, length))) / (PERMUTATIONS + 1) > LEVEL:
+        return nowhere
+    short = max(length // 3, TOGETHER)
+    local = np.convolve(loudness, np.full(short, 1.0 / np.sqrt(short)), "same")
+    loud = nowhere.copy()
+    # a spell is where the loudness is above half its height
+    within = local > 0.5 * (float(np.quantile(local, 0.1)) + float(np.max(local)))
+    loud[: n * many] = np.repeat(_without_gaps(within, length), many)
+    inside, outside = innovation[loud], innovation[~loud]
+    matters = inside.size > 0 and float(np.std(inside)) > LOUDER * float(np.std(outside))
+    return loud if matters else nowhere
+
+
+def sentence(found: Sequence[tuple[float, float]]) -> str:
+    """What spells mean, for people."""
+    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MOST_NAMED])
+    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    return (
+        f"what the model leaves is no one disturbance: it is louder at {where}{more}; look there at the clocks of the "
+        "two streams, at whether the thrusters were armed, and at the gyro"
+    )
+
+
+def _variance(values: Array, length: int) -> float:
+    """Of the means over all windows of a length, in that of white noise."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return float(np.mean((total[length:] - total[:-length]) ** 2)) / length
+
+
+def _without_gaps(inside: NDArray[np.bool_], length: int) -> NDArray[np.bool_]:
+    """The same, gaps shorter than `length` closed."""
+    found = inside.copy()
+    at = np.flatnonzero(inside)
+    for a, b in pairwise(at.tolist()):
+        if 1 < b - a < length:
+            found[a:b] = True
+    return found
+
+
+def spans(time: Array, inside: NDArray[np.bool_], period: float) -> tuple[tuple[float, float], ...]:
+    """First and last instant of each spell [s], rounded; `time` begins each block of length `period`."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    return tuple(
+        (round(float(time[a]), 2), round(float(time[b - 1]) + period, 2)) for a, b in edges.reshape(-1, 2).tolist()
+    )
