@@ -21,7 +21,9 @@ def turning(drag: float) -> tuple[Signals, TracedModel]:
     for k in range(time.size - 1):
         rate[k + 1] = kept * rate[k] + (1.0 - kept) * 0.5 * (torque[k] + torque[k + 1]) / drag
     start = np.array([0, time.size], dtype=np.intp)
-    signals = Signals(STEP, start, time, rate, torque, heading=np.zeros(time.size), inertia=INERTIA, scale=SCALE, block=0.1)
+    signals = Signals(
+        STEP, start, time, rate, torque, heading=np.zeros(time.size), inertia=INERTIA, scale=SCALE, block=0.1
+    )
     table = np.linspace(-2.0, 2.0, 101)
     return signals, TracedModel(INERTIA, table, DRAG * table, (), 1.0, 0.1, SCALE, (0.0, float(time[-1])))
 

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from incsvr.tracer.findings import Finding
-from incsvr.tracer.forward import TracedModel
 
 from incsvr.effects.effect import Term
+from incsvr.tracing.findings import Finding
+from incsvr.tracing.model import TracedModel
 from service.cli import main
 from service.export.command import written
 from service.export.learned import Learned, of_file
