@@ -9,10 +9,9 @@ import pytest
 
 from incsvr.effects import catalogue
 from incsvr.tracing.run import Run
-from incsvr.tracing.weak.acceptance import forbidden, objection
+from incsvr.tracing.weak.acceptance import forbidden
 from incsvr.tracing.weak.alignment import aligned
 from incsvr.tracing.weak.hypothesis import nothing, settle
-from incsvr.tracing.weak.validation import Validation
 from simulator.trial import Trial, play
 from tests.incsvr.trials import as_run
 from tests.incsvr.turning import instants, turning
@@ -47,17 +46,6 @@ def test_none_is_looked_for_within_the_steps_of_the_recorded_torque(key: str) ->
     coarse = effect.starts(replace(signals, quantum=8.0))
     assert min(coarse)[0] == pytest.approx(12.0)
     assert all(low < high for low, high in (effect.bracket(replace(signals, quantum=8.0), start) for start in coarse))
-
-
-def test_a_band_that_is_wider_to_one_side_is_no_bias() -> None:
-    lost = np.clip(SINE, -8.0, 14.0)
-    problem = turning(0, SINE, gain=1.0 - lost / np.where(SINE == 0.0, 1.0, SINE))
-    known, base = catalogue(), nothing(problem)
-    pair = [(known["dead_zone/shifted"], (11.0,), ()), (known["bias_torque"], (), ())]
-    found = settle(problem, pair, base, frozenset({"dead_zone/shifted"}))
-    reason, k = objection(problem, Validation.of(problem, None, quick=True), found)
-    assert found.names()[k] == "bias_torque"
-    assert "another shape" in reason
 
 
 def test_a_band_that_the_command_but_jumps_over_is_none() -> None:

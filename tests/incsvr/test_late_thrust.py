@@ -11,7 +11,6 @@ from incsvr.tracing.run import Run
 from incsvr.tracing.weak.hypothesis import nothing, views
 from incsvr.tracing.weak.scan import scan
 from simulator.trial import Trial, play
-from tests.incsvr.trials import named
 from tests.incsvr.turning import command, instants, turning
 
 
@@ -37,15 +36,3 @@ def test_a_delay_that_keeps_a_loop_from_settling_is_found() -> None:
     assert found.effects[0].parameters["delay_s"] == pytest.approx(outcome.truth["torque_delay"]["delay_s"], abs=0.03)
     # the noise is 3.5 N m, the torque's own deviation some 100
     assert found.error["after"]["torque_rmse"] < 5.0 < 50.0 < found.error["before"]["torque_rmse"]
-
-
-def test_noise_that_comes_late_into_the_residual_is_the_torques_own() -> None:
-    """All of it is the sensor's; read at once, against the torque of the same instant, none of it was."""
-    hidden = ("bias_torque", "torque_delay")
-    assert named(play(Trial(445_101, hidden, 1.0, "leng", "closed_loop", 0.5, noise="torque"))) == set(hidden)
-
-
-def test_where_late_noise_is_not_told_its_share_stays_what_it_was() -> None:
-    """The controller moves the torque too fast; a share of none would make a lag of the delay."""
-    outcome = play(Trial(455_103, ("torque_delay",), 1.0, "leng", "closed_loop", 0.5, noise="torque"))
-    assert named(outcome) == {"torque_delay"}

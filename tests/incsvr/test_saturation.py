@@ -7,11 +7,8 @@ import pytest
 
 from incsvr.effects import Effect, catalogue
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.acceptance import objection
-from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracing.weak.problem import Problem
-from incsvr.tracing.weak.validation import Validation
 from tests.incsvr.turning import command, instants, turning
 
 TIME = instants(400.0)
@@ -44,12 +41,3 @@ def test_a_corner_is_found_as_round_as_it_is(power: float) -> None:
     truth = asked * (1.0 + np.abs(asked / LIMIT) ** power) ** (-1.0 / power)
     assert term.coefficients[0] == pytest.approx(1.0, abs=0.03)
     np.testing.assert_allclose(ROUNDED.thrust(asked, problem.signals, term), truth, atol=0.04 * LIMIT)
-
-
-def test_a_limit_that_is_another_to_either_side_is_no_weaker_reverse() -> None:
-    problem = limited(command(0, TIME), 35.0, 70.0, 40.0)
-    found = settled(problem, CUT, WEAKER)
-    assert evidence(problem, found, 1) > 60.0
-    reason, k = objection(problem, Validation.of(problem, None, quick=True), found)
-    assert k == 1
-    assert "another shape of a larger effect" in reason

@@ -8,7 +8,7 @@ from math import inf
 
 from incsvr.effects import Effect
 from incsvr.tracing.weak.acceptance import against_physics, objection, pays
-from incsvr.tracing.weak.hypothesis import Hypothesis, nothing
+from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEAST_GAIN, STRONG, FreeRun, penalised_criterion
 from incsvr.tracing.weak.scan import best_leads, with_lead, without
@@ -132,13 +132,24 @@ class Search:
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
-        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none.
+        But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
+        nor is it one for what may be the noise's colour or the sampling where the equation prefers another.
         """
+        if self._doubtful(new) != self._doubtful(old):
+            doubtful, other = (new, old) if self._doubtful(new) else (old, new)
+            if penalised_criterion(other) >= penalised_criterion(doubtful):
+                return other is new
         if not self.closed_loop and abs(penalised_criterion(new) - penalised_criterion(old)) > STRONG:
             return penalised_criterion(new) > penalised_criterion(old)
         if self.free_run.better(new, old) != self.free_run.better(old, new):
             return self.free_run.better(new, old)
         return penalised_criterion(new) > penalised_criterion(old)
+
+    def _doubtful(self, hypothesis: Hypothesis) -> bool:
+        """Whether it holds an effect that the noise's colour might be taken for, or nothing but how it was sampled."""
+        named = zip(hypothesis.effects, hypothesis.terms, strict=True)
+        sampled = bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
+        return sampled or any(effect.must_prove(term, self.problem.signals) for effect, term in named)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
