@@ -31,7 +31,7 @@ def test_a_spell_is_found_where_it_is(seed: int) -> None:
     inside = spells(left, STILL, 20.0)
     assert inside[620:780].mean() > 0.9
     assert inside[:500].mean() + inside[900:].mean() < 0.1
-    ((first, last),) = spans(0.5 * np.arange(N), inside, 0.5)
+    ((first, last),) = spans(np.linspace(0.0, 0.5 * N, N, endpoint=False), inside, 0.5)
     assert first == pytest.approx(300.0, abs=60.0)
     assert last == pytest.approx(400.0, abs=60.0)
 
