@@ -25,10 +25,10 @@ from incsvr.tracing.forward.question import Question
 from incsvr.tracing.forward.refusals import refuse_opposite_signs, refuse_too_little_motion
 from incsvr.tracing.forward.search import gain_of
 from incsvr.tracing.forward.thresholds import REQUIRED_GAIN
-from incsvr.tracing.run import Run, check
-from incsvr.tracing.weak.weak_trace import weak_trace
 from incsvr.tracing.output_error import identified
-from incsvr.tracing.redeclared import traced_anew
+from incsvr.tracing.run import Run, check
+from incsvr.tracing.weak.redeclared import traced_anew
+from incsvr.tracing.weak.weak_trace import weak_trace
 
 __all__ = ["Run", "Trace", "trace"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from incsvr.tracing import trace
-from incsvr.tracing.grid import cells
+from incsvr.tracing.forward.grid import cells
 from incsvr.tracing.output_error import identified
 from tests.incsvr.test_coriolis import INERTIA, boat
 

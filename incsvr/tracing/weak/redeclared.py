@@ -11,18 +11,19 @@ from scipy.stats import norm
 
 from incsvr.effects import Term
 from incsvr.effects.inertia import Inertia
-from incsvr.evidence import Change, change_of_rms
-from incsvr.tracer.findings import Finding, Trace
-from incsvr.tracer.forward import model_of
-from incsvr.tracer.hypothesis import nothing
-from incsvr.tracer.noise import torque_scatter
-from incsvr.tracer.posing import pose
-from incsvr.tracer.proof import Court
-from incsvr.tracer.run import Run
-from incsvr.tracer.sentences import sentence
-from incsvr.tracer.unseen import sample_errors
-from incsvr.tracer.weak_trace import weak_trace
+from incsvr.tracing.findings import Finding, Trace
+from incsvr.tracing.model import model_of
 from incsvr.tracing.output_error import Identified
+from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import sentence
+from incsvr.tracing.skill import horizons, proven
+from incsvr.tracing.weak.evidence import Change, change_of_rms
+from incsvr.tracing.weak.hypothesis import nothing
+from incsvr.tracing.weak.noise import torque_scatter
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.validation import Validation
+from incsvr.tracing.weak.validation_errors import sample_errors
+from incsvr.tracing.weak.weak_trace import weak_trace
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ def traced_anew(
     found = weak_trace(runs, shown.inertia, validate, names, ignored, excluded)
     problem = pose(runs, declared, names)
     base = nothing(problem)
-    before = Court.of(problem, validate).errors(base)
+    before = Validation.of(problem, validate).errors(base)
     mae, rmse = sample_errors(before.torque, torque_scatter(runs, problem.blocks.period))
     after = found.pictures.after
     change = {
@@ -56,7 +57,8 @@ def traced_anew(
         "free_run_rmse": _change(before.free_run, after.free_run).to_dict(),
     }
     errors = {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": before.free_run_rmse()}
-    error = {**found.error, "before": errors, "change": change}
+    ahead = horizons(before.ahead, after.ahead)
+    error = {**found.error, "before": errors, "change": change, "horizons": ahead}
     inertia = next((f.parameters["inertia_kg_m2"] for f in found.effects if f.effect == "inertia"), shown.inertia)
     ledger = {name: part * (declared / shown.inertia) for name, part in found.pictures.ledger.items() if "decl" in name}
     rest = {name: part for name, part in found.pictures.ledger.items() if name not in (*ledger, "inertia")}
@@ -80,7 +82,7 @@ def traced_anew(
             ),
         ),
         pictures=replace(found.pictures, before=before, ledger=ledger),
-        proven=change["torque_rmse" if found.loop == "closed" else "free_run_rmse"]["high"] < 0.0,
+        proven=proven(error, found.loop == "closed"),
     )
 
 
