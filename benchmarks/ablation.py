@@ -26,8 +26,6 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
-from simulator.progress import progress
-
 from benchmarks import second_cases, trace_cases
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
@@ -37,6 +35,7 @@ from incsvr.tracing.run import Run
 from incsvr.tracing.weak import alignment
 from incsvr.tracing.weak.evidence import gain_of
 from incsvr.tracing.weak.posing import pose
+from service.progress import progress
 from simulator import trial
 from simulator.recordings import Recording
 

@@ -94,8 +94,7 @@ def test_a_compass_that_counts_clockwise_is_turned_and_noted(
     found = traced(saved(tmp_path, columns | {"heading": -columns["heading"]}), capsys)
     assert any("was taken with its sign turned" in note for note in found["notes"])
     tether = next(effect for effect in found["effects"] if effect["effect"] == "tether")
-    low, high = tether["interval"]["stiffness_nm_per_rad"]
-    assert low < 0.35 < high
+    assert tether["parameters"]["stiffness_nm_per_rad"] == pytest.approx(0.35, rel=0.05)
 
 
 def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> None:
