@@ -14,7 +14,7 @@ STEP, INERTIA, DRAG, SCALE = 0.02, 10.0, 20.0, 1.0
 
 def turning(drag: float) -> tuple[Signals, TracedModel]:
     """I ṙ + `drag` r = τ, integrated exactly between steps of the torque; the model holds DRAG."""
-    time = STEP * np.arange(20_001)
+    time = np.linspace(0.0, 400.0, 20_001)
     torque = 8.0 * np.sin(time) + 5.0 * np.sin(0.37 * time)
     kept = np.exp(-drag * STEP / INERTIA)
     rate = np.zeros(time.size)
