@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from incsvr.tracer.sentences import LABELS
+from incsvr.tracing.sentences import LABELS
 
 _UNITS = {
     "heading": "rad",

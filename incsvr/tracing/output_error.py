@@ -93,7 +93,7 @@ def identified(s: Signals) -> Identified | None:
         return None
     inertia = float(np.exp(best[0]))
     rmse, declared = (fastest * float(np.sqrt(np.mean(each**2))) for each in (left, plain))
-    half = 1.96 * relative
+    half = 1.96 * min(relative, 100.0)  # beyond, it is any inertia at all, and the exponential overflows
     return Identified(inertia, inertia * float(np.exp(-half)), inertia * float(np.exp(half)), rmse, declared)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.tracer.sentences import LABELS
+from incsvr.tracing.sentences import LABELS
 from service.wire import EffectsLedger, Health, StreamHealth
 from tests.viewer.conftest import Run
 from viewer import names
