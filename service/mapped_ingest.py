@@ -26,6 +26,8 @@ from service.wire import Keys
 
 SETTLED = 2.0
 """What has not come after so long [s] is said to be missing: a heartbeat comes every second, streams more often."""
+SLOWER = 4
+"""Times as many messages may wait as of our own form: each is read by itself, at 5,000 to 10,000 a second."""
 
 
 class MappedIngest:
@@ -53,8 +55,9 @@ class MappedIngest:
         self._node, self._watch = node, watch
         self.hearing = Hearing(mapping(config), parameters)
         self._began, self._lock = time.monotonic(), threading.Lock()
-        most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
-        self._arrivals = Arrivals(session, self.hearing, watch.refused, places(learners), most_bytes, archive)
+        most_bytes = SLOWER * max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
+        waiting = SLOWER * places(learners)
+        self._arrivals = Arrivals(session, self.hearing, watch.refused, waiting, most_bytes, archive)
         # Further channels still come on our own keys.
         self._channels = Ingest(session, keys, node, watch, learners, required=False, archive=archive)
 
@@ -106,9 +109,9 @@ class MappedIngest:
             return next((key for key, each in known if any(name == RATE for name, _ in each.quantities)), None)
 
     def parameters(self) -> dict[str, float]:
-        """What the vehicle has told of itself, or the configuration says, of its thrusters."""
+        """What the vehicle has told of its thrusters."""
         with self._lock:
-            return dict(self.hearing.parameters)
+            return dict(self.hearing.told)
 
     def close(self) -> None:
         self._arrivals.close()

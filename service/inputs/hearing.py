@@ -55,7 +55,7 @@ class Hearing:
         keys: the key expressions to listen to.
         known: the keys that were heard.
         types: of ROS 2, by key, where something else than the key says them.
-        parameters: of the vehicle that have to do with its thrusters.
+        told: parameters that the vehicle told, and that have to do with its thrusters.
         armed: whether the thrusters may turn; None before anything says so.
         refused: messages that are no measurements, by reason.
         placed: by stream, whether its own stamps count, or its times of arrival.
@@ -71,7 +71,7 @@ class Hearing:
             decoder(form)
         self.known: dict[str, Known] = {}
         self.types: dict[str, str] = {}
-        self.parameters = {**inputs.parameters, **(parameters or {})}
+        self.told = dict(parameters or {})
         self.armed: bool | None = False if inputs.armed is not None and inputs.armed.events else None
         self.refused: Counter[str] = Counter()
         self.placed: dict[str, bool] = {}
@@ -88,6 +88,11 @@ class Hearing:
     def missing(self) -> Mapping[str, str]:
         """Sentences on what was not found, by name."""
         return self._resolved.missing
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Of the vehicle: what it told goes before what the configuration says."""
+        return {**self._configured.parameters, **self.told}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -232,8 +237,8 @@ class Hearing:
         if not isinstance(name, str) or value is None or not abs(value) < LARGEST:
             return
         name = name.partition("\0")[0]
-        if frames.relevant(name) and self.parameters.get(name) != value:
-            self.parameters[name] = value
+        if frames.relevant(name) and self.told.get(name) != value:
+            self.told[name] = value
             self._resolve()
 
     def _meet(self, key: str) -> Known:

@@ -87,6 +87,25 @@ def test_a_counter_of_32_bits_that_runs_over() -> None:
         np.testing.assert_allclose(np.diff(times), 0.1, atol=2e-3)
 
 
+def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept() -> None:
+    hearing = mapping(preset="blueos", parameters={"FRAME_CONFIG": 1.0, "MOT_1_DIRECTION": 1.0})
+    hearing.hear(*mavlink.parameter("FRAME_CONFIG", 2.0), 0.0)
+    assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
+    assert hearing.told == {"FRAME_CONFIG": 2.0}
+    corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
+    assert Hearing(corrected, hearing.told).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
+
+
+def test_thrusters_that_the_configuration_names_by_the_message() -> None:
+    each = [{"field": "servo3_raw", "arm": 0.2}]
+    hearing = mapping(preset="blueos", thrusters={"topic": "SERVO_OUTPUT_RAW", "command": "pwm", "each": each})
+    for key, payload in [*mavlink.stream(dive(1.0, 5.0)), mavlink.outputs(1.0, [1500, 1500, 1900, 1500])]:
+        heard = hearing.hear(key, payload, 0.0)
+    assert heard[0].t == pytest.approx([BOOT + 1.0])
+    assert heard[0].value == pytest.approx([0.2 * (4.53 + 5.25) / 2.0 * 9.80665])
+    assert not hearing.notices()
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])
 def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
     hearing = Hearing(Inputs(preset="blueos"))
