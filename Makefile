@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table missions sensor-faults soak hold recording pictures \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions sensor-faults soak hold recording pictures \
 	clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -42,6 +42,9 @@ bench: .venv/ready
 trace-table: .venv/ready  ## noise shared between water and torque, then all of it in the torque
 	$(BIN)/python -m benchmarks.trace_table
 	$(BIN)/python -m benchmarks.trace_table --noise torque
+
+ablation: .venv/ready  ## what each rule of the tracer earns
+	$(BIN)/python -m benchmarks.ablation
 
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
 	$(BIN)/python -m benchmarks.missions
