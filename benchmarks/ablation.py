@@ -30,6 +30,7 @@ from benchmarks import second_cases, trace_cases
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
 from benchmarks.trace_judge import GOOD, judge
+from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.weak import alignment
@@ -113,9 +114,12 @@ def examine(case: Case, rule: str) -> dict[str, Any]:
     columns = dict(recording.columns)
     run = Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
     began, failure, named = time.process_time(), None, dict[str, list[str]]()
+    refused = False
     try:
         answer = trace([run], inertia=inertia, torque="commanded" if torque == "commanded" else "measured").to_dict()
         named = {effect["effect"]: list(effect["cannot_tell_from"]) for effect in answer["effects"]}
+    except BadInput as error:
+        refused, failure = True, str(error)
     except Exception as error:  # a crash is a result too, and the other cases go on
         failure = f"{type(error).__name__}: {error}"
     return {
@@ -126,7 +130,7 @@ def examine(case: Case, rule: str) -> dict[str, Any]:
         "hidden": hidden,
         "named": named,
         "failure": failure,
-        "judged": "failed" if failure else judge(hidden, named),
+        "judged": "refused" if refused else "failed" if failure else judge(hidden, named),
         "seconds": time.process_time() - began,
     }
 
@@ -143,8 +147,9 @@ def _played(case: Case) -> tuple[Recording, float, Sequence[str], str]:
 
 
 def right(record: Mapping[str, Any]) -> bool:
-    """Whether nothing false was named where nothing is hidden, else whether the effect or its class was."""
-    return record["judged"] in GOOD
+    """Whether nothing was named where nothing is hidden (a refusal names nothing), else whether the effect or its class
+    was."""
+    return record["judged"] in GOOD or (not record["hidden"] and record["judged"] == "refused")
 
 
 def report(document: Mapping[str, Any]) -> str:
