@@ -109,6 +109,8 @@ class Left:
         """(k, n) the torque each of some delays (k,) [s] later; NaN across a pause and beyond the ends."""
         time, torque = self.around
         at = self.time + delays[:, None]
+        if time.size < 2:  # what is left at a recording's end
+            return np.full(at.shape, np.nan)
         last = np.clip(np.searchsorted(time, at), 1, time.size - 1)
         step = np.diff(time)
         near = (step <= 2.0 * np.median(step))[last - 1] & (at >= time[0]) & (at <= time[-1])
