@@ -8,11 +8,14 @@ from incsvr.effects.bias_drift import BiasDrift
 from incsvr.effects.bias_torque import BiasTorque
 from incsvr.effects.coriolis import Coriolis
 from incsvr.effects.coulomb import Coulomb
+from incsvr.effects.coulomb_asymmetry import CoulombAsymmetry
 from incsvr.effects.coupling import Coupling
 from incsvr.effects.dead_zone import DeadZone
 from incsvr.effects.drag_drift import DragDrift
 from incsvr.effects.drag_step import DragStep
 from incsvr.effects.effect import Effect, Term
+from incsvr.effects.gyro_bias import GyroBias
+from incsvr.effects.gyro_lag import GyroLag
 from incsvr.effects.heading_current import HeadingCurrent
 from incsvr.effects.inertia import Inertia
 from incsvr.effects.inflow import Inflow
@@ -21,7 +24,10 @@ from incsvr.effects.modulation import DampingModulation, LevelledThrustModulatio
 from incsvr.effects.signals import Signals
 from incsvr.effects.smooth_term import SmoothTerm
 from incsvr.effects.tether import Tether
+from incsvr.effects.thrust_change import ThrustDrift, ThrustStep
+from incsvr.effects.thrust_curve import ThrustCurve
 from incsvr.effects.thrust_efficiency import ThrustEfficiency
+from incsvr.effects.thrust_speed import ThrustSpeed
 from incsvr.effects.torque_asymmetry import CommandedAsymmetry, TorqueAsymmetry
 from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.effects.torque_lag import TorqueLag
@@ -29,7 +35,10 @@ from incsvr.effects.torque_saturation import Saturation, SoftSaturation
 from incsvr.effects.wave import Wave
 from incsvr.plant.axes import YAW, of_rate, products
 
-__all__ = ["Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
+__all__ = ["RIVALS", "Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
+
+SPEED = "surge"
+"""The channel in which the speed past propellers and rudders stands."""
 
 
 def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effect, ...]:
@@ -47,19 +56,23 @@ def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effe
         Saturation("limit"), Saturation("rounded corner"), Saturation("smooth limit"), SoftSaturation(), Inflow(""),
         Inflow("loaded"), HeadingCurrent(1), HeadingCurrent(2), Tether(""), Tether("slack"), Wave(), DragDrift(),
         DragStep(), Memory("linear"), Memory("co-rotating"), Coulomb(""), Coulomb("sharp"), BiasDrift(),
+        ThrustStep(), ThrustDrift(), ThrustCurve(), GyroBias(), CoulombAsymmetry("sharp"),
     ]  # fmt: skip
     for channel in channels:
-        fixed += [
-            Coupling(channel),
-            ThrustModulation(channel),
-            LevelledThrustModulation(channel),
-            DampingModulation(channel),
-        ]
+        fixed += [Coupling(channel), DampingModulation(channel)]
+        if channel == SPEED:  # of thrust and speed more is known than that one scales the other
+            fixed += [ThrustSpeed(channel, "falls"), ThrustSpeed(channel, "square")]
+        else:
+            fixed += [ThrustModulation(channel), LevelledThrustModulation(channel)]
     if rate != YAW.rate:  # what looks at the heading does so of yaw alone
         fixed = [effect for effect in fixed if effect.name not in ("heading_current", "tether")]
     for pair in products(of_rate(rate), channels):
         fixed.append(Coriolis(*pair, own=rate if rate in pair else ""))
     return tuple(fixed)
+
+
+RIVALS: tuple[Effect, ...] = (ThrustEfficiency(), GyroLag())
+"""What is never named on its own: it is asked of each whether it explains as much as what was found."""
 
 
 def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
@@ -71,4 +84,5 @@ def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
     smooth = [SmoothTerm(name) for name in (*names, "time", "heading")]
     pairs = [pair for pair in (name.split("*") for name in names) if len(pair) == 2]
     moved = [Coriolis(first, second, own) for first, second in pairs for own in ("", first, second)]
-    return {effect.key: effect for effect in (*candidates(names), ThrustEfficiency(), *smooth, *moved)}
+    speeds = (ThrustSpeed(SPEED, "falls"), ThrustSpeed(SPEED, "square"))
+    return {effect.key: effect for effect in (*candidates(names), *RIVALS, *speeds, *smooth, *moved)}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
@@ -36,3 +38,10 @@ class Coriolis(Effect):
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0], "ratio": term.coefficients[0] / inertia}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        product = self.columns(s, (), ())[:, 0]
+        taken = abs(term.coefficients[0]) * float(np.std(product))
+        there = s.inertia * float(np.max(np.abs(s.acceleration), initial=0.0)) + float(np.max(np.abs(s.torque)))
+        there += float(np.max(np.abs(s.damping), initial=0.0))
+        return "its moment would exceed thrust, damping and inertia together" if taken > there > 0.0 else ""

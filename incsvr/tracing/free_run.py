@@ -29,6 +29,7 @@ _Effects: TypeAlias = Sequence[tuple[Effect, Term]]
 def rub(rate: Array, loss: Array, width: Array) -> Array:
     """Dry friction for half a step, exactly: it slows the turn, ends it, and never turns the vehicle (G. Strang's
     splitting, SIAM J. Numer. Anal. 5, 1968; linearised, so steep a friction would stall every reversal for a step)."""
+    loss = np.where(rate > 0.0, loss[0], loss[1])
     rubbed: Array = np.sign(rate) * np.maximum(np.abs(rate) - loss * np.tanh(np.abs(rate) / width), 0.0)
     return rubbed
 
@@ -65,9 +66,9 @@ class Plan:
             for model, each in zip(models, effects, strict=True)
         ]
         dry = [next((t for e, t in each if e.dry), None) for each in effects]
-        loss = [0.0 if term is None else max(term.coefficients[0], 0.0) for term in dry]
+        loss = [(0.0, 0.0) if t is None else (max(t.coefficients[0], 0.0), max(t.coefficients[-1], 0.0)) for t in dry]
         self._inertia = np.repeat(inertia, count)
-        self.friction = np.repeat(loss, count) / self._inertia
+        self.friction = np.repeat(loss, count, axis=0).T / self._inertia  # forward and backward
         self.creep = np.repeat([1.0 if term is None else term.inner[-1] for term in dry], count)
         # d(r) in even cells: the one in which a rate lies is known without a search
         tables = [model.drag() for model in models]

@@ -28,6 +28,10 @@ LABELS = {
     "nm_per_s": ("drift", "N m/s"),
     "start_nm": ("at the start", "N m"),
     "reference": ("reference level", ""),
+    "exponent": ("exponent", ""),
+    "rate_rad_s": ("rate", "rad/s"),
+    "moment_forward_nm": ("moment forward", "N m"),
+    "moment_backward_nm": ("moment backward", "N m"),
     "ratio": ("in parts of the declared inertia", ""),
 }
 """Parameter → what to call it, and its unit."""

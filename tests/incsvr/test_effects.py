@@ -16,13 +16,15 @@ EVERY = list(candidates(["winch"]))
 VOCABULARY = {
     "bias_torque", "inertia", "torque_lag", "torque_delay", "dead_zone", "torque_asymmetry", "torque_saturation",
     "inflow", "heading_current", "tether", "wave", "drag_drift", "drag_step", "memory", "coulomb", "bias_drift",
-    "coupling:winch", "modulation:winch",
+    "coupling:winch", "modulation:winch", "thrust_step", "thrust_drift", "thrust_curve", "gyro_bias",
+    "coulomb_asymmetry",
 }  # fmt: skip
 SIZES = {
     "bias_torque": (4.0,), "inertia": (50.0,), "torque_lag": (0.7,), "torque_delay": (0.7,), "dead_zone": (1.0,),
     "torque_asymmetry": (0.2,), "inflow": (6.0,), "heading_current": (4.0, 3.0), "tether": (2.0,),
     "wave": (4.0, 2.0), "drag_drift": (0.3,), "drag_step": (0.3,), "memory": (-60.0,), "coulomb": (5.0,),
-    "bias_drift": (0.02, -1.0), "coupling:winch": (3.0, 0.5),
+    "bias_drift": (0.02, -1.0), "coupling:winch": (3.0, 0.5), "thrust_step": (-0.3,), "thrust_drift": (-0.3,),
+    "thrust_curve": (1.0,), "gyro_bias": (0.02,), "coulomb_asymmetry": (5.0, 3.0),
 }  # fmt: skip
 """θ of a realistic size for the plant below; the keys that are missing depend on the variant."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from incsvr.effects import Effect, ThrustEfficiency
+from incsvr.effects import RIVALS, Effect
 from incsvr.effects.modulation import LevelledThrustModulation
 from incsvr.tracing.weak.acceptance import against_physics
 from incsvr.tracing.weak.hypothesis import Hypothesis, noise_gain, settle, views
@@ -26,7 +26,8 @@ def indistinguishable(problem: Problem, found: Hypothesis, k: int, effects: Sequ
     less = without(problem, found, k)
     taken = {*less.names(), found.terms[k].effect}
     # beside an inertia a thrust efficiency has nothing of its own: the two and the damping are one equation
-    every = effects if "inertia" in less.names() else (*effects, ThrustEfficiency())
+    beside = [rival for rival in RIVALS if rival.name != "thrust_efficiency" or "inertia" not in less.names()]
+    every = [*effects, *beside]
     others = [effect for effect in every if effect.name not in taken]
     tied: dict[str, Hypothesis] = {}
     for lead in best_leads(problem, less, others, 5):

@@ -1,0 +1,40 @@
+"""Dry friction that differs with the direction of the turn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.coulomb import Coulomb
+from incsvr.effects.effect import Term, stack
+from incsvr.effects.signals import Array, Signals
+
+ALIKE = 0.1
+"""Of their mean by which the two moments must differ: else it is plain friction."""
+
+
+class CoulombAsymmetry(Coulomb):
+    """N_+ for r > 0 and −N_− for r < 0: a gear, a spring's preload, a tether that is dragged one way.
+
+    Beyond creep it is plain friction beside a constant moment; at rest it holds the vehicle to either side otherwise.
+    """
+
+    name = "coulomb_asymmetry"
+    sentence = "dry (Coulomb) friction that differs with the direction of the turn"
+    core = 2
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        both = super().columns(s, inner, coefficients)[:, 0]
+        return stack(np.maximum(both, 0.0), np.minimum(both, 0.0))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        forward, backward = term.coefficients
+        return {"moment_forward_nm": forward, "moment_backward_nm": backward}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        return "the friction would drive the turn" if min(term.coefficients) <= 0.0 else ""
+
+    def slight(self, term: Term, s: Signals) -> str:
+        forward, backward = term.coefficients
+        if abs(forward - backward) < ALIKE * 0.5 * (forward + backward):
+            return f"the friction would be the same to either side within {ALIKE:.0%}"
+        return ""

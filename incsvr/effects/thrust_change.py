@@ -1,0 +1,93 @@
+"""Thrust that is lost, or comes back, at an instant or by and by."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+LEAST, MOST = 0.1, 3.0
+"""Of the thrust that the table says: what is left at least, and at most."""
+
+
+class _ThrustOfTime(Effect):
+    """a = (1 + f p) τ with p from 0 to 1 over time; seen from the rate side τ − a = −f p a/(1 + f p).
+
+    A change of thrust and one of the damping differ in the acceleration: (I ṙ + d)/(1 + f p) against I ṙ + (1 + f p) d.
+    """
+
+    acts = "thrust"
+    stage = 4
+    curved = True
+    needs_clock = True
+
+    @abstractmethod
+    def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
+        """(n,) p, from 0 to 1."""
+
+    def gain(self, s: Signals, term_inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        """(n,) factor on the thrust."""
+        if not coefficients:
+            return np.ones(len(s))
+        return np.clip(1.0 + coefficients[0] * self.course(s, term_inner), LEAST, MOST)
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
+        return stack(-self.course(s, inner) * seen)
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        left = 1.0 + term.coefficients[0]
+        return "" if LEAST < left < MOST else f"the thrust would become {left:.2g} times what its table says"
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        thrust: Array = command * self.gain(s, term.inner, term.coefficients)
+        return thrust
+
+
+class ThrustStep(_ThrustOfTime):
+    """A thruster that fails, or that something fouls, at the instant t_s."""
+
+    name = "thrust_step"
+    sentence = "the thrust jumps at one instant: a thruster fails or is fouled, or one comes back"
+    source = "G. Antonelli, Underwater Robots, 2014, ch. 4 (faults of thrusters)"
+    searched = True
+    looks = 25.0
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        low, high = self.bounds(s)
+        return [(float(at),) for at in np.linspace(low, high, 25)]
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        begin, end = s.origin
+        return begin + 0.04 * (end - begin), end - 0.04 * (end - begin)
+
+    def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
+        # one block wide, so that the search over the instant is smooth
+        after: Array = np.clip((s.time - inner[-1]) / s.block + 0.5, 0.0, 1.0)
+        return after
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        return stack(s.thrust * s.progress, s.thrust * s.progress * self.course(s, term.inner))
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}
+
+
+class ThrustDrift(_ThrustOfTime):
+    """A supply that sags with its charge: the thrust drifts over the fitted recordings."""
+
+    name = "thrust_drift"
+    sentence = "the thrust drifts over the recording, as with the charge of a battery"
+    source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (motor voltage and thrust)"
+
+    def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
+        return s.progress
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        return stack(s.thrust * s.progress**2, s.thrust * s.progress**3)
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"fraction": term.coefficients[0]}

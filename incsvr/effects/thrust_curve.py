@@ -1,0 +1,67 @@
+"""A thrust curve of another power than the table's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.signals import Array, Signals
+
+STARTS = (0.5, 0.65, 0.8, 1.25, 1.5, 1.75, 2.0, 2.5)
+"""Exponents from which the search begins, to either side of the table's."""
+
+KNOWN = 0.06
+"""By what an exponent may differ from one: no thrust table is closer."""
+
+
+class ThrustCurve(Effect):
+    """a = L sgn(τ) |τ/L|^p: a thrust that goes with another power of the command than its table has it.
+
+    A linear table of a propeller, whose thrust goes with the square of its speed, has p = 2. L is the highest command:
+    another scale is another inertia.
+    """
+
+    name = "thrust_curve"
+    sentence = "the thrust goes with another power of the command than its table says, as the square of a rotor's speed"
+    source = "T. I. Fossen, Guidance and Control of Ocean Vehicles, 1994, ch. 4 (T = K n|n|)"
+    acts = "thrust"
+    stage = 1
+    searched = True
+    whole = True
+    looks = 8.0
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        top = float(np.quantile(np.abs(s.torque), 0.999))
+        return [(top, exponent) for exponent in STARTS] if top > 0.0 else []
+
+    def bounds(self, s: Signals) -> tuple[float, float]:
+        return 0.4, 3.0
+
+    def lost(self, command: Array, inner: tuple[float, ...]) -> Array:
+        top, exponent = inner
+        lost: Array = command - top * np.sign(command) * np.abs(command / top) ** exponent
+        return lost
+
+    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
+        return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
+
+    def bends(self, s: Signals, term: Term) -> Array:
+        """At other exponents, which need not be the same to either side."""
+        other = super().bends(s, term)
+        return np.concatenate([np.where(s.foretold[:, None] > 0.0, other, 0.0), other], axis=1)
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"exponent": term.inner[-1]}
+
+    def implausible(self, term: Term, s: Signals) -> str:
+        if not 0.6 < term.coefficients[0] < 1.5:
+            return f"{term.coefficients[0]:.0%} of what a curve of this power takes would be taken"
+        return ""
+
+    def slight(self, term: Term, s: Signals) -> str:
+        if abs(term.inner[-1] - 1.0) < KNOWN:
+            return f"the exponent would be that of the table within {KNOWN:g}, better than it can be known"
+        return ""
+
+    def thrust(self, command: Array, s: Signals, term: Term) -> Array:
+        return command - term.coefficients[0] * s.over_jumps(command, lambda c: self.lost(c, term.inner))

@@ -1,0 +1,35 @@
+"""Thrust that depends on the speed through the water."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from incsvr.effects.modulation import ThrustModulation
+from incsvr.effects.signals import Array, Signals
+
+
+class ThrustSpeed(ThrustModulation):
+    """a = (1 + c (x − x̄)) τ with x = |u| of a propeller, whose thrust falls with the advance speed, or x = u² of a
+    rudder, whose force grows with the square of the speed past it."""
+
+    sentence = "the thrust depends on the advance speed: a propeller's falls with it, a rudder's grows with its square"
+    source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 12 (propeller, rudder)"
+
+    def __init__(self, channel: str, variant: Literal["falls", "square"]) -> None:
+        super().__init__(channel)
+        self.name = "thrust_speed"
+        self.variant = f"{channel} {variant}"
+        self._square = variant == "square"
+
+    def starts(self, s: Signals) -> list[tuple[float, ...]]:
+        return [(float(np.mean(self._speed(s))),)]
+
+    def _speed(self, s: Signals) -> Array:
+        speed = s.channels[self.channels[0]]
+        return speed**2 if self._square else np.abs(speed)
+
+    def away(self, s: Signals, inner: tuple[float, ...]) -> Array:
+        away: Array = self._speed(s) - inner[0]
+        return away

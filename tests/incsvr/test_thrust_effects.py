@@ -1,0 +1,123 @@
+"""What sits in thrust, gyro and dry friction: found where it is plain, told from its neighbours, absent else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from incsvr.effects import candidates
+from incsvr.samples import Array
+from incsvr.tracer.asked import THRESHOLD
+from incsvr.tracer.forward import model_of, simulate
+from incsvr.tracer.hypothesis import nothing, settle
+from incsvr.tracer.posing import pose
+from incsvr.tracer.problem import Problem
+from incsvr.tracer.rivals import rivals
+from incsvr.tracer.run import Run
+from incsvr.tracer.scan import scan
+from tests.incsvr.test_coriolis import STEP, wandering
+
+INERTIA, TOP = 24.0, 18.0
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What the vehicle of these tests has beside I ṙ + 9 r + 26 r|r| = τ."""
+
+    exponent: float = 1.0
+    step: float = 0.0
+    drift: float = 0.0
+    square: float = 0.0
+    gyro: float = 0.0
+    forward: float = 0.0
+    backward: float = 0.0
+
+
+def vehicle(hidden: Hidden, seed: int = 1, count: int = 2400) -> Run:
+    random = np.random.default_rng(seed)
+    command = np.repeat(random.uniform(-TOP, TOP, count // 25), 25)
+    water, surge = wandering(random, count, 0.5, 0.3), 1.0 + wandering(random, count, 4.0, 0.25)
+    time: Array = STEP * np.arange(count, dtype=np.float64)
+    late = time > 0.5 * time[-1]
+    thrust = TOP * np.sign(command) * np.abs(command / TOP) ** hidden.exponent
+    thrust *= (1.0 + hidden.step * late) * (1.0 + hidden.drift * time / time[-1])
+    thrust *= 1.0 + hidden.square * (surge**2 - 1.0)
+    rate = np.zeros(count)
+    for k in range(count - 1):
+        r = rate[k]
+        for _ in range(8):
+            moment = thrust[k] + water[k] - 9.0 * r - 26.0 * r * abs(r)
+            friction = hidden.forward * max(np.tanh(r / 0.002), 0.0) + hidden.backward * min(np.tanh(r / 0.002), 0.0)
+            r += STEP / 8.0 / INERTIA * (moment - friction)
+        rate[k + 1] = r
+    measured = rate + hidden.gyro + random.normal(0.0, 0.002, count)
+    return Run("vehicle", time, measured, command, {"surge": surge})
+
+
+def posed(hidden: Hidden) -> Problem:
+    return pose([vehicle(hidden)], INERTIA, ["surge"], held=True)
+
+
+PLAIN = [
+    ("thrust_curve", Hidden(exponent=1.8), "exponent", 1.8, ("dead_zone", "inertia")),
+    ("thrust_step", Hidden(step=-0.4), "fraction", -0.4, ("drag_step", "inertia")),
+    ("thrust_drift", Hidden(drift=-0.35), "fraction", -0.35, ("drag_drift", "inertia")),
+    ("thrust_speed", Hidden(square=0.6), "coefficient", 0.6, ("coriolis:surge*yaw_rate", "modulation:surge")),
+    ("gyro_bias", Hidden(gyro=0.06), "rate_rad_s", 0.06, ("coulomb", "inertia")),
+    ("coulomb_asymmetry", Hidden(forward=3.0, backward=1.0), "moment_forward_nm", 3.0, ("coulomb", "bias_torque")),
+]
+
+
+@pytest.mark.parametrize(("name", "hidden", "parameter", "value", "neighbours"), PLAIN)
+def test_it_is_found_where_it_is_plain(
+    name: str, hidden: Hidden, parameter: str, value: float, neighbours: tuple[str, ...]
+) -> None:
+    problem = posed(hidden)
+    base = nothing(problem)
+    leads = scan(problem, base, candidates(["surge"]))
+    own = [settle(problem, [(lead.effect, lead.inner, ())], base) for lead in leads if lead.effect.name == name]
+    best = max(own, key=lambda each: each.criterion)
+    assert best.criterion > base.criterion + 2.0 * THRESHOLD
+    assert best.effects[0].parameters(best.terms[0], INERTIA)[parameter] == pytest.approx(value, rel=0.25)
+    assert best.effects[0].implausible(best.terms[0], problem.signals) == ""
+    for other in (lead for lead in leads if lead.effect.name in neighbours):
+        assert settle(problem, [(other.effect, other.inner, ())], base).criterion < best.criterion
+
+
+def test_it_is_absent_where_nothing_is_hidden() -> None:
+    problem = posed(Hidden())
+    base = nothing(problem)
+    names = {name for name, *_ in PLAIN}
+    for lead in scan(problem, base, [e for e in candidates(["surge"]) if e.name in names]):
+        found = settle(problem, [(lead.effect, lead.inner, ())], base)
+        assert found.criterion < base.criterion + THRESHOLD, lead.effect.key
+
+
+def test_a_filtered_gyro_is_in_the_class_of_a_lagging_rotor() -> None:
+    run = vehicle(Hidden())
+    late = np.empty_like(run.torque)
+    late[0] = run.torque[0]
+    for k in range(1, late.size):  # the command runs ahead of what acted by a first-order lag
+        late[k] = run.torque[k] + 0.5 / STEP * (run.torque[k] - run.torque[k - 1])
+    problem = pose([replace(run, torque=late)], INERTIA, [])
+    lag = next(effect for effect in candidates() if effect.key == "torque_lag/moment")
+    found = settle(problem, [(lag, (0.5,), ())], nothing(problem))
+    assert "gyro_lag" in {each.terms[-1].effect for each in rivals(problem, found, 0, [lag])}
+
+
+def test_friction_holds_a_vehicle_to_one_side_alone_in_a_free_run() -> None:
+    """A moment of 2 N m turns it against the smaller friction and not against the larger."""
+    problem = posed(Hidden(forward=3.0, backward=1.0))
+    known = {effect.key: effect for effect in candidates()}
+    found = settle(problem, [(known["coulomb_asymmetry/sharp"], (0.002,), ())], nothing(problem))
+    model = model_of(problem, found)
+    ends = []
+    for moment in (2.0, -2.0):
+        n = len(problem.signals)
+        signals = replace(problem.signals, torque=np.full(n, moment), rate=np.zeros(n))
+        _, simulated = simulate([model], signals, 0.05, [signals.runs()])
+        ends.append(float(simulated[200]))
+    assert abs(ends[0]) < 0.005  # it creeps
+    assert ends[1] < -0.03
