@@ -69,9 +69,6 @@ class ThrustStep(_ThrustOfTime):
         after: Array = np.clip((s.time - inner[-1]) / s.block + 0.5, 0.0, 1.0)
         return after
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.thrust * s.progress, s.thrust * s.progress * self.course(s, term.inner))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}
 
@@ -85,9 +82,6 @@ class ThrustDrift(_ThrustOfTime):
 
     def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
         return s.progress
-
-    def bends(self, s: Signals, term: Term) -> Array:
-        return stack(s.thrust * s.progress**2, s.thrust * s.progress**3)
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0]}

@@ -45,11 +45,6 @@ class ThrustCurve(Effect):
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
 
-    def bends(self, s: Signals, term: Term) -> Array:
-        """At other exponents, which need not be the same to either side."""
-        other = super().bends(s, term)
-        return np.concatenate([np.where(s.foretold[:, None] > 0.0, other, 0.0), other], axis=1)
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"exponent": term.inner[-1]}
 

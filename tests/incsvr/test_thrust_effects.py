@@ -9,17 +9,18 @@ import pytest
 
 from incsvr.effects import candidates
 from incsvr.samples import Array
-from incsvr.tracer.asked import THRESHOLD
-from incsvr.tracer.forward import model_of, simulate
-from incsvr.tracer.hypothesis import nothing, settle
-from incsvr.tracer.posing import pose
-from incsvr.tracer.problem import Problem
-from incsvr.tracer.rivals import rivals
-from incsvr.tracer.run import Run
-from incsvr.tracer.scan import scan
+from incsvr.tracing.model import model_of, simulate
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak.hypothesis import nothing, settle
+from incsvr.tracing.weak.indistinguishable import indistinguishable as rivals
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.problem import Problem
+from incsvr.tracing.weak.scan import scan
 from tests.incsvr.test_coriolis import STEP, wandering
 
 INERTIA, TOP = 24.0, 18.0
+THRESHOLD = 12.0
+"""Of the criterion that an effect must bring."""
 
 
 @dataclass(frozen=True)
