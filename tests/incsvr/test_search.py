@@ -15,7 +15,6 @@ from incsvr.tracing.weak.scan import best_leads, with_lead
 from incsvr.tracing.weak.search import Search
 from incsvr.tracing.weak.validation import Validation
 from simulator.trial import Trial, play
-from tests.incsvr.trials import named
 from tests.incsvr.turning import INERTIA, command, instants, turning
 
 TIME = instants(400.0)
@@ -134,9 +133,3 @@ def test_an_effect_that_promises_from_two_starts_is_settled_from_both() -> None:
     hunt = Search(problem, bands, Validation.of(problem, None, quick=True))
     (grown,) = hunt._grown([base], 9)
     assert penalised_criterion(grown) == pytest.approx(max(reached))
-
-
-def test_two_of_which_one_alone_is_as_declared_are_found() -> None:
-    """A dead band hides the inertia: alone that is within five per cent of the declared one, and is grown further."""
-    hidden = ("dead_zone", "inertia")
-    assert named(play(Trial(435_074, hidden, 1.0, "leng", "telegraph", 0.9, noise="torque"))) == set(hidden)
