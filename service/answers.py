@@ -20,6 +20,7 @@ from zenoh.handlers import RingChannel
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service import wire
+from service.estimates import forecast_reply
 from service.health import HealthWatch
 from service.history import NotKept
 from service.node import LearnerNode, NothingLearned
@@ -65,6 +66,7 @@ class Answers:
             keys.health: self._health,
             keys.effects: self._effects,
             keys.coefficients: self._coefficients,
+            keys.forecast: self._forecast,
         }
         self._rings: list[tuple[str, Any, Answer]] = [
             (key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True), answer)
@@ -171,6 +173,15 @@ class Answers:
     def _effects(self, query: zenoh.Query) -> bytes:
         _parameters(query)
         return wire.encode(self._node.ledger)
+
+    def _forecast(self, query: zenoh.Query) -> bytes:
+        _parameters(query)
+        asked = None
+        if query.payload is not None and len(query.payload):
+            if len(query.payload) > MAX_QUESTION:
+                raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask for fewer times")
+            asked = wire.decode(wire.ForecastQuery, query.payload.to_bytes())
+        return wire.encode(forecast_reply(self._node, asked))
 
     def _published(self, asked: Mapping[str, str]) -> Row:
         """What was served at a time, or published as a revision."""

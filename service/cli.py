@@ -69,6 +69,11 @@ COMMANDS = {
         "finds what the model lacks, adds it, reports the error before and after",
         "incsvr trace dive.csv --validate other.csv --inertia 1.1 --report report.html",
     ),
+    "forecast": (
+        "service.forecast_command",
+        "asks a running learner where yaw rate and heading go while the gyro is lost, or under a planned torque",
+        "incsvr forecast --torque 20 --seconds 10",
+    ),
     "export": (
         "service.export.command",
         "what was learned, for other tools: tables and simulators",

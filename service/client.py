@@ -40,14 +40,14 @@ class Client:
     where: str
     until: float
 
-    def ask(self, selector: str, form: type[FormType]) -> FormType:
+    def ask(self, selector: str, form: type[FormType], payload: bytes | None = None) -> FormType:
         """The learner's answer; while it restarts, or has learned nothing, the question is asked again.
 
         Raises:
             NoAnswer: nobody answers within the time, or nothing has been learned until then.
             BadInput: the learner refuses the question.
         """
-        return self.once(selector, form, lambda refusal: refusal.error_type != "BadInput")
+        return self.once(selector, form, lambda refusal: refusal.error_type != "BadInput", payload)
 
     def ask_if_any(self, selector: str, form: type[FormType]) -> FormType | None:
         """The learner's answer; None where it has nothing to answer with.
@@ -60,7 +60,13 @@ class Client:
         except BadInput:
             return None
 
-    def once(self, selector: str, form: type[FormType], again: Callable[[ErrorReply], bool]) -> FormType:
+    def once(
+        self,
+        selector: str,
+        form: type[FormType],
+        again: Callable[[ErrorReply], bool],
+        payload: bytes | None = None,
+    ) -> FormType:
         """The answer; where it is a refusal, the question is asked again if `again` says so, else BadInput raised."""
         pause = threading.Event()
         while True:
@@ -68,7 +74,7 @@ class Client:
                 f"a bus is at {self.where}, but no learner answers for {self.keys.prefix}: "
                 "is the prefix right (--prefix)?"
             )
-            for reply in self.session.get(selector, timeout=2.0):
+            for reply in self.session.get(selector, payload=payload, timeout=2.0):
                 if reply.ok is not None:
                     return decode(form, reply.ok.payload.to_bytes())
                 if reply.err is not None:

@@ -34,6 +34,8 @@ CURES = {
     ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
+#: A stream that has not come for so long [s] is one to stand in for: streams come at 2 Hz and more.
+SILENT = 1.0
 #: Values of a stream by which is judged whether it is in another unit.
 LOOKED_AT = 1000
 
@@ -132,6 +134,13 @@ class HealthWatch:
     def paused(self, why: str | None) -> None:
         """Learning is paused, and why in one sentence; None when it goes on."""
         self._paused = why
+
+    def silent(self, name: str) -> float | None:
+        """For how long a stream that came has been silent [s], if for longer than SILENT; by the clock on the wall."""
+        with self._lock:
+            at = self._streams[name].at
+        age = None if at is None else self._clock() - at
+        return age if age is not None and age > SILENT else None
 
     def rejected(self, node: LearnerNode) -> dict[str, int]:
         """What was not learned from since this start, by reason."""

@@ -26,6 +26,7 @@ from service.archive import Archive, about
 from service.company import Company
 from service.config import Config
 from service.effects import TracedEffects, configured
+from service.estimates import estimate
 from service.health import HealthWatch
 from service.ingest import Ingest
 from service.lines import iteration_line, learning_line
@@ -147,6 +148,7 @@ class Host:
         self.watch.notices = (*states, *self._company.notice(), *self._warnings, *said, *archived)
         self.watch.saved(None if store is None else store.problem)
         self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
+        self._estimate()
         health = self.watch.report(self.node)
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons), health.learning.state)
@@ -168,6 +170,15 @@ class Host:
             log.warning("%s: %d values rejected so far: %s", self.keys.prefix, rejected, reasons)
             self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
         return (self._live is not None and self._live.waits) or (store is not None and store.due)
+
+    def _estimate(self) -> None:
+        """While the gyro is silent or not believed and the torque comes, the model's own rate goes out."""
+        if self.watch.silent("torque") is not None:
+            return
+        found = estimate(self.node, self.watch.silent("yaw_rate"))
+        if found is not None:
+            self._publish(self.keys.estimate, wire.encode(found))
+            self.watch.notices = (*self.watch.notices, f"{self.keys.estimate} is the model's own: {found.why}")
 
     def learn(self) -> bool:
         """One iteration, where a batch waits, kept and published; False where none does. From one thread alone."""

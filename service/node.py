@@ -31,6 +31,7 @@ from service.effects import TracedEffects
 from service.published import Served, damping, report, snapshot, textbook
 from service.recent_batches import RecentBatches
 from service.restored import restored
+from service.stand_in import StandIn
 from service.window import Window
 
 
@@ -100,6 +101,9 @@ class LearnerNode:
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
         window = Window(signals, config.tracing.window) if config.tracing.live else None
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
+        #: None where effects are known that a forecast would have to hold.
+        known_before = (memory or {}).get("forecast")
+        self.stand_in = None if effects is not None else StandIn(signals, known_before)
         self._clock_restarts = 0
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
@@ -112,6 +116,8 @@ class LearnerNode:
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
+        if self.stand_in is not None:
+            self.stand_in.push(stream, t, value)
         return self.batches.push(stream, t, value)
 
     def learn(self) -> Outcome | None:
@@ -121,16 +127,22 @@ class LearnerNode:
         first model are taken without one: there is nothing to publish yet. Where it raises, the batch is lost and all
         else is as it was.
         """
+        if self.stand_in is not None:
+            self.stand_in.catch_up()
         while (batch := self.batches.next_batch()) is not None:
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:
+                if self.stand_in is not None:
+                    self.stand_in.learned(self.served.model, batch, self.batches.smoothing)
                 new = self._iterated(guarded, batch, self.served.effects)
                 if new.served.model.is_trained:
                     outcome = self._adopt(new)
                 else:
                     self._keep(new)
             elif taken_back is not None:
+                if self.stand_in is not None:
+                    self.stand_in.taken_back()
                 outcome = self._adopt(self._gone_back(guarded, batch, taken_back))
             else:
                 self._guarded = guarded
@@ -263,6 +275,8 @@ class LearnerNode:
         }
         if whole:
             known["on_the_way"] = self.batches.to_dict()
+            if self.stand_in is not None:
+                known["forecast"] = self.stand_in.to_dict()
         return known
 
     def coefficients(self) -> wire.Coefficients:

@@ -11,6 +11,7 @@ a viewer that starts late draws what happened before.
 from __future__ import annotations
 
 from service.wire.answered import DampingQuery, DampingReply, ErrorReply
+from service.wire.forecast import Estimate, ForecastQuery, ForecastReply
 from service.wire.form import Form, FormType, Numbers, decode, encode
 from service.wire.health import Health, Learning, Level, StreamHealth
 from service.wire.keys import Keys
@@ -41,6 +42,9 @@ __all__ = [
     "DampingReply",
     "EffectsLedger",
     "ErrorReply",
+    "Estimate",
+    "ForecastQuery",
+    "ForecastReply",
     "Form",
     "FormType",
     "Health",

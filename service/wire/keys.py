@@ -40,6 +40,14 @@ class Keys:
         return f"{self.prefix}/damping"
 
     @property
+    def forecast(self) -> str:
+        return f"{self.prefix}/forecast"
+
+    @property
+    def estimate(self) -> str:
+        return f"{self.prefix}/estimate"
+
+    @property
     def health(self) -> str:
         return f"{self.prefix}/health"
 

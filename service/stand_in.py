@@ -1,0 +1,185 @@
+"""The model in the gyro's place: forecasts from the last that was measured, and how right earlier ones were.
+
+Of one learner. It keeps the newest raw data of the two streams, and before a batch is learned tries its own forecasts
+on them (`incsvr.forecasting.Experience`). Measurements are pushed from any thread; one thread learns; anybody asks.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from array import array
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.forecasting import Experience, Forecast, Grid, Start, forecast
+from incsvr.forecasting.experience import HORIZONS
+from incsvr.learning.model import Model
+from incsvr.samples import Array, Samples
+from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals.settings import COMMANDED
+
+log = logging.getLogger(__name__)
+
+SPAN = 300.0
+"""Raw data are kept for as long [s]: an estimate goes on from what was measured no longer ago."""
+EVERY = 20.0
+"""Forecasts are tried once in so long [s]: in quick batches they would cost more than the learning."""
+MOST = 60_000
+"""And no more values of a stream."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ahead:
+    """A forecast, the start that it is from, and the newest torque that it knows of [s]."""
+
+    start: Start
+    forecast: Forecast
+    newest: float
+
+
+class StandIn:
+    """Of a learner with these signals; `memory` is what an earlier `to_dict` gave."""
+
+    def __init__(self, signals: SignalSettings, memory: Mapping[str, Any] | None = None) -> None:
+        self._signals, self._lock = signals, threading.Lock()
+        self._raw = {stream: (array("d"), array("d")) for stream in (YAW_RATE, TORQUE)}
+        self._trusted: deque[float] = deque(maxlen=3)
+        self._untried: tuple[Model, float, float, float] | None = None
+        try:
+            self.experience = Experience() if memory is None else Experience.from_dict(memory)
+        except Exception:  # what earlier forecasts taught comes again: nothing else is lost
+            self.experience = Experience()
+
+    def push(self, stream: str, t: Array, value: Array) -> None:
+        """Keeps (n,) stamps [s] and values of yaw rate or torque; what is no measurement is left out later."""
+        if stream not in self._raw:
+            return
+        with self._lock:
+            for kept, new in zip(self._raw[stream], (t, value), strict=True):
+                kept.extend(new.tolist())
+                if len(kept) > MOST:
+                    del kept[: len(kept) - MOST // 2]
+
+    def learned(self, model: Model, batch: Samples, smoothing: float) -> None:
+        """A batch was believed and learned; `model` was served until then. Forecasts on it are tried by `catch_up`."""
+        end = float(batch.time[-1])
+        self._trusted.append(end)
+        since = self.experience.until
+        if not since <= end < since + EVERY:
+            self._untried = model, min(max(since, end - SPAN), float(batch.time[0])), end, smoothing
+
+    def catch_up(self) -> None:
+        """Tries forecasts on what was learned since the last time: after it was published, because it takes a while."""
+        if self._untried is None:
+            return
+        (model, begin, end, smoothing), self._untried = self._untried, None
+        try:
+            grid = self._grid(begin - HORIZONS[-1], end, smoothing)
+            self.experience = self.experience.after(model, self._signals.inertia, grid)
+        except Exception:  # whatever came, learning goes on; the intervals begin anew
+            log.exception("a fault of this program: forecasts could not be tried")
+            self.experience = Experience()
+        self._forget(end - SPAN)
+
+    def taken_back(self) -> None:
+        """The batch that was learned last was not to be believed."""
+        if self._trusted:
+            self._trusted.pop()
+
+    def since_measured(self, model: Model, smoothing: float, believed: bool) -> Ahead:
+        """From the last measurement to the newest torque.
+
+        Args:
+            smoothing: width of the filter now [s].
+            believed: whether the gyro is; else the last batch that was learned is the last measurement.
+
+        Raises:
+            BadInput: there is no measurement to begin with, or no model.
+        """
+        start, torque, newest = self._begin(smoothing, believed)
+        ahead = max(newest - start.time, 0.0)
+        at = start.time + np.linspace(0.0, ahead, 61 if ahead > 0.0 else 1)
+        return self._ahead(model, smoothing, start, torque, at, newest)
+
+    def under(self, model: Model, smoothing: float, believed: bool, t: Array, torque: Array, at: Array) -> Ahead:
+        """From the last measurement on under a torque that somebody plans: times (n,) from then on [s], and [N m]."""
+        start, _, newest = self._begin(smoothing, believed)
+        profile = start.time + t, torque
+        return self._ahead(model, smoothing, start, profile, start.time + at, newest)
+
+    def to_dict(self) -> dict[str, Any]:
+        return self.experience.to_dict()
+
+    def _ahead(
+        self, model: Model, smoothing: float, start: Start, torque: tuple[Array, Array], at: Array, newest: float
+    ) -> Ahead:
+        grid_step = Grid.step_for(smoothing)
+        found = forecast(
+            self.experience, model, self._signals.inertia, start, torque, at,
+            step=grid_step, sample_period=self._signals.sample_period,
+        )  # fmt: skip
+        return Ahead(start, found, newest)
+
+    def _begin(self, smoothing: float, believed: bool) -> tuple[Start, tuple[Array, Array], float]:
+        """Where an estimate starts, the torque from there on, and the newest stamp of it."""
+        until = math.inf
+        if not believed:
+            if not self._trusted:
+                raise BadInput("nothing was measured yet that may be believed; ask again after the first iteration")
+            until = self._trusted[-1]
+        rate, torque = self._stream(YAW_RATE), self._stream(TORQUE)
+        if not rate[0].size or not torque[0].size:
+            raise BadInput("no yaw rate or no torque has come since this start; ask again when both have")
+        newest = float(torque[0][-1])
+        grid = self._grid(newest - SPAN, min(until, float(rate[0][-1])), smoothing)
+        known = np.flatnonzero(np.isfinite(grid.rate))
+        if not known.size:
+            raise BadInput(
+                f"the last yaw rate that may be believed is older than {SPAN:g} s, or never came beside a torque"
+            )
+        place = int(known[-1])
+        start = Start(float(grid.time[place]), float(grid.rate[place]))
+        since = torque[0] >= start.time - 2.0 * grid.step
+        if self._signals.torque == COMMANDED:  # it holds: said by a second stamp just before the next
+            stamps, values = torque[0][since], torque[1][since]
+            edges = np.maximum(np.nextafter(stamps[1:], -np.inf), stamps[:-1])
+            together = np.concatenate((stamps, edges)), np.concatenate((values, values[:-1]))
+            order = np.argsort(together[0], kind="stable")
+            return start, (together[0][order], together[1][order]), newest
+        return start, (torque[0][since], torque[1][since]), newest
+
+    def _grid(self, begin: float, end: float, smoothing: float) -> Grid:
+        parts = []
+        for stream in (YAW_RATE, TORQUE):
+            time, value = self._stream(stream)
+            inside = (time >= begin) & ((time <= end) | (stream == TORQUE))
+            parts.append((time[inside], value[inside]))
+        held = self._signals.torque == COMMANDED
+        return Grid.of(parts[0], parts[1], smoothing, self._signals.sample_period, held)
+
+    def _stream(self, stream: str) -> tuple[Array, Array]:
+        """What is kept of it and is a measurement, by rising stamps, each once."""
+        with self._lock:
+            time, value = (np.array(kept) for kept in self._raw[stream])
+        limit = self._signals.rate_limit if stream == YAW_RATE else self._signals.torque_limit
+        kept = np.isfinite(time) & np.isfinite(value) & (np.abs(value) <= limit)
+        time, value = time[kept], value[kept]
+        # A stamp far ahead of all others is a mistake, one far behind is of the time before a clock began anew: both
+        # stand apart from what came last.
+        recent = float(np.median(time[-11:])) if time.size else 0.0
+        near = np.abs(time - recent) <= SPAN
+        unique, first = np.unique(time[near], return_index=True)
+        return unique, value[near][first]
+
+    def _forget(self, before: float) -> None:
+        with self._lock:
+            for time, value in self._raw.values():
+                old = int(np.searchsorted(np.array(time), before))
+                del time[:old], value[:old]

@@ -1,0 +1,148 @@
+"""Forecasts: the mean is the equation's, the deviations are those of many runs, the interval that of earlier errors."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.forecasting import Experience, Grid, Start, forecast
+from incsvr.forecasting.experience import CLAIM, HORIZONS, UNTRIED, widening
+from incsvr.forecasting.propagation import NODES, Curve, propagate
+from incsvr.learning.learner import Settings
+from incsvr.learning.model import Model
+from incsvr.plant import free_run
+from incsvr.samples import Array
+from simulator import leng, online
+
+INERTIA, STEP = 24.0, 0.05
+
+
+def line(slope: float, sigma: float = 0.0, disturbance: float = 0.0, lasts: float = 1.0) -> Curve:
+    rates = np.linspace(-2.5, 2.5, NODES)
+    return Curve(
+        -2.5, float(rates[1] - rates[0]), slope * rates, np.full(NODES, slope), np.full(NODES, sigma), INERTIA,
+        disturbance, lasts,
+    )  # fmt: skip
+
+
+def test_the_mean_is_that_of_the_equation() -> None:
+    time: Array = STEP * np.arange(401, dtype=np.float64)
+    torque = 15.0 * np.sin(0.7 * time)
+    rates = np.linspace(-2.5, 2.5, NODES)
+    damping = 9.0 * rates + 26.0 * rates * np.abs(rates)
+    step = float(rates[1] - rates[0])
+    curve = Curve(-2.5, step, damping, np.gradient(damping, step), 0.0 * rates, INERTIA, 0.0, 1.0)
+    runs = propagate(curve, np.array([0.3]), 0.0, torque[:, None], STEP)
+    exact = free_run(time, torque, 0.3, inertia=INERTIA, damping=lambda r: r * (9.0 + 26.0 * abs(r)))
+    assert runs.rate[:, 0] == pytest.approx(exact, abs=2e-4)
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * STEP * (exact[1:] + exact[:-1]))))
+    assert runs.heading[:, 0] == pytest.approx(turned, abs=2e-3)
+
+
+def test_the_deviations_are_those_of_many_runs_in_water() -> None:
+    rng, count, steps, lasts, size = np.random.default_rng(1), 4000, 400, 1.5, 2.0
+    curve = line(20.0, disturbance=size, lasts=lasts)
+    claimed = propagate(curve, np.zeros(1), 0.02, np.zeros((steps + 1, 1)), STEP)
+    rate, heading, water = rng.normal(0.0, 0.02, count), np.zeros(count), rng.normal(0.0, size, count)
+    stays = np.exp(-STEP / lasts)
+    for k in range(1, steps + 1):
+        before, rate = rate, rate + STEP * (water - 20.0 * rate) / INERTIA
+        heading += 0.5 * STEP * (before + rate)
+        water = stays * water + size * np.sqrt(1.0 - stays**2) * rng.standard_normal(count)
+        if k in (20, 100, 400):
+            assert claimed.rate_sigma[k, 0] == pytest.approx(float(rate.std()), rel=0.06)
+            assert claimed.heading_sigma[k, 0] == pytest.approx(float(heading.std()), rel=0.06)
+
+
+def test_a_doubt_of_the_curve_is_off_to_one_side_for_long() -> None:
+    runs = propagate(line(20.0, sigma=1.0), np.zeros(1), 0.0, np.zeros((2001, 1)), STEP)
+    assert runs.rate_sigma[-1, 0] == pytest.approx(1.0 / 20.0, rel=1e-3)
+    assert runs.heading_sigma[-1, 0] == pytest.approx(100.0 / 20.0 - INERTIA / 400.0, rel=0.01)
+
+
+def test_an_interval_is_as_wide_as_95_of_100_errors_were() -> None:
+    errors = np.random.default_rng(2).permutation(np.linspace(0.0, 10.0, 101)[1:])
+    scores = np.column_stack((100.0 * np.arange(100), errors, 2.0 * errors))
+    assert widening(scores, 1.0) == pytest.approx((9.6 / CLAIM, 19.2 / CLAIM))
+    # A single batch tells of one day alone: its errors say less.
+    together = scores.copy()
+    together[:, 0] = 0.0
+    assert widening(together, 1.0)[0] > 3.0 * widening(scores, 1.0)[0]
+
+
+@cache
+def learned(until: float) -> tuple[Experience, Model, Grid]:
+    """What the Leng's first training run teaches until then."""
+    streams = leng.recording("T1", 7).streams()
+    signals, settings = leng.SIGNALS, Settings()
+    grid = Grid.of(streams["yaw_rate"], streams["torque"], signals.smoothing, signals.sample_period, held=False)
+    experience, model = Experience(), Model.untrained(settings.gamma, settings.C, settings.epsilon)
+    samples = leng.experiment(7).T1
+    for number, iteration in enumerate(online.learn(samples, settings)):
+        batch = samples.take(slice(number * settings.batch, (number + 1) * settings.batch))
+        if batch.time[-1] > until:
+            break
+        part = (grid.time >= batch.time[0] - HORIZONS[-1]) & (grid.time <= batch.time[-1])
+        experience = experience.after(model, leng.INERTIA, grid.part(part))
+        model = iteration.model
+    return experience, model, grid
+
+
+def test_what_was_tried_makes_the_interval_and_survives_a_restart() -> None:
+    experience, model, grid = learned(300.0)
+    ahead = np.array(HORIZONS)
+    assert np.array(Experience().widening(ahead)) == pytest.approx(UNTRIED)
+    assert all(len(scores) for scores in experience.scores)
+    again = Experience.from_dict(json.loads(json.dumps(experience.to_dict())))
+    assert np.array_equal(again.widening(ahead), experience.widening(ahead))
+    assert experience.widening(np.array([300.0]))[0] == experience.widening(ahead)[0].max()
+    held, count = np.zeros(4), 0
+    for first in np.flatnonzero(grid.time > 300.0)[: -round(62.0 / grid.step) : round(7.0 / grid.step)]:
+        start = Start(float(grid.time[first]), float(grid.rate[first]))
+        last = first + round(60.0 / grid.step)
+        if not np.isfinite(grid.rate[first : last + 1]).all():
+            continue
+        at = start.time + np.array([1.0, 5.0, 20.0, 60.0])
+        known = grid.time[first : last + 2], grid.torque[first : last + 2]
+        said = forecast(
+            experience, model, leng.INERTIA, start, known, at, step=grid.step, sample_period=grid.sample_period
+        )
+        held += np.abs(said.rate - np.interp(at, grid.time, grid.rate)) <= said.rate_half
+        assert said.worth.all()
+        count += 1
+    assert count >= 8
+    assert (held / count >= 0.8).all()
+
+
+def test_what_cannot_be_forecast_is_refused() -> None:
+    experience, model, grid = learned(300.0)
+    start, known = Start(100.0, 0.1), (grid.time, grid.torque)
+    for at in (np.array([99.0]), np.array([110.0, 105.0]), np.empty(0), np.array([1e5])):
+        with pytest.raises(BadInput):
+            forecast(experience, model, leng.INERTIA, start, known, at, step=0.06, sample_period=0.6)
+    with pytest.raises(BadInput, match="nothing was learned yet"):
+        forecast(Experience(), model, leng.INERTIA, start, known, np.array([101.0]), step=0.06, sample_period=0.6)
+
+
+def test_a_pause_of_a_stream_parts_the_grid() -> None:
+    t: Array = np.concatenate((np.arange(0.0, 10.0, 0.02), np.arange(12.0, 20.0, 0.02)))
+    slower: Array = np.arange(0.0, 20.0, 0.04, dtype=np.float64)
+    grid = Grid.of((t, np.sin(t)), (slower, np.full(500, 3.0)), 0.12, 0.6, held=False)
+    parts = [grid.time[part] for part in grid.stretches()]
+    assert len(parts) == 2
+    assert parts[0][-1] == pytest.approx(10.0, abs=0.1)
+    assert parts[1][0] == pytest.approx(12.0, abs=0.1)
+    known = np.isfinite(grid.rate)
+    assert grid.rate[known] == pytest.approx(np.sin(grid.time[known]), abs=1e-3)
+    assert grid.torque[known] == pytest.approx(3.0)
+
+
+def test_a_command_that_holds_is_a_mean_of_steps() -> None:
+    quick: Array = np.arange(0.0, 3.0, 0.02, dtype=np.float64)
+    command = np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 5.0, -2.0, 0.0])
+    grid = Grid.of((quick, np.zeros(150)), command, 0.5, 1.0, held=True)
+    assert np.interp([0.5, 1.5, 2.5], grid.time, grid.torque) == pytest.approx([1.0, 5.0, -2.0])

@@ -1,0 +1,182 @@
+"""The model in the gyro's place: on the bus while the gyro is silent, by a question, and while its checks pause it."""
+
+from __future__ import annotations
+
+import json
+import queue
+import time
+from contextlib import suppress
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+
+from incsvr.samples import Array
+from service import wire
+from service.cli import main
+from service.estimates import estimate, forecast_reply
+from service.node import LearnerNode
+from simulator import leng
+from simulator.recordings import Recording
+from tests.service.conftest import PATIENCE, StartBench, configured, teach
+
+SEED = 9
+BLOCK = zenoh.CongestionControl.BLOCK
+LOST = 120.0
+"""The gyro's last stamp [s]."""
+
+
+@cache
+def run() -> Recording:
+    return leng.recording("T1", SEED)
+
+
+def part(stream: str, first: float, last: float) -> tuple[Array, Array]:
+    t, value = run().streams()[stream]
+    kept = (t >= first) & (t < last)
+    return t[kept], value[kept]
+
+
+def message(stream: str, first: float, last: float) -> bytes:
+    t, value = part(stream, first, last)
+    return wire.measurement(tuple(t.tolist()), tuple(value.tolist()))
+
+
+def truth(at: float) -> float:
+    return float(np.interp(at, *part("yaw_rate", 0.0, 400.0)))
+
+
+def taught(until: float = 150.0) -> LearnerNode:
+    """A learner without a bus that has heard all until then."""
+    node = LearnerNode(configured(), boot="")
+    for name in ("yaw_rate", "torque"):
+        node.push(name, *part(name, 0.0, until))
+    while node.learn() is not None:
+        pass
+    return node
+
+
+def test_while_the_gyro_is_silent_the_models_own_rate_goes_out_until_it_is_back(start: StartBench) -> None:
+    bench = start(health__stale_after=60.0)
+    found = bench.follow(bench.keys.estimate, wire.Estimate)
+    teach(bench.session, bench.keys, SEED, 0.0, LOST)
+    bench.health_when(lambda health: health.iteration >= 3)
+    said, until = None, time.monotonic() + PATIENCE
+    bench.session.put(bench.keys.torque, message("torque", LOST, LOST + 14.9), congestion_control=BLOCK)
+    while said is None or said.t < LOST + 14.0:
+        assert time.monotonic() < until
+        # The torque still comes; it is the gyro that does not.
+        bench.session.put(bench.keys.torque, message("torque", LOST + 14.9, LOST + 15.0), congestion_control=BLOCK)
+        with suppress(queue.Empty):
+            said = found.get(timeout=0.2)
+    assert said.since == pytest.approx(LOST, abs=0.2)
+    assert said.age_s == pytest.approx(said.t - said.since)
+    assert said.rate_low < truth(said.t) < said.rate_high
+    assert said.rate_high - said.rate_low < 0.2
+    assert said.worth
+    assert "the yaw rate is silent" in said.why
+    # Asked without anything: since the last measurement.
+    payload, refusal = bench.get(bench.keys.forecast)
+    assert refusal is None
+    reply = wire.decode(wire.ForecastReply, payload or b"")
+    assert (reply.since, reply.rate[0]) == pytest.approx((said.since, reply.measured))
+    held = [low < truth(t) < high for t, low, high in zip(reply.t, reply.rate_low, reply.rate_high, strict=True)]
+    assert np.mean(held[1:]) > 0.8
+    # The gyro is back: nothing is said of an estimate any more.
+    bench.session.put(bench.keys.torque, message("torque", LOST + 14.9, LOST + 15.0), congestion_control=BLOCK)
+    bench.session.put(bench.keys.rate, message("yaw_rate", LOST, LOST + 15.0), congestion_control=BLOCK)
+    bench.health_when(lambda health: not any("is the model's own" in reason for reason in health.reasons))
+
+
+def test_a_plan_is_forecast_and_what_is_none_is_refused(start: StartBench) -> None:
+    bench = start()
+    _, refusal = bench.get(bench.keys.forecast)
+    assert refusal is not None
+    assert refusal.error_type == "NothingLearned"
+    teach(bench.session, bench.keys, SEED, 0.0, LOST)
+    bench.health_when(lambda health: health.iteration >= 3)
+    question = {"t": [0.0, 60.0], "torque": [40.0, 40.0], "at": [5.0, 60.0]}
+    payload, refusal = bench.get(bench.keys.forecast, json.dumps(question).encode())
+    assert refusal is None
+    reply = wire.decode(wire.ForecastReply, payload or b"")
+    # After a minute the torque is the damping: as the learner itself says.
+    damping, _ = bench.get(f"{bench.keys.damping}?rate={reply.rate[1]}")
+    assert wire.decode(wire.DampingReply, damping or b"").damping[0] == pytest.approx(40.0, abs=1.0)
+    assert reply.turned[1] - reply.turned[0] == pytest.approx(55.0 * reply.rate[1], rel=0.05)
+    for wrong, sentence in (
+        ({"t": [0.0, 1.0], "torque": [1.0]}, "give one for each"),
+        ({"t": [1.0, 0.0], "torque": [1.0, 1.0]}, "begin at zero"),
+        ({"t": [0.0, 1e6], "torque": [1.0, 1.0]}, "is longer than 3600 s"),
+        ({"t": []}, "ForecastQuery"),
+    ):
+        _, refusal = bench.get(bench.keys.forecast, json.dumps(wrong).encode())
+        assert refusal is not None
+        assert refusal.error_type == "BadInput"
+        assert sentence in refusal.error
+
+
+def test_while_the_checks_pause_learning_it_goes_on_from_what_they_believed() -> None:
+    whole = run()
+    columns = {name: values.copy() for name, values in whole.columns.items()}
+    columns["yaw_rate"][(whole.time >= LOST) & ~np.isnan(columns["yaw_rate"])] = 0.2  # it is stuck
+    streams = Recording("stuck", whole.time, columns).streams()
+    node, until = LearnerNode(configured(), boot=""), 0.0
+    while node.said.paused is None:
+        assert until < 400.0
+        until += 5.0
+        for name, (t, value) in streams.items():
+            now = (t >= until - 5.0) & (t < until)
+            node.push(name, t[now], value[now])
+        while node.learn() is not None:
+            pass
+    said = estimate(node, None)
+    assert said is not None
+    assert said.since < LOST + 1.0
+    assert said.t > LOST + 5.0
+    assert said.rate_low < truth(said.t) < said.rate_high
+    assert "learning is paused" in said.why
+    assert forecast_reply(node, None).since == said.since
+
+
+def test_an_estimate_says_when_it_is_no_longer_worth_having() -> None:
+    node = taught(60.0)
+    assert node.stand_in is not None
+    assert estimate(node, None) is None  # neither silent nor paused
+    said = estimate(node, 3.0)
+    assert said is not None
+    assert said.worth
+    # A vehicle that as a rule hardly turns: its usual rates say more.
+    node.stand_in.experience = replace(node.stand_in.experience, square=1e-8)
+    said = estimate(node, 3.0)
+    assert said is not None
+    assert not said.worth
+    assert "no longer worth having" in said.why
+
+
+def test_experience_survives_an_orderly_end_and_a_broken_one_costs_nothing_else() -> None:
+    node = taught()
+    memory = json.loads(json.dumps(node.memory(whole=True)))
+    again = LearnerNode(configured(), boot="", memory=memory)
+    assert node.stand_in is not None
+    assert again.stand_in is not None
+    ahead = np.array([1.0, 5.0, 20.0])
+    assert np.array_equal(again.stand_in.experience.widening(ahead), node.stand_in.experience.widening(ahead))
+    broken = LearnerNode(configured(), boot="", memory=memory | {"forecast": {"scores": "none"}})
+    assert broken.stand_in is not None
+    assert not np.array_equal(broken.stand_in.experience.widening(ahead), node.stand_in.experience.widening(ahead))
+    assert broken.served.revision == node.served.revision
+
+
+def test_bad_words_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "plan.csv").write_text("time,torque\n0,1\n")
+    for words, sentence in (
+        (["--torque", "1", "--profile", "x.csv"], "not both"),
+        (["--torque", "nan"], "give finite numbers"),
+        (["--profile", str(tmp_path / "plan.csv")], "with the columns t and torque"),
+        (["--profile", str(tmp_path / "none.csv")], "cannot be read"),
+    ):
+        assert main(["forecast", *words]) == 2
+        assert sentence in capsys.readouterr().err
