@@ -26,7 +26,7 @@ from tests.conftest import ROOT
 BLUEOS = ROOT / "deploy" / "blueos"
 DOCKERFILE = (BLUEOS / "Dockerfile").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-PATIENCE = 60.0
+PATIENCE = 180.0
 
 
 @pytest.fixture(scope="module")

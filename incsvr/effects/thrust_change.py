@@ -12,6 +12,9 @@ from incsvr.effects.signals import Array, Signals
 LEAST, MOST = 0.1, 3.0
 """Of the thrust that the table says: what is left at least, and at most."""
 
+KNOWN = 0.05
+"""Of the thrust: no table is better known, and what its error leaves of any effect looks like a change this small."""
+
 
 class _ThrustOfTime(Effect):
     """a = (1 + f p) τ with p from 0 to 1 over time; seen from the rate side τ − a = −f p a/(1 + f p).
@@ -41,6 +44,11 @@ class _ThrustOfTime(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         left = 1.0 + term.coefficients[0]
         return "" if LEAST < left < MOST else f"the thrust would become {left:.2g} times what its table says"
+
+    def slight(self, term: Term, s: Signals) -> str:
+        if abs(term.coefficients[0]) < KNOWN:
+            return f"the thrust would change by less than {KNOWN:.0%}, better than its table can be known"
+        return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         thrust: Array = command * self.gain(s, term.inner, term.coefficients)
