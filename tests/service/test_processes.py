@@ -206,7 +206,7 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
 
 def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
     done = subprocess.run(
-        command("demo", "--speed", "150", "--out", str(tmp_path), "--json", "-"),
+        command("demo", "--speed", "60", "--out", str(tmp_path), "--json", "-"),
         capture_output=True,
         text=True,
         check=False,
