@@ -22,11 +22,10 @@ from incsvr.samples import Array
 from service import wire
 from service.estimates import forecast_reply
 from service.health import HealthWatch
-from service.history import NotKept
+from service.history import History
 from service.node import LearnerNode, NothingLearned
 from service.published import damping
 from service.state_file import Row
-from service.store import Store
 
 log = logging.getLogger(__name__)
 
@@ -52,9 +51,9 @@ class Answers:
     """The queryables of one learner."""
 
     def __init__(
-        self, session: zenoh.Session, keys: wire.Keys, node: LearnerNode, watch: HealthWatch, store: Store | None
+        self, session: zenoh.Session, keys: wire.Keys, node: LearnerNode, watch: HealthWatch, history: History
     ) -> None:
-        self._node, self._watch, self._store = node, watch, store
+        self._node, self._watch, self._history = node, watch, history
         self._damping_ring: Any = session.declare_queryable(keys.damping, RingChannel(RING), complete=True)
         self._damping_key = keys.damping
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING)
@@ -157,9 +156,9 @@ class Answers:
         if "after" not in asked:
             if not latest:
                 raise NothingLearned("no iteration has been done yet; the first follows the first batch")
-            return self._kept().revision(latest).report
+            return self._history.revision(latest).report
         limit = _count("limit", asked.get("limit", str(MAX_REPORTS)), MAX_REPORTS)
-        reports = self._kept().reports(_count("after", asked["after"], 2**62), limit, MAX_REPORT_BYTES)
+        reports = self._history.reports(_count("after", asked["after"], 2**62), limit, MAX_REPORT_BYTES)
         return b'{"iterations":[' + b",".join(reports) + b'],"latest_revision":%d}' % latest
 
     def _health(self, query: zenoh.Query) -> bytes:
@@ -191,13 +190,8 @@ class Answers:
         if further:
             raise BadInput(f"ask for one revision or {' and '.join(sorted(further))}, not for both")
         if "at" in asked:
-            return self._kept().at(_number("at", asked["at"]))
-        return self._kept().revision(_count("revision", asked["revision"], 2**62))
-
-    def _kept(self) -> Store:
-        if self._store is None:
-            raise NotKept("this learner keeps no history; configure a state directory")
-        return self._store
+            return self._history.at(_number("at", asked["at"]))
+        return self._history.revision(_count("revision", asked["revision"], 2**62))
 
 
 def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:

@@ -28,7 +28,7 @@ from service.demo_report import HEAD, Failed, line, played, summary
 from service.output import add_json_argument, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
-from service.wire import Health, IterationReport, Keys, decode
+from service.wire import FormType, Health, IterationHistory, IterationReport, Keys, decode
 
 SPEED = 25.0
 """757 s of the vehicle's time then take half a minute."""
@@ -110,7 +110,7 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
                 print(f"— the hull is mounted at {hull_comes:.0f} s —", file=people)
             history.append(report)
             print(line(report), file=people, flush=True)
-        counters = _health(session).counters
+        counters = _asked(session, KEYS.health, Health).counters
         if viewer is not None:
             _end(viewer)
         if table is not None and table.wait(_LONGEST_TABLE):
@@ -140,32 +140,33 @@ def _iterations(
     player: subprocess.Popen[bytes],
     learner: subprocess.Popen[bytes],
 ) -> Iterator[IterationReport]:
-    """The reports as they come, until the simulator has played everything and the learner has learned it."""
-    done = None
+    """The reports as they come, until the simulator has played everything and all that was learned has come."""
+    revision = 0
     while True:
         try:
             report = reports.get(timeout=0.2)
-            yield report
-            if done is not None and report.iteration >= done:
-                return
+            if report.revision > revision:
+                revision = report.revision
+                yield report
         except queue.Empty:
             if learner.poll() is not None:
                 raise Failed("the learner ended; see serve.log") from None
             if player.poll() not in (None, 0):
                 raise Failed("the simulator failed; see simulate.log") from None
-            if player.poll() == 0 and reports.empty():
+            if player.poll() == 0:
                 # All that was played has arrived; every whole batch of it becomes an iteration.
-                health = _health(session)
-                done = health.counters["samples"] // 50
-                if health.iteration >= done and reports.empty():
+                health = _asked(session, KEYS.health, Health)
+                if health.iteration >= health.counters["samples"] // 50:
+                    # This answer may have overtaken the last report: each has a thread of its own in Zenoh's binding.
+                    yield from _asked(session, f"{KEYS.iteration}?after={revision}", IterationHistory).iterations
                     return
 
 
-def _health(session: zenoh.Session) -> Health:
-    for reply in session.get(KEYS.health, timeout=2.0):
+def _asked(session: zenoh.Session, selector: str, form: type[FormType]) -> FormType:
+    for reply in session.get(selector, timeout=2.0):
         if reply.ok is not None:
-            return decode(Health, reply.ok.payload.to_bytes())
-    raise Failed("the learner does not answer for its health; see serve.log")
+            return decode(form, reply.ok.payload.to_bytes())
+    raise Failed(f"the learner does not answer for {selector}; see serve.log")
 
 
 def _wait_until_alive(session: zenoh.Session, learner: subprocess.Popen[bytes]) -> None:

@@ -1,9 +1,14 @@
-"""What was published: the rows of a state's file, and the newest ones that wait for the disk."""
+"""What was published: the rows of a state's file, and the newest ones that wait for the disk.
+
+A learner without a state has its newest ones all the same, as long as it runs: a client on a busy machine asks for the
+model of an iteration when the next has often been published.
+"""
 
 from __future__ import annotations
 
 import logging
 import sqlite3
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -14,6 +19,8 @@ log = logging.getLogger(__name__)
 
 WAITING_BYTES = 16_000_000
 """Revisions that wait for the disk; beyond, the oldest go. A thousand of them fit."""
+IN_MEMORY_BYTES = 1_000_000
+"""Likewise of a learner without a state, which keeps them all the time. Fifty fit: half an hour of batches."""
 
 
 class NotKept(BadInput):
@@ -21,20 +28,23 @@ class NotKept(BadInput):
 
 
 class History:
-    """Answers for revisions; from one thread at a time.
+    """Answers for revisions; every method may be called from any thread.
 
     Args:
         keep: how many the file holds at most.
+        waiting_bytes: of those that wait for it; beyond, the oldest go.
 
     Attributes:
         file: where it is kept; None where there is none yet.
         published: the highest revision that is known to be given, saved or not.
         newest: what was published last since the start.
         damage: what was found damaged, as sentences.
+        lock: held by every method; and by who changes the file.
     """
 
-    def __init__(self, keep: int) -> None:
-        self._keep = keep
+    def __init__(self, keep: int, waiting_bytes: int = WAITING_BYTES) -> None:
+        self._keep, self._waiting_bytes = keep, waiting_bytes
+        self.lock = threading.RLock()
         self.file: StateFile | None = None
         self.published = 0
         self.newest: Row | None = None
@@ -43,10 +53,11 @@ class History:
 
     def add(self, revision: int, t: float, snapshot: bytes, report: bytes) -> None:
         """A revision that is published next, and waits for the disk."""
-        self.newest = Row(revision, self.published, float(t), snapshot, report)
-        self._waiting[revision], self.published = self.newest, revision
-        while len(self._waiting) > 1 and sum(map(_size, self._waiting.values())) > WAITING_BYTES:
-            del self._waiting[min(self._waiting)]
+        with self.lock:
+            self.newest = Row(revision, self.published, float(t), snapshot, report)
+            self._waiting[revision], self.published = self.newest, revision
+            while len(self._waiting) > 1 and sum(map(_size, self._waiting.values())) > self._waiting_bytes:
+                del self._waiting[min(self._waiting)]
 
     @property
     def unsaved(self) -> list[Row]:
@@ -65,18 +76,20 @@ class History:
         Raises:
             NotKept: the history does not say.
         """
-        waiting = sorted(self._waiting.values())
-        found = next((row for row in reversed(waiting) if row.t <= t), None)
-        following = next((row for row in waiting if found is None or row.revision > found.revision), None)
-        if found is None and self.file is not None:
-            with self._reading("the index of times"):
-                found, saved = self.file.at(t)
-                following = saved or following
-        if found is None:
-            raise NotKept(f"no model is kept from the vehicle's time {t:g} s or before")
-        if found.revision != (self.published if following is None else following.previous):
-            raise NotKept(f"what was served at {t:g} s is not kept: what followed revision {found.revision} is lost")
-        return found
+        with self.lock:
+            waiting = sorted(self._waiting.values())
+            found = next((row for row in reversed(waiting) if row.t <= t), None)
+            following = next((row for row in waiting if found is None or row.revision > found.revision), None)
+            if found is None and self.file is not None:
+                with self._reading("the index of times"):
+                    found, saved = self.file.at(t)
+                    following = saved or following
+            if found is None:
+                raise NotKept(f"no model is kept from the vehicle's time {t:g} s or before")
+            if found.revision != (self.published if following is None else following.previous):
+                lost = f"what followed revision {found.revision} is lost"
+                raise NotKept(f"what was served at {t:g} s is not kept: {lost}")
+            return found
 
     def revision(self, revision: int) -> Row:
         """What was published as this revision.
@@ -84,35 +97,37 @@ class History:
         Raises:
             NotKept: it is not in the history, or damaged there.
         """
-        found = self._waiting.get(revision)
-        if found is None and self.file is not None:
-            with self._reading(f"revision {revision}"):
-                found = self.file.row(revision)
-                if found is None and max(self.file.newest - self._keep, 0) < revision <= self.file.newest:
-                    raise Damaged("its row is missing")
-        if found is None:
-            raise NotKept(f"revision {revision} is not kept; the latest is {self.published}")
-        return found
+        with self.lock:
+            found = self._waiting.get(revision)
+            if found is None and self.file is not None:
+                with self._reading(f"revision {revision}"):
+                    found = self.file.row(revision)
+                    if found is None and max(self.file.newest - self._keep, 0) < revision <= self.file.newest:
+                        raise Damaged("its row is missing")
+            if found is None:
+                raise NotKept(f"revision {revision} is not kept; the latest is {self.published}")
+            return found
 
     def reports(self, after: int, limit: int, most_bytes: int) -> list[bytes]:
         """Iteration reports after a revision, in their order: at most `limit`, and with the last about so many bytes.
 
         A damaged one is left out, and told in `damage`.
         """
-        saved = []
-        if self.file is not None:
-            with self._reading("the list of revisions"):
-                saved = self.file.revisions(after, limit)
-        waiting = sorted(revision for revision in self._waiting if revision > max([after, *saved]))
-        found: list[bytes] = []
-        for revision in [*saved, *waiting][:limit]:
-            try:
-                found.append(self.revision(revision).report)
-            except NotKept:
-                continue
-            if sum(map(len, found)) >= most_bytes:
-                break
-        return found
+        with self.lock:
+            saved = []
+            if self.file is not None:
+                with self._reading("the list of revisions"):
+                    saved = self.file.revisions(after, limit)
+            waiting = sorted(revision for revision in self._waiting if revision > max([after, *saved]))
+            found: list[bytes] = []
+            for revision in [*saved, *waiting][:limit]:
+                try:
+                    found.append(self.revision(revision).report)
+                except NotKept:
+                    continue
+                if sum(map(len, found)) >= most_bytes:
+                    break
+            return found
 
     @contextmanager
     def _reading(self, what: str) -> Iterator[None]:

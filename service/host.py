@@ -28,6 +28,7 @@ from service.config import Config
 from service.effects import TracedEffects, configured
 from service.estimates import estimate
 from service.health import HealthWatch
+from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
 from service.lines import iteration_line, learning_line
 from service.node import LearnerNode, Outcome
@@ -59,6 +60,7 @@ class Host:
         known_by = None if self._effects is None else self._effects.identity
         live = config.tracing.live
         self._store = None if config.state is None else Store(config.state, config, known_by, changing=live)
+        self._history = History(0, IN_MEMORY_BYTES) if self._store is None else self._store.history
         self.node, self._live = self._taken_up()
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
         effects = self._effects if self._live is None else self._live.effects
@@ -82,7 +84,7 @@ class Host:
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._publish(self.keys.model, wire.encode(latest))
-        self.answers = Answers(session, self.keys, self.node, self.watch, self._store)
+        self.answers = Answers(session, self.keys, self.node, self.watch, self._history)
         self._mapped = self._mapping(learners)
         self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners, archive=self._archive)
         self.tick()
@@ -321,9 +323,11 @@ class Host:
     def _announce(self, outcome: Outcome) -> None:
         """Disk first, then bus: what was published is never unknown after a crash."""
         snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
-        if self._store is not None:
-            memory, of = self._memory(outcome.memory), outcome.snapshot
-            self._store.save(memory, of.revision, of.t, snapshot, report)
+        row = (outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
+        if self._store is None:
+            self._history.add(*row)
+        else:
+            self._store.save(self._memory(outcome.memory), *row)
         self._publish(self.keys.model, snapshot)
         self._publish(self.keys.iteration, report)
         self._publish(self.keys.coefficients, wire.encode(self.node.coefficients()))

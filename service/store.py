@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import logging
 import sqlite3
-import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from incsvr.errors import BadInput
 from service.claim import Claim, passes
 from service.config import Config
 from service.history import History
-from service.state_file import Damaged, Row, StateFile
+from service.state_file import Damaged, StateFile
 from service.taking_up import bring_back, identity, is_lost, set_aside, take_up
 
 log = logging.getLogger(__name__)
@@ -36,6 +35,7 @@ class Store:
 
     Attributes:
         memory: the learner's memory as it was last saved; None where it begins anew.
+        history: answers for what was published.
         problem: why what was learned last is not on the disk; None where it is.
 
     Raises:
@@ -47,8 +47,7 @@ class Store:
         self.memory: dict[str, Any] | None = None
         self.problem: str | None = None
         self._own, self._changing, self._keep = identity(config, effects), changing, config.history
-        self._lock = threading.Lock()
-        self._history = History(config.history)
+        self.history = History(config.history)
         self._told: tuple[str, ...] = ()
         self._claim: Claim | None = None
         self._kept = b"null"  # the memory, as the file has it
@@ -68,20 +67,20 @@ class Store:
     @property
     def notices(self) -> tuple[str, ...]:
         """What happened to states and what was found damaged, as sentences."""
-        return (*self._told, *self._history.damage)
+        return (*self._told, *self.history.damage)
 
     @property
     def published(self) -> int:
         """The highest revision that is known to be given, saved or not."""
-        return self._history.published
+        return self.history.published
 
     @property
     def _file(self) -> StateFile | None:
-        return self._history.file
+        return self.history.file
 
     def refuse(self, reason: str) -> None:
         """The memory cannot be taken up: its state is set aside, and another one takes its place."""
-        with self._lock:
+        with self.history.lock:
             try:
                 self._another(reason)
             except (OSError, sqlite3.Error) as error:
@@ -90,14 +89,14 @@ class Store:
 
     def save(self, memory: Mapping[str, Any], revision: int, t: float, snapshot: bytes, report: bytes) -> None:
         """Saves one iteration as a whole; when this returns it is on the disk, or `problem` says why not."""
-        with self._lock:
-            self._history.add(revision, t, snapshot, report)
+        with self.history.lock:
+            self.history.add(revision, t, snapshot, report)
             self._remember(memory)
             self._write()
 
     def save_memory(self, memory: Mapping[str, Any]) -> None:
         """Saves the memory alone: what is on its way to the next batch at the end, or a step of tracing."""
-        with self._lock:
+        with self.history.lock:
             self._remember(memory)
             self._write()
 
@@ -109,27 +108,12 @@ class Store:
 
     def save_again(self) -> None:
         """Saves what could not be saved, or what was removed since."""
-        with self._lock:
+        with self.history.lock:
             if self.due:
                 self._write()
 
-    def at(self, t: float) -> Row:
-        """What was served at the vehicle's time t [s]; raises NotKept."""
-        with self._lock:
-            return self._history.at(t)
-
-    def revision(self, revision: int) -> Row:
-        """What was published as this revision; raises NotKept."""
-        with self._lock:
-            return self._history.revision(revision)
-
-    def reports(self, after: int, limit: int, most_bytes: int) -> list[bytes]:
-        """At most `limit` iteration reports after a revision, with the last about so many bytes."""
-        with self._lock:
-            return self._history.reports(after, limit, most_bytes)
-
     def close(self) -> None:
-        with self._lock:
+        with self.history.lock:
             if self._file is not None:
                 self._file.close()
             if self._claim is not None:
@@ -159,7 +143,7 @@ class Store:
     def _adopt(self) -> None:
         """Takes up the state in its place."""
         taken = take_up(self.path, self._own, self._changing)
-        self._history.file, self.memory, self._kept = taken.file, taken.memory, json.dumps(taken.memory).encode()
+        self.history.file, self.memory, self._kept = taken.file, taken.memory, json.dumps(taken.memory).encode()
 
     def _count(self) -> None:
         """Which revisions are given already."""
@@ -169,7 +153,7 @@ class Store:
             learned = 0  # the memory will be refused
         if learned > saved:
             self._tell(f"the history in {self.path} lacks the newest revision, {learned}")
-        self._history.published = max(saved, learned, 0 if self._claim is None else self._claim.published)
+        self.history.published = max(saved, learned, 0 if self._claim is None else self._claim.published)
 
     def _another(self, reason: str) -> None:
         """In place of a state that is lost, or that is set aside now: one that was set aside and fits, or a new one."""
@@ -190,14 +174,14 @@ class Store:
 
     def _create(self, known: StateFile | None = None) -> None:
         """A new file; with all that a known one holds where that is given."""
-        self._history.file = StateFile.create(self.path, self._own, known)
+        self.history.file = StateFile.create(self.path, self._own, known)
         if self._claim is not None and not self._claim.marked:
             self._claim.mark(0)
 
     def _put_aside(self) -> Path:
         if self._file is not None:
             self._file.close()
-            self._history.file = None
+            self.history.file = None
         return set_aside(self.path)
 
     def _remember(self, memory: Mapping[str, Any]) -> None:
@@ -221,12 +205,12 @@ class Store:
         if self.problem is not None:
             log.warning("the state %s is written again", self.path)
         self.problem = None
-        self._history.saved()
+        self.history.saved()
 
     def _write_rows(self) -> None:
         assert self._file is not None
         changed = {"effects": self._own["effects"]} if self._changing else {}
-        self._file.write(self._kept, self._history.unsaved, self._keep, changed)
+        self._file.write(self._kept, self.history.unsaved, self._keep, changed)
 
     def _stand(self) -> None:
         """The file is where it belongs, and the lock is ours."""
@@ -251,7 +235,7 @@ class Store:
             log.error("the state %s cannot be written: %s", self.path, error)
         self.problem = str(error)
         claim = self._claim
-        if claim is None or not self._history.unsaved or claim.published >= self.published:
+        if claim is None or not self.history.unsaved or claim.published >= self.published:
             return
         try:
             claim.mark(self.published)

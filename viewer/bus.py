@@ -1,7 +1,8 @@
 """The learner's bus as the viewer hears it: everything in one bounded queue, and questions for what was missed.
 
-The callbacks only put what came into the queue. A viewer that hangs loses measurements for its plots and nothing else;
-iterations that it missed are asked for again.
+The callbacks only put what came into the queue, in Zenoh's own thread: with a thread for each subscriber, as its Python
+binding has it else, an iteration overtakes the model that was published before it. A viewer that hangs loses
+measurements for its plots and nothing else; iterations that it missed are asked for again.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import zenoh
+from zenoh.handlers import Callback
 
 from incsvr.errors import BadInput
 from service.wire import (
@@ -35,7 +37,7 @@ log = logging.getLogger(__name__)
 WAITING = 100_000  # messages in the queue at most; beyond, the oldest go
 PAGE = 100  # iterations asked for at a time
 PATIENCE_S = 5.0
-KEPT = 50  # models that came by themselves: a learner without a state can tell but its latest
+KEPT = 50  # models that came by themselves: nobody has to be asked for them
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,7 @@ class Bus:
         self._arrived: deque[bytes] = deque(maxlen=KEPT)
         self._models: dict[tuple[str, int], ModelSnapshot] = {}
         self._declared: list[Any] = [
-            session.declare_subscriber(key, self._put)
+            session.declare_subscriber(key, Callback(self._put, indirect=False))
             for key in (
                 keys.rate,
                 keys.torque,
@@ -74,8 +76,10 @@ class Bus:
                 keys.effects,
             )
         ]
-        self._declared.append(session.declare_subscriber(keys.model, self._put_model))
-        self._declared.append(session.liveliness().declare_subscriber(keys.alive, self._presence, history=True))
+        self._declared.append(session.declare_subscriber(keys.model, Callback(self._put_model, indirect=False)))
+        self._declared.append(
+            session.liveliness().declare_subscriber(keys.alive, Callback(self._presence, indirect=False), history=True)
+        )
 
     def close(self) -> None:
         for declared in self._declared:

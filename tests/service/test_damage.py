@@ -65,10 +65,10 @@ def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
             if store.memory is not None:
                 for outcome in outcomes:
                     try:
-                        found = store.revision(outcome.snapshot.revision)
+                        found = store.history.revision(outcome.snapshot.revision)
                         assert found.snapshot == wire.encode(outcome.snapshot)
                         assert found.report == wire.encode(outcome.report)
-                        assert store.at(outcome.snapshot.t) == found
+                        assert store.history.at(outcome.snapshot.t) == found
                     except NotKept:
                         assert store.notices
             told += bool(store.notices)
@@ -150,10 +150,10 @@ def test_a_changed_row_of_the_history_is_not_answered(tmp_path: Path, state: Pat
     assert store.memory == outcomes[-1].memory
     for revision in (1, 2):
         with pytest.raises(NotKept):
-            store.revision(revision)
+            store.history.revision(revision)
     with pytest.raises(NotKept):
-        store.at(outcomes[1].snapshot.t)
-    assert store.reports(0, 10, 10**9) == [wire.encode(outcomes[2].report)]
+        store.history.at(outcomes[1].snapshot.t)
+    assert store.history.reports(0, 10, 10**9) == [wire.encode(outcomes[2].report)]
     assert {"revision 1 is damaged in the history", "revision 2 is damaged in the history"} <= set(store.notices)
     store.close()
 
@@ -162,8 +162,8 @@ def test_a_missing_row_is_not_answered_with_an_older_one(tmp_path: Path, state: 
     changed("DELETE FROM history WHERE revision = 2")(state)
     store = Store(tmp_path, configured())
     with pytest.raises(NotKept, match="what followed revision 1 is lost"):
-        store.at(outcomes[1].snapshot.t)
-    assert store.at(outcomes[2].snapshot.t).revision == 3
+        store.history.at(outcomes[1].snapshot.t)
+    assert store.history.at(outcomes[2].snapshot.t).revision == 3
     store.close()
 
 
@@ -214,7 +214,7 @@ def test_after_a_start_with_wrong_settings_the_state_that_fits_comes_back(
     right = Store(tmp_path, configured())
     assert right.memory == outcomes[-1].memory
     assert "yaw.refused-1.sqlite fits and was taken up again" in right.notices[0]
-    assert len(right.reports(0, 10, 10**9)) == 3
+    assert len(right.history.reports(0, 10, 10**9)) == 3
     right.close()
     wrong = Store(tmp_path, configured(vehicle__inertia=360.0))
     assert wrong.memory == outcomes[0].memory

@@ -33,7 +33,7 @@ def test_a_copy_of_the_one_file_holds_all_that_was_published(tmp_path: Path, sta
     (tmp_path / "copy" / "leng").mkdir(parents=True)
     shutil.copy(tmp_path / "state" / "leng" / "yaw.sqlite", tmp_path / "copy" / "leng")
     store = Store(tmp_path / "copy", configured())
-    assert wire.decode(wire.ModelSnapshot, store.revision(3).snapshot) == latest
+    assert wire.decode(wire.ModelSnapshot, store.history.revision(3).snapshot) == latest
     assert store.memory is not None
     assert store.memory["revision"] == 3
     store.close()
@@ -47,7 +47,8 @@ def test_a_state_that_is_removed_while_it_runs_is_said_and_written_again(tmp_pat
     health_with(bench, "was removed while the learner ran, and was written again")
     bench.stop()
     store = Store(tmp_path / "state", configured())
-    assert [store.revision(number).snapshot for number in (1, 2, 3)] == [wire.encode(model) for model in published]
+    kept = [store.history.revision(number).snapshot for number in (1, 2, 3)]
+    assert kept == [wire.encode(model) for model in published]
     assert store.memory is not None
     assert store.memory["revision"] == 3
     store.close()

@@ -177,6 +177,19 @@ def test_history_answers_by_time_and_by_revision(start: StartBench, run: Recordi
     assert history.latest_revision == 3
 
 
+def test_a_learner_without_a_state_answers_for_its_newest_revisions(start: StartBench, run: Recording) -> None:
+    bench = start(state=None)
+    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
+    bench.play(run)
+    published = [models.get(timeout=PATIENCE) for _ in range(3)]
+    payload, _ = bench.get(f"{bench.keys.model}?revision=1")
+    assert payload is not None
+    assert wire.decode(wire.ModelSnapshot, payload) == published[0]
+    payload, _ = bench.get(f"{bench.keys.iteration}?after=1")
+    assert payload is not None
+    assert [report.iteration for report in wire.decode(wire.IterationHistory, payload).iterations] == [2, 3]
+
+
 def test_further_channels_are_kept_with_the_samples(start: StartBench, run: Recording) -> None:
     bench = start(signals__channels=["depth"])
     reports = bench.follow(bench.keys.iteration, wire.IterationReport)

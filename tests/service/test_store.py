@@ -46,12 +46,12 @@ def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[Outcome]) 
     again = Store(tmp_path, configured())
     assert again.notices == ()
     assert again.memory == outcomes[-1].memory
-    assert again.revision(2).snapshot == encode(outcomes[1].snapshot)
-    assert again.at(outcomes[1].snapshot.t + 0.1) == again.revision(2)
+    assert again.history.revision(2).snapshot == encode(outcomes[1].snapshot)
+    assert again.history.at(outcomes[1].snapshot.t + 0.1) == again.history.revision(2)
     with pytest.raises(NotKept, match="no model is kept"):
-        again.at(-1.0)
-    assert again.reports(0, 10, MANY) == [encode(outcome.report) for outcome in outcomes]
-    assert again.reports(0, 10, 1) == [encode(outcomes[0].report)]
+        again.history.at(-1.0)
+    assert again.history.reports(0, 10, MANY) == [encode(outcome.report) for outcome in outcomes]
+    assert again.history.reports(0, 10, 1) == [encode(outcomes[0].report)]
     again.close()
 
 
@@ -108,7 +108,7 @@ def test_another_vehicles_state_is_set_aside(
     (said,) = other.notices
     assert names in said
     assert "yaw.refused-1.sqlite" in said
-    assert other.reports(0, 10, MANY) == []
+    assert other.history.reports(0, 10, MANY) == []
     other.close()
     set_aside = sqlite3.connect(tmp_path / "leng" / "yaw.refused-1.sqlite")
     assert set_aside.execute("SELECT count(*) FROM history").fetchone() == (1,)
@@ -132,9 +132,9 @@ def test_history_is_bounded(tmp_path: Path, outcomes: list[Outcome]) -> None:
     for outcome in outcomes:
         save(store, outcome)
     with pytest.raises(NotKept, match="revision 1 is not kept"):
-        store.revision(1)
-    assert [store.revision(number).revision for number in (2, 3)] == [2, 3]
-    assert len(store.reports(0, 10, MANY)) == 2
+        store.history.revision(1)
+    assert [store.history.revision(number).revision for number in (2, 3)] == [2, 3]
+    assert len(store.history.reports(0, 10, MANY)) == 2
     store.close()
 
 

@@ -71,7 +71,7 @@ def test_late_killed_and_restarted_it_loses_no_iteration(house: House, run: Run,
 
 
 def test_no_curve_is_missing_where_the_learner_keeps_no_state(house: House, run: Run, tmp_path: Path) -> None:
-    """The learner can tell its latest model alone, and by the time that it is asked has often made the next."""
+    """By the time that the learner is asked for a model it has often made the next ones."""
     path = tmp_path / "run.rrd"
     house.serve(durable=False)
     viewer = house.view("--headless", "--save", str(path))

@@ -7,7 +7,9 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
+from typing import Any
 from urllib.error import HTTPError
 from urllib.parse import quote
 from urllib.request import Request, urlopen
@@ -38,6 +40,17 @@ def fetched(url: str) -> bytes:
         return bytes(answer.read())
 
 
+def state_with(url: str, iteration: int) -> dict[str, Any]:
+    """What the page says once it has this iteration: one answer serves every browser for a while."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        state: dict[str, Any] = json.loads(fetched(f"{url}state.json"))
+        if state["model"] is not None and state["model"]["iteration"] >= iteration:
+            return state
+        assert time.monotonic() < until, state
+        time.sleep(0.1)
+
+
 def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: Path) -> None:
     archive = tmp_path / "archive"
     learner = house.serve("--archive", str(archive))
@@ -46,9 +59,7 @@ def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: P
     assert "Nothing has been learned yet" in drawn(url, tmp_path / "before")
     session = house.client()
     learn_until(session, 3, lambda: publish(session, run.part(0.0, 100.0)))
-
-    state = json.loads(fetched(f"{url}state.json"))
-    assert state["model"]["iteration"] >= 3
+    state = state_with(url, 3)
     assert {name: set(value) for name, value in state["model"]["coefficients"].items()} == {
         "N_r": {"estimate", "low", "high"},
         "N_r|r|": {"estimate", "low", "high"},

@@ -38,6 +38,8 @@ BEYOND = 0.1
 """Part of the trained range by which the curve is drawn beyond each of its ends."""
 FINDINGS = 100
 """Iterations that are looked through for what the learner noticed."""
+NOTHING: Mapping[str, Any] = {"model": None, "changes": []}
+"""What is shown before anything was learned."""
 NORMAL_95 = 1.96
 """Standard deviations of a band of 95 %."""
 
@@ -105,8 +107,10 @@ class Learner:
             return head | self._parts | {"away": f"no learner answers for {self._keys.prefix} at {self._where}"}
         revision = (health.boot, health.revision)
         if revision != self._drawn:
-            self._parts |= self._learned()
-            self._drawn = revision
+            learned = self._learned() if health.revision else NOTHING
+            if learned is not None:  # else the next browser's question asks again
+                self._parts.update(learned)
+                self._drawn = revision
         ledger = self._ask(self._keys.effects, EffectsLedger)
         if ledger is not None:
             self._parts |= {
@@ -117,11 +121,13 @@ class Learner:
             }
         return head | self._parts | {"away": None, "health": health.model_dump(mode="json")}
 
-    def _learned(self) -> dict[str, Any]:
-        """The curve of the served model, and what the learner noticed about the vehicle."""
+    def _learned(self) -> Mapping[str, Any] | None:
+        """The curve of the served model, and what the learner noticed about the vehicle; None where it does not say."""
         snapshot = self._ask(self._keys.model, ModelSnapshot)
-        if snapshot is None or not snapshot.support.rate:
-            return {"model": None, "changes": []}
+        if snapshot is None:
+            return None
+        if not snapshot.support.rate:
+            return NOTHING
         after = max(0, snapshot.revision - FINDINGS)
         history = self._ask(f"{self._keys.iteration}?after={after};limit={FINDINGS}", IterationHistory)
         if history is None:
