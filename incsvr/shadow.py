@@ -54,14 +54,20 @@ def compare(
     before = {name: (t[t < fresh], values[t < fresh]) for name, (t, values) in streams.items()}
     run = as_run({name: (t[t >= fresh], values[t >= fresh]) for name, (t, values) in streams.items()})
     bare = replace(effects.model, terms=() if without is None else without.model.terms)
-    plain, step = _free_run(run, _taught(bare, before, signals, settings, without))
-    better, _ = _free_run(run, _taught(effects.model, before, signals, settings, effects))
+    plain_model = _taught(bare, before, signals, settings, without)
+    better_model = _taught(effects.model, before, signals, settings, effects)
+    plain, step = _free_run(run, plain_model)
+    better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
         raise BadInput("a channel that the effects read did not come with the fresh data")
     length = max(round(SCALES * effects.model.scale / step), SUBSTEPS)
     turned = float(np.std(stream(run, run.yaw_rate)[1])) >= STILL * float(np.std(before[YAW_RATE][1]))
     change = change_of_rms(plain, better, length)
-    return Comparison(rms(plain), change.estimate, change.low, change.high, turned)
+    torque_without, torque_with = (
+        _torque_error(streams, fresh, signals, model, freed_of)
+        for model, freed_of in ((plain_model, without), (better_model, effects))
+    )
+    return Comparison(rms(plain), change.estimate, change.low, change.high, turned, torque_without, torque_with)
 
 
 def as_run(streams: Streams) -> Run:
@@ -91,6 +97,15 @@ def _taught(
     low, high = state.model.trained_range
     rate = np.unique(np.concatenate([np.linspace(min(low, -1e-6), 0.0, 101), np.linspace(0.0, max(high, 1e-6), 101)]))
     return replace(model, rate=rate, damping=state.model.predict(rate).damping)
+
+
+def _torque_error(
+    streams: Streams, fresh: float, signals: SignalSettings, model: TracedModel, effects: Compensation | None
+) -> float:
+    """The root mean square of what the model leaves of the torque in the fresh samples [N m]."""
+    samples, _ = synchronise(signals, streams, effects)
+    samples = samples.take(samples.time >= fresh)
+    return rms([samples.damping - np.interp(samples.yaw_rate, model.rate, model.damping)])
 
 
 def _free_run(run: Run, model: TracedModel) -> tuple[list[Array], float]:

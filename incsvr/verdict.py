@@ -6,10 +6,11 @@ or twice running no better.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
-Verdict = Literal["promoted", "refused", "kept", "doubted", "withdrawn", "waits"]
+Verdict = Literal["promoted", "proven", "refused", "kept", "doubted", "withdrawn", "waits"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,7 @@ class Comparison:
         estimate: change of it by the effects [rad/s].
         low, high: the change's 95 % interval [rad/s].
         turned: whether the vehicle moved enough to tell.
+        torque_without, torque_with: root mean square of the torque's error on the samples of the same data [N m].
     """
 
     without: float
@@ -28,6 +30,17 @@ class Comparison:
     low: float
     high: float
     turned: bool
+    torque_without: float
+    torque_with: float
+
+    @property
+    def error(self) -> dict[str, Any]:
+        """Before and after, in the form of CONTRACT, Section 5."""
+        return {
+            "before": {"torque_rmse": self.torque_without, "free_run_rmse": self.without},
+            "after": {"torque_rmse": self.torque_with, "free_run_rmse": self.without + self.estimate},
+            "change": {"free_run_rmse": {"estimate": self.estimate, "low": self.low, "high": self.high}},
+        }
 
     @property
     def sentence(self) -> str:
@@ -56,3 +69,12 @@ def in_force(found: Comparison, doubted: bool) -> Verdict:
     if found.estimate < 0.0:
         return "kept"
     return "withdrawn" if doubted else "doubted"
+
+
+def errors(error: Mapping[str, Any]) -> str:
+    """The errors before and after, of the form of `Comparison.error`, for people."""
+    before, after = error["before"], error["after"]
+    return (
+        f"torque {before['torque_rmse']:.3g} → {after['torque_rmse']:.3g} N m, "
+        f"free run {before['free_run_rmse']:.3g} → {after['free_run_rmse']:.3g} rad/s"
+    )

@@ -11,7 +11,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import zenoh
@@ -45,6 +45,8 @@ MAX_REPORT_BYTES = 400_000
 MAX_QUESTION = 250_000
 
 Answer = Callable[[zenoh.Query], bytes]
+Verb = Literal["promote", "withdraw"]
+"""What an operator may decide about an effect."""
 
 
 class Answers:
@@ -57,6 +59,13 @@ class Answers:
         self._damping_ring: Any = session.declare_queryable(keys.damping, RingChannel(RING), complete=True)
         self._damping_key = keys.damping
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING)
+        #: What an operator decides, each in a queryable of its own: access control sees a question's key alone.
+        decisions: dict[Verb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
+        self._decisions: list[tuple[Verb, str, Any]] = [
+            (verb, key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True))
+            for verb, key in decisions.items()
+        ]
+        self._decided: deque[tuple[Verb, str, zenoh.Query]] = deque(maxlen=SLOW_RING)
         self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
         self._thread.start()
         answers: dict[str, Answer] = {
@@ -72,8 +81,27 @@ class Answers:
             for key, answer in answers.items()
         ]
 
-    def answer(self) -> None:
-        """Answers the waiting questions for anything but the served damping, from one thread alone."""
+    def answer(self) -> bool:
+        """Answers the waiting questions for anything but the served damping, from one thread alone.
+
+        Returns:
+            whether an operator waits for `decide`.
+        """
+        for verb, key, ring in self._decisions:
+            while (query := ring.try_recv()) is not None:
+                self._decided.append((verb, key, query))
+            del query
+        self._answer_all()
+        return bool(self._decided)
+
+    def decide(self, decided: Callable[[Verb, str], bytes]) -> None:
+        """Answers what operators have decided, from the thread that learns."""
+        while self._decided:
+            verb, key, query = self._decided.popleft()
+            self._reply(query, key, lambda asked, verb=verb: decided(verb, _effect(asked)))  # type: ignore[misc]
+            del query
+
+    def _answer_all(self) -> None:
         for _ in range(RING):  # one of each in turn: whoever asks without a pause does not keep the others waiting
             answered = False
             for key, ring, answer in self._rings:
@@ -90,7 +118,7 @@ class Answers:
                 return
 
     def close(self) -> None:
-        for _, ring, _ in self._rings:
+        for ring in (*(ring for _, ring, _ in self._rings), *(ring for _, _, ring in self._decisions)):
             ring.undeclare()
         self._damping_ring.undeclare()
         self._thread.join(timeout=1.0)
@@ -170,6 +198,13 @@ class Answers:
         return wire.encode(self._node.coefficients())
 
     def _effects(self, query: zenoh.Query) -> bytes:
+        for verb in ("promote", "withdraw"):
+            name = query.parameters.get(verb)
+            if name is not None:
+                raise BadInput(
+                    f"{verb}= is decided on a key of its own, which the role operator alone may ask: "
+                    f"{query.key_expr}/{verb}?effect={name[:80]}"
+                )
         _parameters(query)
         return wire.encode(self._node.ledger)
 
@@ -192,6 +227,14 @@ class Answers:
         if "at" in asked:
             return self._history.at(_number("at", asked["at"]))
         return self._history.revision(_count("revision", asked["revision"], 2**62))
+
+
+def _effect(query: zenoh.Query) -> str:
+    """Which effect an operator decides on."""
+    name = _parameters(query, "effect").get("effect")
+    if not name:
+        raise BadInput("name the effect, such as ?effect=torque_lag")
+    return name
 
 
 def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:

@@ -118,10 +118,10 @@ class Batches:
             whole = self._window is not None and self._window.full and not self.apart
             return self._window.newest if self._window is not None and whole else None
 
-    def freed(self, compensation: Compensation | None, until: float) -> Samples:
-        """The window's samples up to and with the time `until` [s], as they are with these effects; nothing changes."""
+    def freed(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
+        """The window's samples from `since` to `until` [s], as they are with these effects; nothing changes."""
         samples = play(Synchroniser(self._settings, compensation), self.recent())
-        return samples.take(samples.time <= until)
+        return samples.take((samples.time >= since) & (samples.time <= until))
 
     def begin_anew(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
         """From now on samples are freed of these effects; those after the time `after` [s] wait for the next batch.

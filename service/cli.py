@@ -74,6 +74,11 @@ COMMANDS = {
         "asks a running learner where yaw rate and heading go while the gyro is lost, or under a planned torque",
         "incsvr forecast --torque 20 --seconds 10",
     ),
+    "effects": (
+        "service.effects_command",
+        "what a running learner has found beside its model; an operator promotes or withdraws it",
+        "incsvr effects promote torque_lag",
+    ),
     "export": (
         "service.export.command",
         "what was learned, for other tools: tables and simulators",

@@ -62,9 +62,9 @@ class Config(Section):
     @model_validator(mode="after")
     def _traceable(self) -> Self:
         needed = 2.0 * self.learner.batch * self.signals.sample_period + self.tracing.proof
-        if self.tracing.live and self.effects is not None:
+        if self.tracing.on and self.effects is not None:
             raise ValueError("tracing.live finds the effects itself; leave out either it or effects")
-        if self.tracing.live and self.tracing.window < needed:
+        if self.tracing.on and self.tracing.window < needed:
             raise ValueError(
                 f"tracing.window must hold two batches and the proof, which take {needed:g} s; it is "
                 f"{self.tracing.window:g} s"

@@ -86,8 +86,12 @@ class Crew:
             return False
 
     def _answer(self) -> None:
+        def answer(host: Host) -> None:
+            if host.answers.answer():
+                self._batch.set()
+
         while not self._stop.wait(POLL):
-            self._each(lambda host: host.answers.answer())
+            self._each(answer)
 
     def _watch(self) -> None:
         def tick(host: Host) -> None:

@@ -21,7 +21,7 @@ from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publish
 from incsvr.errors import BadInput
 from incsvr.samples import Samples
 from service import wire
-from service.answers import JSON, Answers
+from service.answers import JSON, Answers, Verb
 from service.archive import Archive, about
 from service.company import Company
 from service.config import Config
@@ -30,6 +30,7 @@ from service.estimates import estimate
 from service.health import HealthWatch
 from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
+from service.ledger import findings
 from service.lines import iteration_line, learning_line
 from service.node import LearnerNode, Outcome
 from service.session import in_time
@@ -46,6 +47,7 @@ log = logging.getLogger(__name__)
 
 PARAMETERS = "parameters"
 """The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
+_DONE = {"promote": "promoted", "withdraw": "withdrawn"}
 HEALTH_PERIOD = 1.0
 """Health is published this often [s], and whenever its level or its reasons change."""
 
@@ -58,8 +60,8 @@ class Host:
         self._session, self._config = session, config
         self._effects = configured(config)
         known_by = None if self._effects is None else self._effects.identity
-        live = config.tracing.live
-        self._store = None if config.state is None else Store(config.state, config, known_by, changing=live)
+        changing = config.tracing.on
+        self._store = None if config.state is None else Store(config.state, config, known_by, changing)
         self._history = History(0, IN_MEMORY_BYTES) if self._store is None else self._store.history
         self.node, self._live = self._taken_up()
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
@@ -72,7 +74,7 @@ class Host:
         self._archive = _archive(config, self.node.boot, learners)
         self._watch_over(effects)
         if self._live is not None:
-            self.node.tell(self._live.standing.history)
+            self._say(self._live)
         self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
         self._publishers[self.keys.health] = session.declare_publisher(self.keys.health, encoding=JSON)
         self._diagnostics: Diagnostics | None = None
@@ -120,7 +122,7 @@ class Host:
 
     def _built(self, memory: dict[str, Any] | None) -> tuple[LearnerNode, LiveTracing | None]:
         effects, live = self._effects, None
-        if self._config.tracing.live:
+        if self._config.tracing.on:
             # Loaded where it is needed alone: most learners do without.
             from service.live import LiveTracing
 
@@ -196,6 +198,7 @@ class Host:
             self._store.save_again()
         if self._live is not None:
             self._trace(self._live, outcome)
+        self.answers.decide(self._decided)
         return outcome is not None
 
     def goodbye(self) -> None:
@@ -237,35 +240,60 @@ class Host:
             looked_at = outcome is not None and self.node.said.paused is None  # a batch put aside tells nothing
             said = live.after(self.node, outcome.report.batch) if outcome is not None and looked_at else False
             if live.waits:
-                before = live.standing
-                live.conclude()
-                if live.standing.force is not before.force:
-                    self._change_over(live, before)
-                said |= live.standing.history != before.history
+                before = live.standing.history
+                instead = live.conclude(self.node)
+                if instead is not None:
+                    self._change_over(live, instead)
+                said |= live.standing.history != before
             if said:
                 self._tell(live)
         except Exception:  # what is traced must not end the learning
             log.exception("%s: a fault of this program", self.keys.prefix)
 
-    def _change_over(self, live: LiveTracing, before: Standing) -> None:
-        """From the effects before to those that are in force now, in one revision; where that fails, all stays."""
+    def _decided(self, verb: Verb, name: str) -> bytes:
+        """What an operator decides, in force and on the disk before it is answered: the ledger then.
+
+        Raises:
+            BadInput: it cannot be; all is as it was, or what is in force is not on the disk yet.
+        """
+        if self._live is None:
+            raise BadInput("tracing.live is off here, so nothing is found; set it to advise or adopt")
+        instead = self._live.decide(self.node, verb, name)
+        if instead is not None:
+            problem = self._change_over(self._live, instead)
+            self._tell(self._live)
+            if problem is not None:
+                raise BadInput(f"{name} could not be {_DONE[verb]}: {problem}")
+        if self._store is not None and self._store.problem is not None:
+            raise BadInput(f"{name} is {_DONE[verb]}, but that is not on the disk yet: {self._store.problem}")
+        return wire.encode(self.node.ledger)
+
+    def _change_over(self, live: LiveTracing, instead: Standing) -> str | None:
+        """From the effects before to those that are in force now, in one revision; where that fails, all stays.
+
+        Returns:
+            why it failed.
+        """
         try:
-            outcome = self.node.relearn(live.effects, self._validation(live.effects))
-        except BadInput as error:
-            live.put_back(before, str(error))
-            return
+            outcome = self.node.relearn(live.effects, self._validation(live.effects), live.since)
         except Exception as error:  # whatever effects do to the samples, learning goes on
-            log.exception("%s: a fault of this program", self.keys.prefix)
-            live.put_back(before, f"{type(error).__name__}: {error}")
-            return
+            why = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+            if not isinstance(error, BadInput):
+                log.exception("%s: a fault of this program", self.keys.prefix)
+            live.put_back(self.node, instead, why)
+            return why
         live.changed_over()
         self._watch_over(live.effects)
-        self.node.tell(live.standing.history)
+        self._say(live)
         self._announce(outcome)
+        return None
+
+    def _say(self, live: LiveTracing) -> None:
+        self.node.tell(findings(live.standing), live.standing.history)
 
     def _tell(self, live: LiveTracing) -> None:
         """The ledger, disk first."""
-        self.node.tell(live.standing.history)
+        self._say(live)
         if self._store is not None:
             self._store.save_memory(self._memory(self.node.memory()))
         self._publish(self.keys.effects, wire.encode(self.node.ledger))

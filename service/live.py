@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,11 +18,13 @@ from incsvr.errors import BadInput
 from incsvr.learning.whiteness import p_value
 from incsvr.samples import Array
 from incsvr.verdict import Comparison, in_force, on_trial
+from service.answers import Verb
 from service.child import Child
 from service.config import Config
 from service.effects import TracedEffects, taken_up
+from service.ledger import evidence
 from service.node import LearnerNode
-from service.standing import RESIDUAL, Standing, Work
+from service.standing import RESIDUAL, Content, Role, Standing, Work
 from service.wire import Batch
 
 log = logging.getLogger(__name__)
@@ -32,27 +35,43 @@ MOST_SAMPLES = 5000
 """Whose residual is looked at."""
 
 
+Streams = Mapping[str, tuple[Array, Array]]
+
+
+class Beside(Protocol):
+    """What works beside the learner, as `service.child.Child` does in a process of its own."""
+
+    @property
+    def ended(self) -> bool: ...
+    def answer(self) -> Any: ...
+    def close(self) -> None: ...
+
+
+Begin = Callable[[Mapping[str, Any], Streams], Beside | None]
+
+
 class LiveTracing:
     """What is traced while a learner learns.
 
     Args:
         config: of the learner.
         kept: what an earlier `to_dict` gave, to go on from there.
+        begin: begins a piece of work beside the learner; None where one is at work already.
 
     Raises:
         BadInput: the effects that were in force cannot be under this configuration.
     """
 
-    def __init__(self, config: Config, kept: Mapping[str, Any] | None) -> None:
-        self._config = config
+    def __init__(self, config: Config, kept: Mapping[str, Any] | None, begin: Begin = Child.start) -> None:
+        self._config, self._begin = config, begin
         self.standing = Standing() if kept is None else Standing.from_dict(kept)
         self.effects: TracedEffects | None = None
         self._take_up(self.standing)
         every = math.ceil(INDEPENDENT * config.signals.smoothing / config.signals.sample_period - 1e-9)
         self._every = max(every, 1)
         self._known: Array = np.empty((3, 0))  # time, yaw rate and damping of the recent samples
-        self._child: Child | None = None
-        self._work: tuple[Work, float] = ("trace", 0.0)
+        self._child: Beside | None = None
+        self._work: tuple[Work, float, float] = ("trace", 0.0, 0.0)
 
     def to_dict(self) -> dict[str, Any]:
         """All that must survive a restart, as plain data."""
@@ -64,60 +83,116 @@ class LiveTracing:
         child = self._child
         return child is not None and child.ended
 
+    @property
+    def since(self) -> float:
+        """From this time on the vehicle is known to be as the effects in force say [s]."""
+        began = (self.standing.force or {}).get("since")
+        return -math.inf if began is None else float(began)
+
     def after(self, node: LearnerNode, batch: Batch) -> bool:
         """Looks at the residual after a batch, and begins what is due; True where the ledger says more than before."""
         self._keep(batch)
         newest = node.batches.covers()
         if self._child is not None or newest is None:
             return False
-        self.standing = self.standing.clock_began_anew(newest)
-        settings, before = self._config.tracing, self.standing
         p = self._white(node)
+        self.standing = self.standing.clock_began_anew(newest).looked(newest, p)
+        settings, before = self._config.tracing, self.standing
         work = before.due(newest, p, settings.window, settings.proof)
         if work is None:
             return False
-        recent = {name: (t[t <= newest], value[t <= newest]) for name, (t, value) in node.batches.recent().items()}
-        self._work = (work, newest)
+        since = self._since(work, newest)
+        recent = {
+            name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])
+            for name, (t, value) in node.batches.recent().items()
+        }
+        self._work = (work, newest, since)
         try:
-            self._child = Child.start(self._job(work, newest), recent)
+            self._child = self._begin(self._job(work, newest), recent)
         except OSError as error:
-            self._failed(before, f"no process could be started beside the learner: {error}")
+            self._failed(node, before, f"no process could be started beside the learner: {error}")
             return True
         if self._child is None:
             return False
         if work == "trace":
-            self._note(newest, "not white", f"p = {p:.1g}: tracing begins")
+            lately = "" if before.alarm is None else f", white until {before.alarm:.0f} s"
+            self._note(node.served.revision, newest, "not white", f"p = {p:.1g}{lately}: tracing begins")
         return self.standing is not before
 
-    def conclude(self) -> None:
-        """Takes what the process beside has found, or why it has not."""
-        child, (work, newest) = self._child, self._work
+    def conclude(self, node: LearnerNode) -> Standing | None:
+        """Takes what the process beside has found, or why it has not.
+
+        Returns:
+            where the learner is to change over: what stands if it cannot.
+        """
+        child, (work, newest, since) = self._child, self._work
         if child is None:
-            return
+            return None
         self._child = None
         before = self.standing
         try:
             found = child.answer()
             if work == "trace":
-                self._traced(newest, found)
+                self._traced(node, newest, since, found)
             else:
-                self._proven(newest, found)
+                self._proven(node, newest, found)
         except BadInput as error:
-            self._failed(before, str(error))
+            self._failed(node, before, str(error))
         except Exception as error:  # whatever it answered, learning goes on
             log.exception("%s: a fault of this program", self._config.prefix)
-            self._failed(before, f"{type(error).__name__}: {error}")
+            self._failed(node, before, f"{type(error).__name__}: {error}")
         finally:
             child.close()
+        return None if _same(self.standing.force, before.force) else before.after_proof(newest, "refused")
 
-    def put_back(self, before: Standing, why: str) -> None:
+    def decide(self, node: LearnerNode, verb: Verb, name: str) -> Standing | None:
+        """An operator promotes what is found, or withdraws what is in force: all effects of one trace together.
+
+        Returns:
+            where the learner is to change over: what stands if it cannot; None where all is so already.
+
+        Raises:
+            BadInput: there is no such effect to promote or to withdraw; the sentence names those that are.
+        """
+        before, now = self.standing, () if self.effects is None else self.effects.compensation.names
+        newest = node.served.t or 0.0
+        offered = self._offered()
+        if verb == "promote":
+            if name in offered:
+                role, content = offered[name]
+                names = self._effects(content).compensation.names
+                self._take_up(before.promoted(role))
+                why = f"by an operator; it was {role}{_together(name, names)}"
+                self._note(node.published + 1, newest, "promoted", why, *names, content=content)
+                return before
+            if name in now:
+                return None
+            raise BadInput(
+                f"{name[:80]} was not found here; found: {', '.join(offered) or 'nothing'}; {_in_force(now)}"
+            )
+        if name in now:
+            self._take_up(before.withdrawn(now))
+            why = f"by an operator{_together(name, now)}; nobody else promotes it again"
+            self._note(node.published + 1, newest, "withdrawn", why, *now, content=before.force)
+            return before
+        if name in before.held:
+            return None
+        raise BadInput(f"{name[:80]} is not in force here, so it cannot be withdrawn; {_in_force(now)}")
+
+    def put_back(self, node: LearnerNode, instead: Standing, why: str) -> None:
         """What was in force before stays so, because the learner could not change over."""
-        tried, newest = self.effects, self.standing.fresh
-        self._take_up(before.after_proof(newest, "refused"))
+        tried, newest = self.effects, node.served.t or self.standing.fresh
+        self._take_up(instead)
         about = self.effects if tried is None else tried
         names = () if about is None else about.compensation.names
-        verdict = "to be withdrawn" if tried is None else "proven"
-        self._note(newest, "failed", f"{verdict}, but the learner could not change over: {why}", *names)
+        verdict = "to be withdrawn" if tried is None else "to be promoted"
+        self._note(
+            node.served.revision,
+            newest,
+            "failed",
+            f"{verdict}, but the learner could not change over: {why}",
+            *names,
+        )
 
     def changed_over(self) -> None:
         """The learner has learned anew: its samples hold other effects than those before."""
@@ -129,12 +204,23 @@ class LiveTracing:
             self._child.close()
             self._child = None
 
-    def _failed(self, before: Standing, why: str) -> None:
+    def _offered(self) -> dict[str, tuple[Role, Content]]:
+        """Effect → the trace that holds it and could be promoted, a proven one rather than a suspected one."""
+        offered: dict[str, tuple[Role, Content]] = {}
+        standing = self.standing
+        for role, content in (("proven", standing.proven), ("suspected", standing.shadow)):
+            if content is not None:
+                for name in self._effects(content).compensation.names:
+                    offered.setdefault(name, (role, content))  # type: ignore[arg-type]  # both are roles
+        return offered
+
+    def _failed(self, node: LearnerNode, before: Standing, why: str) -> None:
         """As before, but for what the same data would only fail at again: the next try is on fresh data."""
-        work, newest = self._work
+        work, newest, _ = self._work
         trace = work == "trace"
         self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
-        self._note(newest, "failed", f"the {'trace' if trace else 'proof'} failed: {why}")
+        told = f"the {'trace' if trace else 'proof'} failed: {why}"
+        self._note(node.served.revision, newest, "failed", told)
 
     def _keep(self, batch: Batch) -> None:
         time = np.array(batch.time)
@@ -155,53 +241,81 @@ class LiveTracing:
         served = model.predict(rate).damping - model.predict(np.zeros(1)).damping
         return p_value(time, rate, damping - served, self._every * self._config.signals.sample_period)
 
+    def _since(self, work: Work, newest: float) -> float:
+        """Where the data of this piece of work begin [s]: no earlier than what is lacking is known to be there."""
+        begins, tried = newest - self._config.tracing.window, self.standing.tried
+        known = self.standing.alarm if work == "trace" else None if tried is None else tried[1].get("since")
+        return begins if known is None else max(begins, float(known))
+
     def _job(self, work: Work, newest: float) -> dict[str, Any]:
-        if work == "trace":
+        if work == "trace" or self.standing.tried is None:
             return {"work": work, "inertia": self._config.vehicle.inertia}
-        standing = self.standing
+        role, content = self.standing.tried
         return {
             "work": work,
             "signals": asdict(self._config.signal_settings()),
             "learner": asdict(self._config.learner_settings()),
             "fresh": newest - self._config.tracing.proof,
-            "without": None if standing.shadow is None else standing.force,
-            "effects": standing.tried,
+            "without": None if role == "force" else self.standing.force,
+            "effects": content,
         }
 
-    def _traced(self, newest: float, found: Mapping[str, Any]) -> None:
+    def _traced(self, node: LearnerNode, newest: float, since: float, found: Mapping[str, Any]) -> None:
         effects = self._effects(found)
-        if not effects.findings or effects.integrated:
-            self.standing = self.standing.after_trace(newest, None)
-        else:
-            self.standing = self.standing.after_trace(newest, {name: found[name] for name in ("effects", "model")})
+        names = effects.compensation.names
+        usable = bool(effects.findings) and not effects.integrated
+        known = self.standing.proven is not None and set(self._effects(self.standing.proven).compensation.names)
+        content = {"effects": effects.findings, "model": found["model"], "since": since, "until": newest}
+        self.standing = self.standing.after_trace(newest, content if usable and known != set(names) else None)
+        if usable and known == set(names):
+            log.info("%s: %s: found again, and proven already", self._config.prefix, ", ".join(names))
+            return
+        note = partial(self._note, node.served.revision, newest)
         if not found["effects"]:
-            self._note(newest, "nothing found", "no effect of the catalogue explains it")
+            note("nothing found", "no effect of the catalogue explains it")
         for finding in found["effects"]:
             name = finding["effect"]
-            if name not in effects.compensation.names:
-                why = next(step["why"] for step in effects.history if step["effect"] == name)
-                self._note(newest, "left out", why, name)
+            if name not in names:
+                note("left out", next(step["why"] for step in effects.history if step["effect"] == name), name)
             elif effects.integrated:
                 why = "nothing tells where the heading counts from: measure it, and add it to signals.channels"
-                self._note(newest, "left out", why, name)
+                note("left out", why, name)
             else:
-                self._note(newest, "shadow", finding["sentence"], name)
+                note("suspected", finding["sentence"], name, content=content)
 
-    def _proven(self, newest: float, found: Mapping[str, Any]) -> None:
+    def _proven(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
         comparison = Comparison(**found)
         before = self.standing
-        tried = before.tried
-        if tried is None:
+        if before.tried is None:
             return
-        shadow = before.shadow is not None
-        verdict = on_trial(comparison) if shadow else in_force(comparison, before.doubted)
-        names = self._effects(tried).compensation.names
-        instead = "in place of those in force, " if shadow and before.force is not None else ""
-        self._take_up(before.after_proof(newest, verdict))
-        if verdict in ("kept", "waits"):
+        role, content = before.tried
+        names = self._effects(content).compensation.names
+        advise = self._config.tracing.live == "advise"
+        step: str
+        step = verdict = on_trial(comparison) if role == "suspected" else in_force(comparison, role in before.doubts)
+        if verdict == "promoted" and (advise or set(names) & set(before.held)):
+            step = verdict = "proven"
+        elif verdict == "withdrawn" and role == "proven":
+            step = "no longer proven"
+        elif verdict == "withdrawn" and advise:
+            step, verdict = "doubtful", "doubted"
+        compared = {"error": comparison.error} if comparison.turned else (content.get("proof") or None)
+        self._take_up(before.after_proof(newest, verdict, compared))
+        again = step == "doubtful" and _last(before, names) == step
+        if verdict in ("kept", "waits") or again:
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), verdict, comparison.sentence)
-        else:
-            self._note(newest, verdict, instead + comparison.sentence, *names)
+            return
+        instead = "in place of those in force, " if role == "suspected" and before.force is not None else ""
+        cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
+        changes = not _same(self.standing.force, before.force)
+        self._note(
+            node.published + 1 if changes else node.served.revision,
+            newest,
+            step,
+            instead + comparison.sentence + cure,
+            *names,
+            content={**content, "proof": compared},
+        )
 
     def _take_up(self, standing: Standing) -> None:
         self.effects = None if standing.force is None else self._effects(standing.force)
@@ -210,6 +324,28 @@ class LiveTracing:
     def _effects(self, found: Mapping[str, Any]) -> TracedEffects:
         return taken_up(found, self._config.vehicle.inertia, self._config.signals.channels, "the live trace")
 
-    def _note(self, t: float, step: str, why: str, *about: str) -> None:
-        self.standing = self.standing.noted(t, step, why, about or (RESIDUAL,))
+    def _note(self, revision: int, t: float, step: str, why: str, *about: str, content: Content | None = None) -> None:
+        """A step on data up to `t` [s], with the revision that is served after it, in the ledger and in the log."""
+        told, known = {"step": step, "why": why, "t": t, "revision": revision}, evidence(content)
+        for name in about or (RESIDUAL,):
+            self.standing = self.standing.noted(told | known.get(name, {}), (name,))
         log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(about) or RESIDUAL, step, why)
+
+
+def _same(one: Content | None, other: Content | None) -> bool:
+    """Whether both are the same trace, however often it was compared."""
+    return (one or {}).get("model") is (other or {}).get("model")
+
+
+def _last(standing: Standing, names: Sequence[str]) -> str | None:
+    """The last step about these effects."""
+    return next((step["step"] for step in reversed(standing.history) if step["effect"] in names), None)
+
+
+def _together(name: str, names: Sequence[str]) -> str:
+    others = [each for each in names if each != name]
+    return f", together with {', '.join(others)}, which one trace found beside it" if others else ""
+
+
+def _in_force(names: Sequence[str]) -> str:
+    return f"in force: {', '.join(names) or 'nothing'}"

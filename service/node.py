@@ -89,6 +89,7 @@ class LearnerNode:
         if effects is not None:
             findings = effects.findings
             self.ledger = wire.EffectsLedger(effects=findings, history=effects.history)
+        self.ledger = self.ledger.model_copy(update={"mode": config.tracing.live})
         self._settings = config.learner_settings()
         self._validation: dict[str, Samples] = {}
         self._clock = clock
@@ -99,7 +100,7 @@ class LearnerNode:
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
-        window = Window(signals, config.tracing.window) if config.tracing.live else None
+        window = Window(signals, config.tracing.window) if config.tracing.on else None
         self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
         #: None where effects are known that a forecast would have to hold.
         known_before = (memory or {}).get("forecast")
@@ -151,8 +152,12 @@ class LearnerNode:
                 return outcome
         return None
 
-    def relearn(self, effects: TracedEffects | None, validation: Mapping[str, Samples]) -> Outcome:
+    def relearn(
+        self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf
+    ) -> Outcome:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
+
+        What came before the time `since` [s], when the vehicle may have been without them, is left out.
 
         The new learner is built beside the old one, which is served until one revision leads from the one to the other.
         Its batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
@@ -162,10 +167,11 @@ class LearnerNode:
                 raised, all is as it was.
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
-        samples = self.batches.freed(compensation, -math.inf if self.served.t is None else self.served.t)
+        samples = self.batches.freed(compensation, -math.inf if self.served.t is None else self.served.t, since)
         size = self._settings.batch
         if len(samples) < size:
-            raise BadInput("the recent data fill no batch to learn from")
+            lasts = size * self.config.signals.sample_period
+            raise BadInput(f"the recent data fill no batch to learn from; that takes {lasts:g} s of data")
         guarded = guard.begin(self._settings)
         for first in range(len(samples) % size, len(samples) - size, size):
             guarded, _, _ = guard.learn(
@@ -181,9 +187,15 @@ class LearnerNode:
         self.ledger = self.ledger.model_copy(update={"batch": None})
         return self._adopt(iterated)
 
-    def tell(self, history: tuple[dict[str, Any], ...]) -> None:
-        """What the ledger says from now on: the effects in force, and these steps."""
-        self.ledger = self.ledger.model_copy(update={"effects": self.served.effects, "history": history})
+    def tell(self, found: tuple[dict[str, Any], ...], history: tuple[dict[str, Any], ...]) -> None:
+        """What the ledger says from now on: the effects in force, what was found beside them, and these steps."""
+        told = {"effects": self.served.effects, "found": found, "history": history}
+        self.ledger = self.ledger.model_copy(update=told)
+
+    @property
+    def published(self) -> int:
+        """The highest revision that was ever given."""
+        return self._published
 
     def _iterated(
         self,

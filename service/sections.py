@@ -168,9 +168,24 @@ class HealthLimits(Section):
 class Tracing(Section):
     """Whether the learner traces what its model lacks by itself, in a process beside it."""
 
-    live: bool = Field(default=False, description="traces where the residual is no longer white")
+    live: Literal["off", "advise", "adopt"] = Field(
+        default="off",
+        description="off; advise: says what is found and an operator decides; adopt: takes up what is proven",
+    )
     window: Seconds = Field(default=900.0, description="the recent data that are kept for it [s], vehicle's time")
     proof: Seconds = Field(default=300.0, description="fresh data that effects must prove themselves on [s]")
+
+    @field_validator("live", mode="before")
+    @classmethod
+    def _yes_or_no(cls, mode: object) -> object:
+        """Earlier files say true or false; and YAML reads a bare `off` as false, a bare `on` as true."""
+        said = {"true": "adopt", "false": "off"}
+        return said.get(str(mode).lower(), mode)
+
+    @property
+    def on(self) -> bool:
+        """Whether anything is traced while the learner learns."""
+        return self.live != "off"
 
     @model_validator(mode="after")
     def _learned_before(self) -> Self:

@@ -1,6 +1,9 @@
-"""Where live tracing stands, as a value: which effects are in force, which run in shadow, what is to be done next.
+"""Where live tracing stands, as a value: what is suspected, proven and in force, and what is to be done next.
 
-    residual no longer white → trace → shadow → proof on fresh data → promoted → tried again and again → withdrawn
+    residual no longer white → trace → suspected → proof on fresh data → promoted → tried again and again → withdrawn
+
+That is `adopt`. Under `advise` a proof ends with `proven`, and an operator alone promotes and withdraws; so it is under
+`adopt` with what an operator has withdrawn.
 
 All times are the vehicle's. How far the data of a trace or a proof reach, and behind which batch their answer falls,
 depends on the clock on the wall: on how quickly data came and how long the process took. What follows from an answer
@@ -18,14 +21,21 @@ from incsvr.verdict import Verdict
 LEVEL = 1e-3
 """Below this p-value the residual is not white. One look in a thousand is a false alarm, which costs a trace: a window
 of 900 s is looked at thirty times, but those looks share most of their data."""
+FRESH_PART = 0.5
+"""A trace begins once this part of the window has come since the alarm, or since the trace before: what began lately is
+then half of what a window can tell of it, and no datum is traced more than twice."""
 STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
 """What a step is about that is about no effect."""
 
 Content = Mapping[str, Any]
-"""A trace, in the form that `incsvr trace --json` writes, as far as it is needed: `effects` and `model`."""
+"""A trace, in the form that `incsvr trace --json` writes, as far as it is needed: `effects` and `model`. With it come
+`since`, the time from which on the data that it follows from begin [s], and `proof`, the last comparison on fresh data
+with the time `until` that it reaches to."""
 Work = Literal["trace", "prove"]
+Role = Literal["suspected", "proven", "force"]
+Mode = Literal["off", "advise", "adopt"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,39 +44,63 @@ class Standing:
 
     Attributes:
         force: the trace whose effects are in force.
-        shadow: the trace whose effects are on trial.
+        shadow: the trace whose effects are suspected.
+        proven: the trace whose effects have proven themselves and wait for an operator.
         fresh: neither a trace nor a proof has seen what is younger than this [s].
         traced: the newest data of the last trace [s].
-        doubted: whether the effects in force brought nothing the last time.
+        alarm: when the residual, white until then, was white no longer [s].
+        white: whether the residual has been white since the last trace.
+        doubts: the roles in which a trace brought nothing the last time that it was compared.
+        held: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
     """
 
     force: Content | None = None
     shadow: Content | None = None
+    proven: Content | None = None
     fresh: float = 0.0
     traced: float | None = None
-    doubted: bool = False
+    alarm: float | None = None
+    white: bool = False
+    doubts: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Standing:
         """The standing whose `to_dict` gave `data`."""
-        return Standing(**{**data, "history": tuple(data["history"])})
+        known = {name: data[name] for name in Standing.__slots__ if name in data}  # an earlier version kept others
+        listed = {name: tuple(known.get(name, ())) for name in ("doubts", "held", "history")}
+        return Standing(**{**known, **listed})
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data."""
         return asdict(self)
 
     @property
-    def tried(self) -> Content | None:
-        """The trace that the next proof is about."""
-        return self.force if self.shadow is None else self.shadow
+    def tried(self) -> tuple[Role, Content] | None:
+        """The trace that the next proof is about: what is suspected, else what was compared longest ago."""
+        if self.shadow is not None:
+            return "suspected", self.shadow
+        others: list[tuple[Role, Content]] = []
+        if self.proven is not None:
+            others.append(("proven", self.proven))
+        if self.force is not None:
+            others.append(("force", self.force))
+        return min(others, key=lambda one: (one[1].get("proof") or {}).get("until", 0.0), default=None)
+
+    def looked(self, newest: float, p: float) -> Standing:
+        """After a look at the residual of a full window up to `newest` [s], white with the chance `p`."""
+        if p >= LEVEL:
+            return self if self.white and self.alarm is None else replace(self, white=True, alarm=None)
+        return replace(self, alarm=newest) if self.white and self.alarm is None else self
 
     def due(self, newest: float, p: float, window: float, proof: float) -> Work | None:
         """What is to be done now that a full window reaches up to `newest` [s].
 
-        Effects are proven whenever `proof` seconds are fresh. A trace begins where the residual is not white, and sees
-        nothing that the trace before has seen: coloured water would keep a process busy for nothing.
+        Effects are proven whenever `proof` seconds are fresh. A trace begins where the residual is not white. Where it
+        had been white, what it lacks began lately, and the trace waits for data from after the alarm. Water that
+        colours the residual all the time must not keep a process busy: part of the window comes between two traces.
 
         Args:
             newest: [s].
@@ -75,31 +109,64 @@ class Standing:
         """
         if self.tried is not None and newest >= self.fresh + proof:
             return "prove"
-        rested = self.traced is None or newest >= self.traced + window
-        return "trace" if self.shadow is None and p < LEVEL and rested else None
+        if self.shadow is not None or p >= LEVEL:
+            return None
+        after = self.alarm if self.alarm is not None else self.traced
+        return "trace" if after is None or newest >= after + FRESH_PART * window else None
 
     def clock_began_anew(self, newest: float) -> Standing:
         """Where the vehicle's clock stands before what was seen, all counts from now."""
         if newest >= max(self.fresh, self.traced or 0.0):
             return self
-        return replace(self, fresh=newest, traced=None)
+        return replace(self, fresh=newest, traced=None, alarm=None, white=False)
 
-    def noted(self, t: float, step: str, why: str, about: Sequence[str] = (RESIDUAL,)) -> Standing:
-        """With a step in the history."""
-        steps = tuple({"effect": name, "step": step, "why": why, "t": t} for name in about)
+    def noted(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> Standing:
+        """With a step in the history, about each of these."""
+        steps = tuple({"effect": name, **step} for name in about)
         return replace(self, history=(*self.history, *steps)[-STEPS:])
 
     def after_trace(self, newest: float, found: Content | None) -> Standing:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
-        return replace(self, shadow=found, traced=newest, fresh=newest if found is not None else self.fresh)
+        fresh = newest if found is not None else self.fresh
+        return replace(self, shadow=found, traced=newest, fresh=fresh, alarm=None, white=False)
 
-    def after_proof(self, newest: float, verdict: Verdict) -> Standing:
-        """A proof on data up to `newest` [s] ended."""
-        on = replace(self, fresh=newest, doubted=verdict == "doubted")
-        if verdict == "promoted":
-            return replace(on, force=self.shadow, shadow=None)
-        if verdict == "refused":
-            return replace(on, shadow=None, doubted=self.doubted)
-        if verdict == "withdrawn":
-            return replace(on, force=None)
-        return on
+    def after_proof(self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None) -> Standing:
+        """A proof of what is tried, on data up to `newest` [s], ended; `compared` is what it is in plain words."""
+        if self.tried is None:
+            return self
+        role, content = self.tried
+        seen = content if compared is None else {**content, "proof": {**compared, "until": newest}}
+        doubts = tuple(each for each in self.doubts if each != role)
+        if verdict == "doubted" or (verdict == "waits" and role in self.doubts):
+            doubts = (*doubts, role)
+        on = replace(self, fresh=newest, doubts=doubts)
+        match role, verdict:
+            case "suspected", "promoted":
+                return replace(on, force=seen, shadow=None)
+            case "suspected", "proven":
+                return replace(on, proven=seen, shadow=None)
+            case "suspected", "refused":
+                return replace(on, shadow=None)
+            case "suspected", _:
+                return replace(on, shadow=seen)
+            case "proven", "withdrawn":
+                return replace(on, proven=None)
+            case "proven", _:
+                return replace(on, proven=seen)
+            case _, "withdrawn":
+                return replace(on, force=None)
+            case _, _:
+                return replace(on, force=seen)
+
+    def promoted(self, role: Role) -> Standing:
+        """An operator has promoted what is suspected or proven."""
+        chosen = self.shadow if role == "suspected" else self.proven
+        if chosen is None:
+            return self
+        names = {str(finding["effect"]) for finding in chosen["effects"]}
+        left = replace(self, shadow=None) if role == "suspected" else replace(self, proven=None)
+        return replace(left, force=chosen, held=tuple(name for name in self.held if name not in names))
+
+    def withdrawn(self, names: Sequence[str]) -> Standing:
+        """An operator has withdrawn what is in force, these effects."""
+        return replace(self, force=None, held=tuple(dict.fromkeys((*self.held, *names))))

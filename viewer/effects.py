@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from math import inf
+from typing import Any
 
 import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
 from incsvr.tracing.sentences import chance
+from incsvr.verdict import errors
 from service.wire import Batch, EffectsLedger
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats, Frame
@@ -105,22 +107,35 @@ def ledger_text(ledger: EffectsLedger) -> str:
         lines.append(
             "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json FILE` "
             "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, with "
-            "`tracing.live: true` it finds it by itself, and the plots show how every torque splits into its parts."
+            "`tracing.live: advise` or `adopt` it finds it by itself, and the plots show how every torque splits into "
+            "its parts."
         )
     for found in ledger.effects:
-        lines.append(f"## {effect(str(found.get('effect', '?')))}")
-        if found.get("sentence"):
-            lines.append(str(found["sentence"]))
-        intervals = found.get("interval") or {}
-        values = (found.get("parameters") or {}).items()
-        lines += [f"- {words(parameter(name, value, intervals.get(name)))}" for name, value in values]
-        if found.get("share") is not None:
-            lines.append(
-                f"- {100 * found['share']:.0f} % of what could be explained, p {chance(found.get('p_value', 0), 1)}"
-            )
+        lines += _about(found)
+    if ledger.found:
+        lines.append("\n# Found, not in force")
+    for found in ledger.found:
+        lines += _about(found)
     if ledger.history:
         steps = [step(entry) for entry in ledger.history[-30:]]
         headings = list(dict.fromkeys(heading for cells in steps for heading in cells))
         lines += ["\n## Ledger", "| " + " | ".join(headings) + " |", "|" + ":--|" * len(headings)]
         lines += ["| " + " | ".join(cells.get(heading, "") for heading in headings) + " |" for cells in steps]
     return "\n".join(lines)
+
+
+def _about(found: dict[str, Any]) -> list[str]:
+    """An effect: what it is, how sure, and its errors before and after where they are known."""
+    state = found.get("state")
+    lines = [f"## {effect(str(found.get('effect', '?')))}" + (f" ({state})" if state else "")]
+    if found.get("sentence"):
+        lines.append(str(found["sentence"]))
+    intervals = found.get("interval") or {}
+    values = (found.get("parameters") or {}).items()
+    lines += [f"- {words(parameter(name, value, intervals.get(name)))}" for name, value in values]
+    if found.get("share") is not None:
+        p = chance(found.get("p_value", 0), 1)
+        lines.append(f"- {100 * found['share']:.0f} % of what could be explained, p {p}")
+    if found.get("error"):
+        lines.append(f"- On fresh data, without → with it: {errors(found['error'])}")
+    return lines

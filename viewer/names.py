@@ -20,6 +20,7 @@ _UNITS = {
 }
 _ENDINGS = {"_speed": "rad/s", "_pwm": "µs", "_force": "N", "_torque": "N m"}
 """Units of the channels with known names (README of the recording's form), in full or by their end."""
+_EVIDENCE = ("p_value", "share", "error")
 _STEPS = {"t": "Vehicle time [s]", "at": "Vehicle time [s]", "step": "Step", "effect": "Effect", "why": "Why"}
 
 
@@ -49,8 +50,8 @@ def parameter(name: str, value: float, interval: Any = None) -> str:
 
 
 def step(entry: Mapping[str, Any]) -> dict[str, str]:
-    """One step of the ledger: headings and cells in words."""
-    return {_STEPS.get(key, words(key)): _cell(key, value) for key, value in entry.items()}
+    """One step of the ledger: headings and cells in words; its evidence stands with the effect."""
+    return {_STEPS.get(key, words(key)): _cell(key, value) for key, value in entry.items() if key not in _EVIDENCE}
 
 
 def _cell(key: str, value: Any) -> str:

@@ -56,6 +56,14 @@ class Keys:
         return f"{self.prefix}/effects"
 
     @property
+    def promote(self) -> str:
+        return f"{self.effects}/promote"
+
+    @property
+    def withdraw(self) -> str:
+        return f"{self.effects}/withdraw"
+
+    @property
     def alive(self) -> str:
         return f"{self.prefix}/alive"
 

@@ -171,13 +171,17 @@ class IterationHistory(Form):
 
 
 class EffectsLedger(Form):
-    """`…/effects`: the traced effects that the served model holds, and every step that led there.
+    """`…/effects`: the traced effects that the served model holds, what was found beside them, and every step.
 
-    An effect has the form of CONTRACT, Section 5; it is carried as it is. The answer to a get holds the newest batch,
-    whose `parts` are the torque ledger.
+    An effect has the form of CONTRACT, Section 5; it is carried as it is. What was found and is not in force says
+    besides whether it is "suspected" or "proven" (`state`), on which data (`since`, `until` [s]) and, once it has been
+    compared on fresh data, how large the errors of torque and free run are there (`error`). The answer to a get holds
+    the newest batch, whose `parts` are the torque ledger.
     """
 
+    mode: Literal["off", "advise", "adopt"] = "off"  # of live tracing
     effects: tuple[dict[str, Any], ...] = ()
+    found: tuple[dict[str, Any], ...] = ()
     history: tuple[dict[str, Any], ...] = ()
     batch: Batch | None = None
 

@@ -39,6 +39,7 @@ def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
     found = compared(streams, None, TRUE)
     assert found.turned
     assert found.without + found.estimate < 0.5 * found.without
+    assert found.torque_with < 0.5 * found.torque_without
     assert on_trial(found) == "promoted"
     assert in_force(found, doubted=True) == "kept"
 
@@ -87,5 +88,5 @@ def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
 def test_what_follows_from_the_interval(
     low: float, estimate: float, high: float, doubted: bool, shadow: Verdict, force: Verdict
 ) -> None:
-    found = Comparison(1.0, estimate, low, high, True)
+    found = Comparison(1.0, estimate, low, high, True, 5.0, 4.0)
     assert (on_trial(found), in_force(found, doubted)) == (shadow, force)

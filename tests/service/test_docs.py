@@ -48,7 +48,13 @@ def test_the_measurements_are_taken() -> None:
 
 @pytest.mark.parametrize(
     ("position", "form"),
-    [(1, wire.ModelSnapshot), (2, wire.DampingReply), (3, wire.Health), (4, wire.ErrorReply)],
+    [
+        (1, wire.ModelSnapshot),
+        (2, wire.DampingReply),
+        (3, wire.Health),
+        (4, wire.EffectsLedger),
+        (5, wire.ErrorReply),
+    ],
 )
 def test_the_payloads_are_those_of_the_learner(position: int, form: type[wire.Form]) -> None:
     payload = PAYLOADS[position]

@@ -83,13 +83,13 @@ def test_a_hidden_lag_is_found_proven_taken_up_kept_over_a_restart_and_withdrawn
     ledgers = first.follow(first.keys.effects, wire.EffectsLedger)
     models = first.follow(first.keys.model, wire.ModelSnapshot)
     first.play(part(lagging, 0.0, 280.0))
-    shadow = until(ledgers, "shadow")
+    shadow = until(ledgers, "suspected")
     assert shadow.effects == ()
     assert latest(first).effects == ()
     first.play(part(lagging, 280.0, 400.0))
     promoted = until(ledgers, "promoted")
     assert named(promoted.effects) == ["torque_lag"]
-    assert [step["step"] for step in promoted.history] == ["not white", "shadow", "promoted"]
+    assert [step["step"] for step in promoted.history] == ["not white", "suspected", "promoted"]
     assert promoted.history[-1]["why"].startswith("free run on fresh data")
     snapshot = latest(first)
     assert named(snapshot.effects) == ["torque_lag"]

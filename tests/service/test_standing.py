@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -24,10 +25,19 @@ def test_a_white_residual_starts_nothing_and_a_coloured_one_a_trace() -> None:
     assert due(Standing(), 900.0, COLOURED) == "trace"
 
 
-def test_after_a_trace_without_a_finding_nothing_is_traced_twice() -> None:
+def test_after_a_trace_without_a_finding_half_a_window_comes_before_the_next() -> None:
     rests = Standing().after_trace(900.0, None)
-    assert due(rests, 1799.0, COLOURED) is None
-    assert due(rests, 1800.0, COLOURED) == "trace"
+    assert due(rests, 1349.0, COLOURED) is None
+    assert due(rests, 1350.0, COLOURED) == "trace"
+
+
+def test_what_began_lately_is_traced_in_the_data_that_came_since_the_alarm() -> None:
+    alarmed = Standing().looked(900.0, WHITE).looked(930.0, COLOURED).looked(960.0, COLOURED)
+    assert alarmed.alarm == 930.0
+    assert due(alarmed, 1379.0, COLOURED) is None
+    assert due(alarmed, 1380.0, COLOURED) == "trace"
+    assert alarmed.looked(990.0, WHITE).alarm is None
+    assert alarmed.after_trace(1380.0, None).looked(1410.0, COLOURED).alarm is None
 
 
 def test_a_shadow_is_proven_on_what_came_after_its_trace() -> None:
@@ -52,16 +62,41 @@ def test_what_becomes_of_effects_in_force(verdict: Verdict, force: object) -> No
     assert due(standing, 1500.0) == "prove"
     after = standing.after_proof(1500.0, verdict)
     assert after.force == force
-    assert after.doubted == (verdict == "doubted")
+    assert after.doubts == (("force",) if verdict == "doubted" else ())
 
 
 def test_more_may_be_found_beside_effects_in_force_and_takes_their_place() -> None:
     standing = Standing(force=LAG, fresh=1700.0, traced=900.0)
     assert due(standing, 1800.0, COLOURED) == "trace"
     shadow = standing.after_trace(1800.0, BIAS)
-    assert (shadow.force, shadow.tried) == (LAG, BIAS)
+    assert shadow.force == LAG
+    assert shadow.tried == ("suspected", BIAS)
     assert shadow.after_proof(2100.0, "refused").force == LAG
     assert shadow.after_proof(2100.0, "promoted").force == BIAS
+
+
+def test_what_waits_for_an_operator_is_proven_again_in_turn_with_what_is_in_force() -> None:
+    standing = Standing(force=LAG).after_trace(900.0, BIAS).after_proof(1200.0, "proven", {"error": {}})
+    assert standing.proven == BIAS | {"proof": {"error": {}, "until": 1200.0}}
+    assert standing.tried == ("force", LAG)
+    again = standing.after_proof(1500.0, "kept", {"error": {}})
+    assert again.tried == ("proven", standing.proven)
+    assert again.after_proof(1800.0, "withdrawn").proven is None
+    assert again.after_proof(1800.0, "withdrawn").force is not None
+
+
+def test_what_an_operator_has_withdrawn_is_held_until_he_promotes_it() -> None:
+    standing = Standing(force=LAG).withdrawn(["torque_lag"])
+    assert standing.force is None
+    assert standing.held == ("torque_lag",)
+    promoted = replace(standing, proven=LAG).promoted("proven")
+    assert (promoted.force, promoted.proven, promoted.held) == (LAG, None, ())
+
+
+def test_a_state_of_an_earlier_version_is_taken_up() -> None:
+    earlier: dict[str, object] = {"force": LAG, "shadow": None, "fresh": 5.0, "traced": None}
+    earlier |= {"doubted": False, "history": []}
+    assert Standing.from_dict(earlier) == Standing(force=LAG, fresh=5.0)
 
 
 def test_a_clock_that_begins_anew_makes_all_data_fresh() -> None:
@@ -72,8 +107,8 @@ def test_a_clock_that_begins_anew_makes_all_data_fresh() -> None:
 
 
 def test_the_history_is_bounded_and_all_survives_a_restart_to_the_byte() -> None:
-    standing = Standing(force=LAG, fresh=0.1 + 0.2, traced=1.0, doubted=True)
+    standing = Standing(force=LAG, fresh=0.1 + 0.2, traced=1.0, doubts=("force",), held=("wave",))
     for t in range(2 * STEPS):
-        standing = standing.noted(float(t), "not white", "p = 0")
+        standing = standing.noted({"step": "not white", "why": "p = 0", "t": float(t)})
     assert [step["t"] for step in standing.history] == [float(t) for t in range(STEPS, 2 * STEPS)]
     assert Standing.from_dict(json.loads(json.dumps(standing.to_dict()))) == standing

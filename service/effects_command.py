@@ -1,0 +1,88 @@
+"""`incsvr effects`: what a running learner has found beside its model, and an operator's word on it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from incsvr.errors import BadInput
+from incsvr.verdict import errors
+from service.client import NoAnswer, reaching
+from service.config import Config, add_config_arguments, from_arguments
+from service.output import add_json_argument, emit
+from service.wire import EffectsLedger
+
+VERBS = ("promote", "withdraw")
+SHOWN = 20
+"""Steps for people; all that are kept go into the JSON object."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("verb", nargs="?", choices=VERBS, help="decides, as the bus's operator; without it: lists all")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="the effect, such as torque_lag")
+    parser.add_argument("--wait", type=float, default=5.0, help="how long to try [s] (default 5)")
+    add_config_arguments(parser)
+    add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    config = from_arguments(args)
+    if args.verb is not None and args.name is None:
+        raise BadInput(
+            f"name the effect to {args.verb}, such as torque_lag; `incsvr effects` lists those that are there"
+        )
+    try:
+        ledger = ask(config, args.verb, args.name, args.wait)
+    except NoAnswer as error:
+        role = "" if args.verb is None else "; on a secured bus the role operator alone may decide"
+        print(f"incsvr effects: {error}{role}", file=sys.stderr)
+        return 1
+    emit(args, ledger.model_dump(mode="json", exclude={"batch"}), text(ledger))
+    return 0
+
+
+def ask(config: Config, verb: str | None, name: str | None, patience_s: float) -> EffectsLedger:
+    """The ledger, after what was decided; a question whose answer is lost is asked again, and changes nothing then.
+
+    Raises:
+        NoAnswer: nobody answers within the time.
+        BadInput: the learner refuses.
+    """
+    with reaching(config, patience_s) as client:
+        decided = {"promote": client.keys.promote, "withdraw": client.keys.withdraw}
+        selector = client.keys.effects if verb is None else f"{decided[verb]}?effect={name}"
+        return client.ask(selector, EffectsLedger)
+
+
+def text(ledger: EffectsLedger) -> str:
+    """The ledger for people."""
+    lines = [f"live tracing: {ledger.mode}", f"in force: {_names(ledger.effects)}"]
+    lines += [f"  {effect['sentence']}" for effect in ledger.effects if effect.get("sentence")]
+    lines.append(f"found, not in force: {_names(ledger.found)}")
+    for finding in ledger.found:
+        lines += _found(finding)
+    if ledger.history:
+        lines.append("  t [s]  revision  step              effect: why")
+        lines += [_step(step) for step in ledger.history[-SHOWN:]]
+    return "\n".join(lines)
+
+
+def _names(findings: tuple[dict[str, Any], ...]) -> str:
+    return ", ".join(str(finding.get("effect")) for finding in findings) or "nothing"
+
+
+def _found(finding: Mapping[str, Any]) -> list[str]:
+    lines = [f"  {finding.get('effect')}, {finding.get('state')}: {finding.get('sentence', '')}"]
+    if finding.get("error"):
+        lines.append(f"    on fresh data until {finding['until']:.0f} s, before → after: {errors(finding['error'])}")
+    lines.append(f"    incsvr effects promote {finding.get('effect')}")
+    return lines
+
+
+def _step(step: Mapping[str, Any]) -> str:
+    t, revision = step.get("t"), step.get("revision")
+    when = "–" if t is None else f"{t:.0f}"
+    served = "–" if revision is None else str(revision)
+    return f"{when:>7s}  {served:>8s}  {step.get('step', ''):16s}  {step.get('effect')}: {step.get('why', '')}"
