@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from incsvr.compensation import HEADING, Carried, Compensation, Piece, plain
 from incsvr.plant import damping_moment
+from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import Smoothed, smooth
@@ -25,7 +26,6 @@ from incsvr.signals.streams import JUMP
 
 SUBSTEPS = 6
 """Fine steps in the smoothing's standard deviation."""
-DECLARED_INERTIA = "declared inertia"
 
 Held = Mapping[str, tuple[Array, Array]]
 """Each stream's name → its stamps (m,) [s] and values (m,)."""

@@ -20,6 +20,7 @@ from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.learning.resolution import unresolved
 from incsvr.plant.axes import YAW
+from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
@@ -31,11 +32,16 @@ from service.config import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
 from service.progress import progress
-from simulator import declared_inertia, written
+from simulator import coupling, declared_inertia, written
+from simulator.coupling import Told
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
 from simulator.recordings import Recording, sequence
 
+COUPLED_ALONE = (
+    "--mass-matrix is for the fit alone: effects were traced of the axis by itself, and `incsvr serve` learns it by "
+    "itself; leave out --effects and --write, or the mass matrix"
+)
 CURVE = 101
 """Rates of the trained range at which the curve is told."""
 
@@ -54,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="signals and learner as the service has them; else scaled to the runs",
     )
+    parser.add_argument("--mass-matrix", metavar="M", help=coupling.HELP)
     parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
     parser.add_argument(
         "--torque",
@@ -84,11 +91,15 @@ def run(args: argparse.Namespace) -> int:
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[dict[str, Any], str]:
     """The result for programs, and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
+    coupled = coupling.declared(args.mass_matrix, reading.axis, [*runs, *unseen])
+    configured = config.vehicle.inertia if args.config else None
     inertia, estimate = declared_inertia.inertia(
-        args.inertia, config.vehicle.inertia if args.config else None, runs, args.torque
+        args.inertia, configured if coupled is None else coupled.inertia, runs, args.torque
     )
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
-    fit = Fit.of(runs, unseen, signals, learner, args.policy, effects)
+    if coupled is not None and (effects is not None or args.write is not None):
+        raise BadInput(COUPLED_ALONE)
+    fit = Fit.of(runs, unseen, signals, learner, args.policy, effects, coupled)
     text = fit.text(estimate)
     if args.write is not None:
         _write(args, config.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
@@ -117,6 +128,7 @@ class Fit:
         effects: names of the traced effects in force.
         put_aside: batches that were not learned, because a check said that they are wrong.
         closed_loop: whether the torque answers the yaw rate that the water makes.
+        others: what the other velocities of the body are to it.
     """
 
     name: str
@@ -132,6 +144,7 @@ class Fit:
     effects: tuple[str, ...] = ()
     put_aside: int = 0
     closed_loop: bool = False
+    others: Told = coupling.NOTHING
 
     @staticmethod
     def of(
@@ -141,13 +154,15 @@ class Fit:
         learner: Settings | None,
         policy: str | None = None,
         effects: TracedEffects | None = None,
+        coupled: Coupled | None = None,
     ) -> Fit:
         """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle.
 
-        With traced effects the samples are freed of them, and the free runs hold them.
+        With traced effects, or in a body whose mass matrix is declared, the samples are freed of what these take, and
+        the free runs hold it.
         """
         joined, compensation = sequence(runs), None if effects is None else effects.compensation
-        samples, rejected = samples_of(joined, signals, compensation)
+        samples, rejected = samples_of(joined, signals, compensation, coupled)
         chosen = {} if policy is None else {"policy": policy}
         settings = learner_for(samples, **chosen) if learner is None else Settings(**asdict(learner) | chosen)
         if len(samples) < settings.batch:
@@ -158,7 +173,9 @@ class Fit:
         iterations: list[Iteration] = []
         errors: list[Errors | None] = []
         verdicts: list[Verdict] = []
-        validation, more = samples_of(sequence(unseen), signals, compensation) if unseen else (Samples.empty(), {})
+        validation, more = (
+            samples_of(sequence(unseen), signals, compensation, coupled) if unseen else (Samples.empty(), {})
+        )
         vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, believed=learner is not None)
         with progress("learning", len(samples) // settings.batch) as advance:
             for verdict, iteration in guarded.follow(settings, vehicle, samples):
@@ -179,16 +196,24 @@ class Fit:
         if idle or not model.is_trained or 2 * excitation.driven < settings.batch:
             undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
             made = (undriven_at_all if idle else excitation).sentence
-            raise BadInput(f"{joined.name}: too little motion to learn from: {made}; {MANOEUVRE}")
+            pushed = None if idle or coupled is not None else coupling.decoupled(joined, samples, signals)
+            besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {coupling.CURE}"
+            raise BadInput(f"{joined.name}: too little motion to learn from: {made}; {MANOEUVRE}{besides}")
         if compensation is None:
-            tests = [motion for one in unseen for motion in motions(one.streams(), signals.longest_pause)]
+            tests = [
+                motion if coupled is None else motion.among(coupled, one.streams(), signals.smoothing)
+                for one in unseen
+                for motion in motions(one.streams(), signals.longest_pause)
+            ]
             free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
         else:
-            streams = [wanted_streams(one, signals, compensation) for one in unseen]
+            streams = [wanted_streams(one, signals, True) for one in unseen]
             free_run = traced_free_run_rmse(
                 streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
-        said = [*remarks([*runs, *unseen], samples, signals), *told(verdicts), *(effects.warnings if effects else ())]
+        others = Told.of(coupled, joined, samples, signals)
+        said = [*remarks([*runs, *unseen], samples, signals), *others.remarks, *told(verdicts)]
+        said += effects.warnings if effects else ()
         quick = unresolved(samples, signals.smoothing)
         if quick is not None:
             said.append(f"{quick.sentence}; {quick.cure(signals)}")
@@ -209,6 +234,7 @@ class Fit:
             () if compensation is None else compensation.names,
             len(verdicts) - len(iterations),
             torque_answers(undriven),
+            others,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -238,6 +264,7 @@ class Fit:
             "progressive_mae": [iteration.progressive_mae for iteration in self.iterations],
             "trained_range": list(model.trained_range or ()),
             "settings": {"signals": asdict(self.signals), "learner": asdict(self.learner)},
+            **self.others.to_dict(),
         }
 
     def text(self, estimate: InertiaEstimate | None) -> str:

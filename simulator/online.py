@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
+from incsvr.plant.axes import stream_of
+from incsvr.plant.body import Coupled
 from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.signals.holding import REPEATED, held
@@ -176,10 +178,10 @@ def foreign_inertia(recordings: Sequence[Recording], samples: Samples, signals: 
     )
 
 
-def wanted_streams(recording: Recording, signals: SignalSettings, compensation: Compensation | None) -> Streams:
-    """The streams that samples are made of."""
+def wanted_streams(recording: Recording, signals: SignalSettings, with_channels: bool) -> Streams:
+    """The streams that samples are made of; the channels where effects or other velocities are in force."""
     streams = recording.streams()
-    names = (*REQUIRED, *(signals.channels if compensation is not None else ()))
+    names = (*REQUIRED, *(signals.channels if with_channels else ()))
     for name in names:
         if name not in streams:
             raise BadInput(f"{recording.name}: there is no channel {name}, for which samples wait; leave it out")
@@ -188,14 +190,21 @@ def wanted_streams(recording: Recording, signals: SignalSettings, compensation: 
 
 
 def samples_of(
-    recording: Recording, signals: SignalSettings, compensation: Compensation | None
+    recording: Recording,
+    signals: SignalSettings,
+    compensation: Compensation | None,
+    coupled: Coupled | None = None,
 ) -> tuple[Samples, Mapping[str, int]]:
-    """The samples of a recording, and how many messages were refused by reason.
+    """The samples of a recording, free of what effects and other velocities take, and refused messages by reason.
 
     Raises:
         BadInput: there is none.
     """
-    samples, rejected = synchronise(signals, wanted_streams(recording, signals, compensation), compensation)
+    with_channels = compensation is not None or coupled is not None
+    if coupled is not None:
+        others = (stream_of(coupled.axis, name) for name in coupled.velocities)
+        signals = replace(signals, channels=tuple(dict.fromkeys((*signals.channels, *others))))
+    samples, rejected = synchronise(signals, wanted_streams(recording, signals, with_channels), compensation, coupled)
     if len(samples) == 0:
         reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
         raise BadInput(

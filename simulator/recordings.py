@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axes import VELOCITIES, YAW, Axis, stream_of
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
@@ -60,10 +60,19 @@ class Recording:
         """The names of the channels beside yaw rate and torque."""
         return tuple(name for name in self.columns if name not in REQUIRED)
 
+    @property
+    def velocities(self) -> Mapping[str, Array]:
+        """The body's other velocities that were recorded, each (n,) under its own name, NaN where not sampled."""
+        rest = {name: values for name, values in self.columns.items() if name not in REQUIRED}
+        recorded = {**rest, **self.displaced}
+        return {name: recorded[name] for name in VELOCITIES if name in recorded and name != self.axis.rate}
+
     def streams(self) -> Streams:
         """Each column as a stream of its own: its stamps (m,) [s] and values (m,), without the empty cells."""
-        sampled = {name: ~np.isnan(values) for name, values in self.columns.items()}
-        return {name: (self.time[sampled[name]], values[sampled[name]]) for name, values in self.columns.items()}
+        turning = {stream_of(self.axis, YAW.rate): self.displaced[YAW.rate]} if YAW.rate in self.displaced else {}
+        columns = {**self.columns, **turning}
+        sampled = {name: ~np.isnan(values) for name, values in columns.items()}
+        return {name: (self.time[sampled[name]], values[sampled[name]]) for name, values in columns.items()}
 
 
 def of_axis(recording: Recording, axis: Axis) -> Recording:
@@ -99,14 +108,20 @@ def sequence(runs: Sequence[Recording]) -> Recording:
 
     The first keeps its time; the others are moved behind it.
     """
-    names = list(dict.fromkeys(name for run in runs for name in run.columns))
     times = [runs[0].time]
     for run in runs[1:]:
         times.append(run.time - run.time[0] + (float(times[-1][-1]) + RUN_PAUSE))
-    columns = {
-        name: np.concatenate([run.columns.get(name, np.full(run.time.size, np.nan)) for run in runs]) for name in names
-    }
-    return Recording(" + ".join(run.name for run in runs), np.concatenate(times), columns, axis=runs[0].axis)
+    columns, displaced = (
+        {
+            name: np.concatenate(
+                [part.get(name, np.full(run.time.size, np.nan)) for part, run in zip(parts, runs, strict=True)]
+            )
+            for name in dict.fromkeys(name for part in parts for name in part)
+        }
+        for parts in ([run.columns for run in runs], [run.displaced for run in runs])
+    )
+    name = " + ".join(run.name for run in runs)
+    return Recording(name, np.concatenate(times), columns, axis=runs[0].axis, displaced=displaced)
 
 
 def write(path: Path, recording: Recording) -> None:

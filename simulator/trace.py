@@ -12,6 +12,7 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
+from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
@@ -20,7 +21,7 @@ from service.config import Config
 from service.config import read as read_config
 from service.output import add_json_argument, destination, emit
 from service.progress import progress
-from simulator import declared_inertia
+from simulator import coupling, declared_inertia
 from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
@@ -61,21 +62,40 @@ def run(args: argparse.Namespace) -> int:
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> Trace:
     recordings = reading.of_all([*args.recordings, *args.validate])
-    distinct(_runs(recordings))
+    distinct(runs_of(recordings))
     fitted = len(args.recordings)
     configured = config.vehicle.inertia if args.config else None
     inertia, estimate = declared_inertia.inertia(args.inertia, configured, recordings[:fitted], args.torque)
-    with progress("checking the sensors"):
-        sensors = examined(recordings, inertia)
-    runs = _runs(believed(recordings, sensors))
-    with progress("tracing what the model lacks"):
-        found = trace(runs[:fitted], inertia=inertia, validate=runs[fitted:], torque=args.torque)
-    found = replace(found, notes=(*found.notes, *notes(recordings, sensors, found.verdict != "none")))
+    found = traced(recordings[:fitted], recordings[fitted:], inertia, args.torque)
     if estimate is not None:
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
         found = replace(found, notes=(how, *found.notes))
     return of_axis(found, reading.axis)
+
+
+def traced(
+    fitted: Sequence[Recording], unseen: Sequence[Recording], inertia: float, torque: TorqueKind | None = None
+) -> Trace:
+    """What the declared model lacks, and what a reader must know of the sensors of these recordings.
+
+    Args:
+        fitted, unseen: recordings to fit, and for the proof alone.
+        inertia: I₀, declared [kg m²].
+        torque: what it is; None tells it from the data.
+
+    Raises:
+        BadInput: where the recordings cannot answer.
+    """
+    recordings = [*fitted, *unseen]
+    with progress("checking the sensors"):
+        sensors = examined(recordings, inertia)
+    runs = runs_of(believed(recordings, sensors))
+    with progress("tracing what the model lacks"):
+        found = trace(runs[: len(fitted)], inertia=inertia, validate=runs[len(fitted) :], torque=torque)
+    others = coupling.of_recordings(fitted, inertia)
+    said = (*found.notes, *(() if others is None else (others,)))
+    return replace(found, notes=(*said, *notes(recordings, sensors, found.verdict != "none")))
 
 
 def of_axis(found: Trace, axis: Axis) -> Trace:
@@ -94,7 +114,8 @@ def of_axis(found: Trace, axis: Axis) -> Trace:
     )
 
 
-def _runs(recordings: Sequence[Recording]) -> list[Run]:
+def runs_of(recordings: Sequence[Recording]) -> list[Run]:
+    """Recordings as the tracer takes them."""
     runs = []
     for recording in recordings:
         columns = dict(recording.columns)

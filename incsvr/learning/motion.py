@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.plant import free_run, tabulated
+from incsvr.plant import Damping, free_run, tabulated
+from incsvr.plant.axes import stream_of
+from incsvr.plant.body import Coupled
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.holding import MISSING
 from incsvr.signals.settings import SETTLES
+from incsvr.signals.smoothing import smooth
 
 SHORTEST = 1.0
 """A motion shorter than this [s] shows nothing of a vehicle."""
@@ -28,12 +31,29 @@ class Motion:
         torque: (n,) [N m]; before its first stamp its first value is taken.
         rate_time: (m,) stamps of the yaw rate [s], strictly increasing, none after the torque ends.
         yaw_rate: (m,) [rad/s].
+        linear: (n,) what other velocities make of the own one at the torque's stamps [N m s]; None for nothing.
     """
 
     torque_time: Array
     torque: Array
     rate_time: Array
     yaw_rate: Array
+    linear: Array | None = None
+
+    def among(self, coupled: Coupled, streams: Mapping[str, tuple[Array, Array]], smoothing: float) -> Motion:
+        """The motion with what the measured other velocities take of the torque, through a filter this wide [s]."""
+        motion = {}
+        for name in coupled.velocities:
+            stamps, values = streams[stream_of(coupled.axis, name)]
+            filtered = smooth(stamps, values, self.torque_time, smoothing=smoothing, gap=2.0 * smoothing)
+            raw = np.interp(self.torque_time, stamps, values)  # at the ends of a recording the filter has no window
+            slope = np.gradient(raw, self.torque_time)
+            known = filtered.complete
+            motion[name] = np.where(known, filtered.value, raw), np.where(known, filtered.slope, slope)
+        if not motion:
+            return self
+        outside, linear = coupled.driving(motion)
+        return replace(self, torque=self.torque - outside, linear=linear)
 
     def error(self, simulate: Callable[[Array, Array, float], Array]) -> Array:
         """(m,) simulated minus measured yaw rate [rad/s], started from the first measured yaw rate.
@@ -93,9 +113,19 @@ def free_run_rmse(runs: Sequence[Motion], inertia: float, damping: Callable[[Arr
         return None
     fastest = max(float(np.abs(run.yaw_rate).max()) for run in runs)
     table = tabulated(damping, 2.0 * max(fastest, 1e-3))
-    errors = [run.error(lambda t, tau, r0: free_run(t, tau, r0, inertia=inertia, damping=table)) for run in runs]
+    errors = [_error(run, inertia, table) for run in runs]
     value = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
     return value if np.isfinite(value) else None
+
+
+def _error(run: Motion, inertia: float, damping: Damping) -> Array:
+    """As `Motion.error`, of the free run with this damping."""
+
+    def simulate(time: Array, torque: Array, first: float) -> Array:
+        linear = None if run.linear is None else np.interp(time, run.torque_time, run.linear)
+        return free_run(time, torque, first, inertia=inertia, damping=damping, linear=linear)
+
+    return run.error(simulate)
 
 
 def _stretches(time: Array, gap: float) -> list[tuple[float, float]]:

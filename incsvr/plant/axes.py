@@ -57,6 +57,15 @@ EFFORTS = tuple(axis.effort for axis in AXES.values())
 """τ: what the actuators apply along and about each."""
 
 
+BODY_YAW_RATE = "body_yaw_rate"
+"""The stream of the vehicle's yaw rate beside the two of another axis, one of which is called yaw_rate as well."""
+
+
+def stream_of(axis: Axis, velocity: str) -> str:
+    """The name under which another velocity of the body comes beside the two streams of an axis."""
+    return BODY_YAW_RATE if axis != YAW and velocity == YAW.rate else velocity
+
+
 def of_rate(rate: str) -> Axis:
     """The axis whose velocity is in this column."""
     return next(axis for axis in AXES.values() if axis.rate == rate)

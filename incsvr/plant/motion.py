@@ -19,9 +19,16 @@ def damping_moment(torque: Array, yaw_acceleration: Array, inertia: float) -> Ar
 
 
 def free_run(
-    time: Array, torque: Array, yaw_rate: float, *, inertia: float, damping: Damping, max_step: float = 0.05
+    time: Array,
+    torque: Array,
+    yaw_rate: float,
+    *,
+    inertia: float,
+    damping: Damping,
+    linear: Array | None = None,
+    max_step: float = 0.05,
 ) -> Array:
-    """The yaw rate simulated from the torque alone, I ṙ = τ − d(r), (n,) [rad/s], by Runge–Kutta steps.
+    """The yaw rate simulated from the torque alone, I ṙ = τ − d(r) − b r, (n,) [rad/s], by Runge–Kutta steps.
 
     A simulation that runs away, because d(r) feeds energy in, is NaN from there on.
 
@@ -31,6 +38,7 @@ def free_run(
         yaw_rate: the first yaw rate [rad/s].
         inertia: I [kg m²].
         damping: d(r), of one number.
+        linear: (n,) b [N m s], what other velocities make of the own one, linear between the stamps; None for none.
         max_step: longest step [s].
     """
     result = np.full(time.size, np.nan)
@@ -39,17 +47,24 @@ def free_run(
     rate = result[0] = float(yaw_rate)
     bound = 1e3 * max(1.0, abs(rate))
     stamps, moments = time.tolist(), torque.tolist()
+    slopes = [0.0] * time.size if linear is None else linear.tolist()
     for k in range(1, time.size):
         whole = stamps[k] - stamps[k - 1]
         count = max(1, ceil(whole / max_step - 1e-9))
         step, rise = whole / count, (moments[k] - moments[k - 1]) / count
+        steeper = (slopes[k] - slopes[k - 1]) / count
         for part in range(count):
             before = moments[k - 1] + part * rise
             middle, after = before + 0.5 * rise, before + rise
-            k1 = (before - damping(rate)) / inertia
-            k2 = (middle - damping(rate + 0.5 * step * k1)) / inertia
-            k3 = (middle - damping(rate + 0.5 * step * k2)) / inertia
-            k4 = (after - damping(rate + step * k3)) / inertia
+            first = slopes[k - 1] + part * steeper
+            half, last = first + 0.5 * steeper, first + steeper
+            k1 = (before - damping(rate) - first * rate) / inertia
+            second = rate + 0.5 * step * k1
+            k2 = (middle - damping(second) - half * second) / inertia
+            third = rate + 0.5 * step * k2
+            k3 = (middle - damping(third) - half * third) / inertia
+            fourth = rate + step * k3
+            k4 = (after - damping(fourth) - last * fourth) / inertia
             rate += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         if not abs(rate) < bound:
             break

@@ -13,12 +13,16 @@ from incsvr.signals.synchroniser import Synchroniser
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
+    from incsvr.plant.body import Coupled
 
 _BLOCK = 4096
 
 
 def synchronise(
-    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], compensation: Compensation | None = None
+    settings: SignalSettings,
+    streams: Mapping[str, tuple[Array, Array]],
+    compensation: Compensation | None = None,
+    coupled: Coupled | None = None,
 ) -> tuple[Samples, Mapping[str, int]]:
     """All samples of whole streams, name → (stamps [s], values), and what was refused by reason.
 
@@ -33,7 +37,7 @@ def synchronise(
         >>> bool(np.abs(samples.damping).max() < 0.01), dict(refused)
         (True, {})
     """
-    synchroniser = Synchroniser(settings, compensation)
+    synchroniser = Synchroniser(settings, compensation, coupled)
     return play(synchroniser, streams), synchroniser.rejected
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.plant import damping_moment
+from incsvr.plant.axes import stream_of
+from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, DECLARED_INERTIA, Coupled
 from incsvr.samples import Array, Samples
 from incsvr.signals import raw
 from incsvr.signals.holding import held, stepped
@@ -30,6 +33,7 @@ def samples_at(
     streams: Held,
     settings: SignalSettings,
     ledger: TorqueLedger | None,
+    coupled: Coupled | None = None,
 ) -> Samples:
     """The complete samples among the instants `at` (m,) [s].
 
@@ -38,12 +42,13 @@ def samples_at(
         holds: (m,) whether the torque is a command that was logged while it held.
         streams: whatever the filter reaches at them.
         ledger: what the traced effects take of the torque; None where there are none.
+        coupled: the axis in a body whose mass matrix is declared; None takes it by itself.
     """
     kinds = sorted(set(zip(holds.tolist(), widening.tolist(), strict=True)))
     if len(kinds) == 1:
-        return _alike(at, kinds[0][1], kinds[0][0], streams, settings, ledger)
+        return _alike(at, kinds[0][1], kinds[0][0], streams, settings, ledger, coupled)
     parts = [
-        _alike(at[(holds == holding) & (widening == step)], step, holding, streams, settings, ledger)
+        _alike(at[(holds == holding) & (widening == step)], step, holding, streams, settings, ledger, coupled)
         for holding, step in kinds
     ]
     samples = Samples.concatenate(parts)
@@ -51,7 +56,13 @@ def samples_at(
 
 
 def _alike(
-    at: Array, widening: int, holds: bool, streams: Held, settings: SignalSettings, ledger: TorqueLedger | None
+    at: Array,
+    widening: int,
+    holds: bool,
+    streams: Held,
+    settings: SignalSettings,
+    ledger: TorqueLedger | None,
+    coupled: Coupled | None,
 ) -> Samples:
     """The complete samples among instants with a filter of one width and a torque of one kind."""
     smoothing = float(settings.smoothing * WIDER**widening)
@@ -63,9 +74,15 @@ def _alike(
     else:
         torque = smooth(*streams[TORQUE], at, smoothing=smoothing, gap=gap)
     yaw_rate = smooth(*streams[YAW_RATE], at, smoothing=smoothing, gap=gap)
+    others = {} if coupled is None else _others(coupled, at, streams, smoothing, gap)
+    if others:  # what is left of the torque acts on the axis as if it were by itself
+        torque = replace(torque, value=torque.value - np.sum(list(others.values()), axis=0))
     damping, parts = damping_moment(torque.value, yaw_rate.slope, settings.inertia), dict[str, Array]()
     if ledger is not None:
         damping, parts = ledger.split(at, torque, yaw_rate, smoothing, gap)
+    elif others:
+        parts = {DECLARED_INERTIA: settings.inertia * yaw_rate.slope}
+    parts |= others
     complete = np.flatnonzero(torque.complete & yaw_rate.complete & np.isfinite(damping))
     if complete.size < at.size:
         at, damping, parts = at[complete], damping[complete], {name: part[complete] for name, part in parts.items()}
@@ -82,6 +99,22 @@ def _alike(
         parts,
         _raw(at, streams, torque, yaw_rate),
     )
+
+
+def _others(coupled: Coupled, at: Array, streams: Held, smoothing: float, gap: float) -> dict[str, Array]:
+    """What the other velocities take of the torque (m,) each [N m], through the very filter of torque and rate.
+
+    A product is filtered, not multiplied of filtered velocities: filtering commutes with the equation of motion alone.
+    """
+    time, rate = streams[YAW_RATE]
+    others = {name: streams[stream_of(coupled.axis, name)] for name in coupled.velocities}
+    filtered = {name: smooth(*stream, at, smoothing=smoothing, gap=gap) for name, stream in others.items()}
+    at_rate = {name: np.interp(time, *each) if each[0].size else np.zeros_like(time) for name, each in others.items()}
+    product = smooth(time, coupled.coriolis(rate, at_rate), at, smoothing=smoothing, gap=gap).value
+    known = np.all([each.complete for each in filtered.values()], axis=0)
+    found = {CORIOLIS: np.where(known, product, np.nan)}
+    inertial = coupled.coupled_inertia({name: each.slope for name, each in filtered.items()})
+    return found if inertial is None else {**found, COUPLED_INERTIA: inertial}
 
 
 def _raw(at: Array, streams: Held, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:

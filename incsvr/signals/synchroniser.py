@@ -45,6 +45,7 @@ from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Reading, Stream
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
+    from incsvr.plant.body import Coupled
     from incsvr.torque_ledger import TorqueLedger
 
 FORM = 2
@@ -58,11 +59,14 @@ _NOTHING = Samples.empty()
 class Synchroniser:
     """Takes messages of all streams and yields the samples that are complete; its memory is bounded.
 
-    With a `compensation` the samples are free of the traced effects, and say what each took of the torque.
+    With a `compensation` the samples are free of the traced effects, and say what each took of the torque; with an axis
+    that is `coupled` likewise of what the other velocities take, each a stream for which samples wait.
     """
 
-    def __init__(self, settings: SignalSettings, compensation: Compensation | None = None) -> None:
-        self.settings = settings
+    def __init__(
+        self, settings: SignalSettings, compensation: Compensation | None = None, coupled: Coupled | None = None
+    ) -> None:
+        self.settings, self._coupled = settings, coupled
         self._ledger: TorqueLedger | None = None
         if compensation is not None:
             # Loaded where it is needed alone: it brings the catalogue of effects with it.
@@ -264,7 +268,11 @@ class Synchroniser:
                 if known < at.size:
                     at, stop, end = at[:known], start + known, start + known
                 if at.size:
-                    parts.append(samples_at(at, widening[: at.size], holding[: at.size], held, self.settings, ledger))
+                    parts.append(
+                        samples_at(
+                            at, widening[: at.size], holding[: at.size], held, self.settings, ledger, self._coupled
+                        )
+                    )
                     self._widening = int(widening[at.size - 1])
             start = stop
         self._go_on(end)

@@ -10,9 +10,9 @@ import pytest
 
 from incsvr.compensation import Compensation
 from incsvr.effects import Signals, Term
+from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
-from incsvr.torque_ledger import DECLARED_INERTIA
 from incsvr.tracing.model import TracedModel
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, recording, term, with_channels

@@ -1,0 +1,97 @@
+"""M and C(ν) of Eq. 1–2: inertia with added mass, and the Coriolis and centripetal forces that follow from it.
+
+ν = (u, v, w, p, q, r) about an origin that is fixed in the body (SNAME, 1950); equations of T. I. Fossen, Handbook of
+Marine Craft Hydrodynamics and Motion Control, 2011.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
+from incsvr.samples import Array
+
+ROUNDING = 1e-9
+"""Part of its largest entry by which a mass matrix may be asymmetric or short of positive."""
+
+
+def rigid_body_mass(mass: float, inertia: Array, centre_of_gravity: Sequence[float]) -> Array:
+    """M_RB, (6, 6) (Fossen, Eq. 3.44).
+
+    Args:
+        mass: m [kg].
+        inertia: (3, 3) moments and products of inertia about the origin [kg m²].
+        centre_of_gravity: (x_g, y_g, z_g) [m].
+    """
+    lever = mass * cross_matrix(np.asarray(centre_of_gravity, dtype=np.float64))
+    return np.block([[mass * np.eye(3), -lever], [lever, np.asarray(inertia, dtype=np.float64)]])
+
+
+def mass_matrix(given: Sequence[float]) -> Array:
+    """M = M_RB + M_A, (6, 6), from its diagonal (surge, sway, heave, roll, pitch, yaw) or its 36 entries, row by row.
+
+    An axis that nobody asks about may have zero.
+
+    Raises:
+        BadInput: it is neither, not symmetric, or not the inertia of any body.
+    """
+    values = np.asarray(given, dtype=np.float64)
+    if values.size not in (6, 36) or not np.all(np.isfinite(values)):
+        raise BadInput(
+            f"the mass matrix has {values.size} entries; give its diagonal, six numbers from surge to yaw, or all 36, "
+            "row by row"
+        )
+    matrix = np.diag(values) if values.size == 6 else values.reshape(6, 6)
+    largest = float(np.max(np.abs(matrix)))
+    names = list(AXES)
+    for row, column in np.argwhere(np.abs(matrix - matrix.T) > ROUNDING * largest).tolist():
+        raise BadInput(
+            f"the mass matrix has {matrix[row, column]:g} in {names[row]}, {names[column]} and {matrix[column, row]:g} "
+            f"in {names[column]}, {names[row]}; it must be symmetric"
+        )
+    if largest == 0.0 or float(np.linalg.eigvalsh(matrix)[0]) < -ROUNDING * largest:
+        raise BadInput(
+            "the mass matrix belongs to no body: no motion may have a negative energy, and some must have one"
+        )
+    return matrix
+
+
+def coriolis_matrix(mass: Array, velocity: Array) -> Array:
+    """C(ν), (6, 6), skew-symmetric (Fossen, Theorem 3.2), from M (6, 6) and ν (6,)."""
+    linear, angular = _momenta(mass, velocity[None])
+    above, below = -cross_matrix(linear[0]), -cross_matrix(angular[0])
+    return np.block([[np.zeros((3, 3)), above], [above, below]])
+
+
+def coriolis_force(mass: Array, velocity: Array) -> Array:
+    """C(ν) ν, (n, 6) [N] and [N m], from M (6, 6) and ν (n, 6)."""
+    linear, angular = _momenta(mass, velocity)
+    along, about = velocity[:, :3], velocity[:, 3:]
+    return np.hstack([np.cross(about, linear), np.cross(along, linear) + np.cross(about, angular)])
+
+
+def products(mass: Array, axis: int) -> Array:
+    """(6, 6), upper triangle: the coefficients of ν_a ν_b in (C(ν) ν)_axis, which is a quadratic form."""
+    unit = np.eye(6)
+    squares = coriolis_force(mass, unit)[:, axis]
+    found = np.diag(squares)
+    for a in range(6):
+        for b in range(a + 1, 6):
+            both = coriolis_force(mass, (unit[a] + unit[b])[None])[0, axis]
+            found[a, b] = both - squares[a] - squares[b]
+    return found
+
+
+def cross_matrix(vector: Array) -> Array:
+    """S(a), (3, 3), of a (3,): S(a) b = a × b."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _momenta(mass: Array, velocity: Array) -> tuple[Array, Array]:
+    """Linear and angular momentum, (n, 3) each: both halves of M ν."""
+    momentum = velocity @ mass.T
+    return momentum[:, :3], momentum[:, 3:]

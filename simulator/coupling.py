@@ -1,0 +1,143 @@
+"""The other velocities of a body in `incsvr fit` and `incsvr trace`: with a mass matrix taken into account, else told.
+
+Eq. 5 of one axis by itself holds where the paper says so: where the other velocities take little of its torque.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.decoupling import Others, neglected
+from incsvr.plant.axes import AXES, VELOCITIES, Axis
+from incsvr.plant.body import DECLARED_INERTIA, Coupled
+from incsvr.plant.inertia import mass_matrix
+from incsvr.samples import Samples
+from incsvr.signals import SignalSettings
+from incsvr.signals.raw import TORQUE
+from incsvr.signals.smoothing import smooth
+from simulator.online import samples_of, signals_for
+from simulator.recordings import Recording, sequence
+
+HELP = (
+    "M with added mass, [kg], [kg m²]: its diagonal from surge to yaw, or all 36 entries row by row, with commas "
+    "between; Coriolis and coupled inertia of the recorded velocities are then no part of the damping"
+)
+
+CURE = "give --mass-matrix, or let `incsvr trace` name what they do"
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What the other velocities are to a fit.
+
+    Attributes:
+        coupled: the axis in its body; None where no mass matrix was declared.
+        share: of the torque's RMS, what each of the parts takes; empty without a mass matrix.
+        remarks: sentences for people.
+    """
+
+    coupled: Coupled | None
+    share: Mapping[str, float]
+    remarks: tuple[str, ...]
+
+    @staticmethod
+    def of(coupled: Coupled | None, joined: Recording, samples: Samples, signals: SignalSettings) -> Told:
+        """Of the samples of recordings that were joined."""
+        if coupled is None:
+            sentence = decoupled(joined, samples, signals)
+            return NOTHING if sentence is None else Told(None, {}, (f"{sentence}; {CURE}",))
+        parts = {name: part for name, part in samples.parts.items() if name != DECLARED_INERTIA}
+        torque = _rms(samples.raw[TORQUE] + np.sum(list(parts.values()), axis=0))
+        share = {name: _rms(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
+        used = ", ".join(f"channel {name}" for name in coupled.velocities) or "no other velocity"
+        taken = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in share.items())
+        remarks = [f"the mass matrix is used with {used}; of the torque's RMS: {taken}"]
+        if coupled.missing:
+            unknown = ", ".join(f"channel {name}" for name in coupled.missing)
+            remarks.append(f"taken for zero, because they are not recorded: {unknown}")
+        return Told(coupled, share, tuple(remarks))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What it adds to a result."""
+        if self.coupled is None:
+            return {}
+        return {
+            "coupled": {
+                "velocities": list(self.coupled.velocities),
+                "taken_for_zero": list(self.coupled.missing),
+                "share_of_torque": dict(self.share),
+            }
+        }
+
+
+NOTHING = Told(None, {}, ())
+
+
+def declared(text: str | None, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
+    """The axis in the body whose mass matrix was given, with the velocities that all recordings hold.
+
+    Raises:
+        BadInput: it is no mass matrix, or has nothing for this axis.
+    """
+    if text is None:
+        return None
+    try:
+        mass = mass_matrix([float(entry) for entry in text.split(",")])
+    except ValueError:
+        raise BadInput(
+            f"--mass-matrix {text}: give six numbers from surge to yaw, or 36, with commas between"
+        ) from None
+    own = list(AXES).index(axis.name)
+    if mass[own, own] <= 0.0:
+        raise BadInput(f"--mass-matrix {text}: it has {mass[own, own]:g} for {axis.name}; give what is to be moved")
+    common = set.intersection(*(set(_sampled(each)) for each in recordings))
+    return Coupled(axis, mass, tuple(name for name in VELOCITIES if name in common))
+
+
+def decoupled(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
+    """By how much the axis is not by itself, as far as the recorded velocities show it; None where it hardly is."""
+    motion = {}
+    for name in _sampled(joined):
+        values = joined.velocities[name]
+        here = np.isfinite(values)
+        filtered = smooth(
+            joined.time[here], values[here], samples.time, smoothing=signals.smoothing, gap=2.0 * signals.smoothing
+        )
+        motion[name] = filtered.value, filtered.slope
+    found = neglected(joined.axis, samples.yaw_rate, samples.damping, samples.raw[TORQUE], motion)
+    return None if found is None else _sentence(found)
+
+
+def of_recordings(recordings: Sequence[Recording], inertia: float) -> str | None:
+    """The same of recordings that were not yet made samples of, with a declared inertia [kg m²]."""
+    if not any(recording.velocities for recording in recordings):
+        return None
+    joined = sequence(recordings)
+    try:
+        signals = signals_for(recordings, inertia, joined.axis.fastest)
+        samples, _ = samples_of(joined, signals, None)
+    except BadInput:  # too slow or too short for samples of Eq. 5; the tracer needs none
+        return None
+    return decoupled(joined, samples, signals)
+
+
+def _sentence(found: Others) -> str:
+    take = "takes" if len(found.terms) == 1 else "take"
+    return (
+        f"the axis is not by itself: {', '.join(found.terms)} {take} about {found.rms:.3g} N m (RMS), "
+        f"{100.0 * found.share:.0f} % of the torque's {found.torque:.3g} N m, which Eq. 5 of one axis counts as damping"
+    )
+
+
+def _sampled(recording: Recording) -> tuple[str, ...]:
+    """The other velocities of which a recording holds more than a few values."""
+    return tuple(name for name, values in recording.velocities.items() if np.isfinite(values).sum() > 10)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

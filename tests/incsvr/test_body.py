@@ -1,0 +1,133 @@
+"""M, C(ν), g(η) and J(η) against Fossen's formulas by hand, and Eq. 5 with them on a motion that is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.plant.attitude import Restoring, kinematics, rotation
+from incsvr.plant.axes import AXES
+from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
+from incsvr.plant.inertia import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
+from incsvr.samples import Array
+
+CENTRE = (0.3, -0.02, 0.1)
+
+
+def some_mass(random: np.random.Generator) -> Array:
+    """M of a body with its centre of gravity off the origin and an added mass that couples everything."""
+    root = random.normal(0.0, 3.0, (6, 6))
+    return rigid_body_mass(40.0, np.diag([2.0, 9.0, 10.0]), CENTRE) + root @ root.T
+
+
+def test_coriolis_does_no_work_and_is_skew() -> None:
+    random = np.random.default_rng(900_200)
+    mass, velocity = some_mass(random), random.normal(0.0, 1.0, (50, 6))
+    force = coriolis_force(mass, velocity)
+    np.testing.assert_allclose(np.sum(velocity * force, axis=1), 0.0, atol=1e-10)
+    for each, taken in zip(velocity, force, strict=True):
+        matrix = coriolis_matrix(mass, each)
+        np.testing.assert_allclose(matrix, -matrix.T, atol=1e-12)
+        np.testing.assert_allclose(matrix @ each, taken, atol=1e-10)
+
+
+def test_three_degrees_of_freedom_are_fossens_by_hand() -> None:
+    """Fossen 2011, Eq. 6.43 and 6.50: m = 50, x_g = 0.4, I_z = 12, X_u̇ = −5, Y_v̇ = −30, Y_ṙ = N_v̇ = −2, N_ṙ = −6."""
+    m, x_g, u, v, r = 50.0, 0.4, 1.2, -0.3, 0.25
+    added = np.zeros((6, 6))
+    added[0, 0], added[1, 1], added[5, 5], added[1, 5], added[5, 1] = 5.0, 30.0, 6.0, 2.0, 2.0
+    mass = rigid_body_mass(m, np.diag([1.0, 1.0, 12.0]), (x_g, 0.0, 0.0)) + added
+    force = coriolis_force(mass, np.array([[u, v, 0.0, 0.0, 0.0, r]]))[0]
+    rigid_body = [-m * (x_g * r + v) * r, m * u * r, m * (x_g * r + v) * u - m * u * v]
+    hydrodynamic = [(-30.0 * v - 2.0 * r) * r, 5.0 * u * r, -(-30.0 * v - 2.0 * r) * u - 5.0 * u * v]
+    by_hand = np.add(rigid_body, hydrodynamic)
+    np.testing.assert_allclose(force[[0, 1, 5]], by_hand, rtol=1e-12)
+    assert mass[1, 5] == m * x_g + 2.0
+
+
+def test_a_rigid_body_that_nothing_pushes_keeps_its_momentum_in_the_world() -> None:
+    """M ν̇ = −C(ν) ν, integrated with its attitude: linear momentum and energy stay."""
+    mass = rigid_body_mass(40.0, np.diag([6.0, 9.0, 10.0]), CENTRE)
+    nu, eta, step = np.array([0.8, 0.1, -0.2, 0.1, 0.3, -0.2]), np.zeros(6), 1e-3
+
+    def slope(state: Array) -> Array:
+        pushed = np.linalg.solve(mass, -coriolis_matrix(mass, state[:6]) @ state[:6])
+        return np.concatenate([pushed, kinematics(*state[9:]) @ state[:6]])
+
+    def momentum(state: Array) -> Array:
+        return np.asarray(rotation(*state[9:]) @ (mass @ state[:6])[:3])
+
+    begun = state = np.concatenate([nu, eta])
+    for _ in range(2000):
+        k1 = slope(state)
+        state = state + step * slope(state + 0.5 * step * k1)
+    assert np.linalg.norm(state[9:]) > 0.3
+    np.testing.assert_allclose(momentum(state), momentum(begun), rtol=1e-5, atol=1e-5)
+    assert state[:6] @ mass @ state[:6] == pytest.approx(begun[:6] @ mass @ begun[:6], rel=1e-6)
+
+
+def test_weight_and_buoyancy_are_fossens_formula() -> None:
+    w, b, (xg, yg, zg), (xb, yb, zb) = 400.0, 410.0, CENTRE, (0.02, 0.01, -0.2)
+    roll, pitch = 0.4, -0.3
+    s, c, st, ct = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+    by_hand = [
+        (w - b) * st,
+        -(w - b) * ct * s,
+        -(w - b) * ct * c,
+        -(yg * w - yb * b) * ct * c + (zg * w - zb * b) * ct * s,
+        (zg * w - zb * b) * st + (xg * w - xb * b) * ct * c,
+        -(xg * w - xb * b) * ct * s - (yg * w - yb * b) * st,
+    ]
+    found = Restoring(w, b, CENTRE, (xb, yb, zb)).force(np.array([roll]), np.array([pitch]))
+    np.testing.assert_allclose(found[0], by_hand, rtol=1e-12)
+
+
+def test_heading_turns_as_the_body_rates_say() -> None:
+    roll, pitch = 0.2, 0.5
+    turned = kinematics(roll, pitch, 1.0) @ np.array([0.0, 0.0, 0.0, 0.1, 0.3, 0.4])
+    assert turned[5] == pytest.approx((0.3 * np.sin(roll) + 0.4 * np.cos(roll)) / np.cos(pitch))
+
+
+@pytest.mark.parametrize("axis", list(AXES))
+def test_the_parts_of_equation_5_add_up_to_what_the_whole_body_takes(axis: str) -> None:
+    random = np.random.default_rng(900_201)
+    mass = some_mass(random)
+    velocity, acceleration = random.normal(0.0, 1.0, (2, 20, 6))
+    roll, pitch = random.normal(0.0, 0.3, (2, 20))
+    weights = Restoring(400.0, 410.0, CENTRE, (0.0, 0.0, -0.2))
+    own = list(AXES).index(axis)
+    names = [each.rate for each in AXES.values()]
+    others = tuple(name for k, name in enumerate(names) if k != own)
+    coupled = Coupled(AXES[axis], mass, others, weights)
+    motion = {name: (velocity[:, k], acceleration[:, k]) for k, name in enumerate(names)}
+    parts = coupled.parts(velocity[:, own], motion, (roll, pitch))
+    assert set(parts) == {COUPLED_INERTIA, CORIOLIS, RESTORING}
+    taken = mass[own, own] * acceleration[:, own] + np.sum(list(parts.values()), axis=0)
+    whole = acceleration @ mass.T + weights.force(roll, pitch)
+    whole += np.array([coriolis_matrix(mass, each) @ each for each in velocity])
+    np.testing.assert_allclose(taken, whole[:, own], atol=1e-9)
+    outside, slope = coupled.driving(motion)
+    free = np.sum([parts[COUPLED_INERTIA], parts[CORIOLIS]], axis=0)
+    np.testing.assert_allclose(outside + slope * velocity[:, own], free, atol=1e-9)
+
+
+def test_only_what_the_axis_equation_holds_is_asked_for() -> None:
+    diagonal = mass_matrix((2200.0, 2500.0, 0.0, 0.0, 0.0, 800.0))
+    sway = Coupled(AXES["sway"], diagonal, ("surge", "heading"))
+    assert (sway.velocities, sway.missing, sway.inertia) == (("surge",), ("yaw_rate",), 2500.0)
+    assert Coupled(AXES["heave"], diagonal, ()).missing == ("surge", "sway", "roll_rate", "pitch_rate")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((1.0, 2.0, 3.0), "has 3 entries"),
+        ((1.0, 2.0, 3.0, 4.0, -5.0, 6.0), "no body"),
+        ((0.0,) * 6, "no body"),
+        (tuple(np.eye(6).ravel() + np.eye(6, k=1).ravel()), "symmetric"),
+    ],
+)
+def test_what_is_no_mass_matrix_is_refused(given: tuple[float, ...], said: str) -> None:
+    with pytest.raises(BadInput, match=said):
+        mass_matrix(given)

@@ -1,0 +1,142 @@
+"""A declared mass matrix in `fit`, and what is said where there is none: on a vehicle whose Coriolis force is known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from incsvr.plant.axes import AXES, BODY_YAW_RATE
+from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
+from incsvr.plant.inertia import mass_matrix
+from incsvr.signals import synchronise
+from service.cli import main
+from simulator import leng
+from simulator.coupling import declared
+from simulator.online import samples_of, signals_for
+from simulator.recordings import of_axis, sequence, write
+from tests.hidden import recording
+from tests.simulator.test_axes import CORIOLIS as SURGE_MASS
+from tests.simulator.test_axes import MASS, vehicle
+
+MATRIX = f"{SURGE_MASS},{MASS},0,0,0,5"
+MEASURED = Path(__file__).parents[3] / "shared" / "measured" / "dagon"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("coupling")
+    for seed in (900_300, 900_301):
+        write(folder / f"{seed}.csv", vehicle(seed))
+    return [str(folder / "900300.csv"), str(folder / "900301.csv")]
+
+
+def fitted(capsys: pytest.CaptureFixture[str], files: list[str], *flags: str) -> tuple[dict[str, Any], str]:
+    fit, unseen = files
+    assert main(["fit", fit, "--validate", unseen, "--axis", "sway", *flags, "--json", "-"]) == 0
+    out, told = capsys.readouterr()
+    return json.loads(out), told
+
+
+def test_a_declared_mass_matrix_takes_coriolis_out_of_the_damping(
+    files: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, of_alone = fitted(capsys, files, "--inertia", "60")
+    freed, of_freed = fitted(capsys, files, "--mass-matrix", MATRIX)
+    assert freed["inertia"] == MASS
+    assert freed["validation"]["free_run_rmse"] < 0.5 * alone["validation"]["free_run_rmse"]
+    assert freed["validation"]["rmse"] < 0.5 * alone["validation"]["rmse"]
+    assert freed["coupled"]["velocities"] == ["surge", "yaw_rate"]
+    assert freed["coupled"]["taken_for_zero"] == []
+    assert freed["coupled"]["share_of_torque"][CORIOLIS] > 0.15
+    assert "coupled" not in alone
+    assert "the axis is not by itself: surge*yaw_rate takes about" in of_alone
+    assert "of the force's" in of_alone
+    assert "not by itself" not in of_freed
+    assert "the mass matrix is used with channel surge, channel yaw_rate" in of_freed
+
+
+def test_the_parts_of_a_sample_add_up_to_its_force() -> None:
+    run = of_axis(vehicle(900_300), AXES["sway"])
+    coupled = declared(MATRIX, run.axis, [run])
+    assert coupled is not None
+    assert coupled.velocities == ("surge", "yaw_rate")
+    assert BODY_YAW_RATE in run.streams()
+    settings = signals_for([run], MASS, 20.0)
+    plain, _ = samples_of(sequence([run]), settings, None)
+    freed, _ = samples_of(sequence([run]), settings, None, coupled)
+    assert set(freed.parts) == {DECLARED_INERTIA, CORIOLIS}
+    np.testing.assert_array_equal(plain.time, freed.time)
+    force = freed.damping + sum(freed.parts.values())
+    np.testing.assert_allclose(force, plain.damping + freed.parts[DECLARED_INERTIA], atol=1e-9)
+    product = SURGE_MASS * run.columns["surge"] * run.displaced["yaw_rate"]
+    filtered = gaussian_filter1d(product, settings.smoothing / 0.1, truncate=3.0)
+    expected = np.interp(freed.time, run.time, filtered)
+    np.testing.assert_allclose(freed.parts[CORIOLIS], expected, atol=0.03 * np.max(np.abs(product)))
+
+
+def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
+                                               capsys: pytest.CaptureFixture[str]) -> None:  # fmt: skip
+    paths = []
+    for seed in (900_300, 900_301):
+        whole = vehicle(seed)
+        columns = {name: values for name, values in whole.columns.items() if name != "surge"}
+        write(tmp_path / f"{seed}.csv", type(whole)(whole.name, whole.time, columns))
+        paths.append(str(tmp_path / f"{seed}.csv"))
+    result, told = fitted(capsys, paths, "--mass-matrix", MATRIX)
+    assert result["coupled"]["taken_for_zero"] == ["surge"]
+    assert "taken for zero, because they are not recorded: channel surge" in told
+
+
+def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
+    """A body of which nothing but yaw moves gives the same samples as yaw alone, parts aside."""
+    streams = recording(900_302, 100.0).streams()
+    plain, _ = synchronise(leng.SIGNALS, streams)
+    body = Coupled(AXES["yaw"], mass_matrix((900.0, 1200.0, 0.0, 0.0, 0.0, 350.0)), ())
+    alone, _ = synchronise(leng.SIGNALS, streams, None, body)
+    for name in ("time", "yaw_rate", "damping"):
+        assert getattr(plain, name).tobytes() == getattr(alone, name).tobytes()
+    assert plain.parts == {}
+    assert not alone.parts[CORIOLIS].any()
+
+
+def test_tracing_says_by_how_much_the_axis_is_not_by_itself(
+    files: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["trace", files[0], "--axis", "sway", "--inertia", "60", "--json", "-"]) == 0
+    notes = json.loads(capsys.readouterr().out)["notes"]
+    assert any("the axis is not by itself: surge*yaw_rate" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (("--mass-matrix", "1,2,three"), "six numbers"),
+        (("--mass-matrix", "45,0,0,0,0,5"), "0 for sway"),
+        (("--mass-matrix", MATRIX, "--write", "config.yaml"), "leave out --effects and --write"),
+    ],
+)
+def test_what_cannot_be_used_is_one_sentence(
+    files: list[str], flags: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", files[0], "--axis", "sway", *flags]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_measured_vehicle_in_sway(capsys: pytest.CaptureFixture[str]) -> None:
+    """By itself its sway is refused, or errs as much as a rate of zero does (0.10 m/s): most of it is Coriolis."""
+    if not MEASURED.is_dir():
+        pytest.skip("the measured recordings are not in ../shared/measured")
+    runs = [str(MEASURED / f"run_{number}.csv") for number in ("01", "03", "05", "07")]
+    flags = ["--validate", str(MEASURED / "run_04.csv"), "--axis", "sway", "--json", "-"]
+    assert main(["fit", *runs, "--inertia", "2500", *flags]) == 2
+    assert "or other velocities made it: the axis is not by itself: surge*yaw_rate" in capsys.readouterr().err
+    assert main(["fit", *runs, "--mass-matrix", "2200,2500,0,0,0,800", *flags]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["validation"]["free_run_rmse"] < 0.03
