@@ -4,7 +4,7 @@ BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions sensor-faults soak hold recording pictures \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles sensor-faults soak hold recording pictures \
 	clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -48,6 +48,9 @@ ablation: .venv/ready  ## what each rule of the tracer earns
 
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
 	$(BIN)/python -m benchmarks.missions
+
+vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
+	$(BIN)/python -m benchmarks.vehicles
 
 sensor-faults: .venv/ready  ## when a failing sensor is named, and what is served meanwhile
 	$(BIN)/python -m benchmarks.sensor_faults

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,16 +43,31 @@ def ahead(
         pieces: of the grid, for each model.
         scale: T_c [s].
     """
+
+    def run(spans: Sequence[Sequence[slice]]) -> tuple[Array, Array]:
+        kept = [(model, own) for model, own in zip(models, spans, strict=True) if own]
+        return simulate([model for model, _ in kept], signals, step, [own for _, own in kept])
+
+    return ahead_of(run, signals, pieces, scale)
+
+
+def ahead_of(
+    run: Callable[[Sequence[Sequence[slice]]], tuple[Array, Array]],
+    signals: Signals,
+    pieces: Sequence[Sequence[slice]],
+    scale: float,
+) -> tuple[Ahead, ...]:
+    """`ahead` of whatever simulates the spans of each model and answers as `simulate` does; some may have no spans."""
     found = []
     for horizon in HORIZONS:
         length = max(round(horizon * scale / signals.step), 2)
         spans = [[span for piece in own for span in _tiled(piece, length)] for own in pieces]
-        kept = [(model, own) for model, own in zip(models, spans, strict=True) if own]
-        if not kept:
+        every = [span for own in spans for span in own]
+        if not every:
             found.append(Ahead(*(np.zeros(0) for _ in range(3))))
             continue
-        index, simulated = simulate([model for model, _ in kept], signals, step, [own for _, own in kept])
-        cut = signals.pieces([span for _, own in kept for span in own])
+        index, simulated = run(spans)
+        cut = signals.pieces(every)
         of = np.searchsorted(cut.start, index, side="right") - 1
         last = np.flatnonzero(np.append(of[1:] != of[:-1], True))
         rate, first = cut.rate[index[last]], cut.rate[cut.start[of[last]]]
