@@ -3,6 +3,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # One core each: on matrices as small as ours, threads of BLAS that wait for one another cost much on a busy machine.
 export OPENBLAS_NUM_THREADS := 1
+# Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles sensor-faults soak hold recording pictures \
 	clean

@@ -1,4 +1,4 @@
-"""Table I from the command line, and what its figures mean. (The 20 seeds are `make table1`.)"""
+"""Table I from the command line, and what its figures mean. (All rows, on 20 seeds, are `make table1`.)"""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.chart import chart
-from benchmarks.repetition import AT_CONVERGENCE, BEFORE_CLEANING, TUNED, TUNED_LAST, stopped
+from benchmarks.repetition import AT_CONVERGENCE, BEFORE_CLEANING, stopped
 from benchmarks.table1 import PAPER, converged, text
 from service.cli import main
 
@@ -17,19 +17,18 @@ from service.cli import main
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path = tmp_path_factory.mktemp("table1") / "table1.json"
-    assert main(["table1", "--seeds", "1", "--first-seed", "3110", "--json", str(path)]) == 0
+    assert main(["table1", "--seeds", "1", "--first-seed", "3110", "--quick", "--json", str(path)]) == 0
     return json.loads(path.read_text(encoding="utf-8"))
 
 
 def test_the_form_is_the_contracts(result: Any) -> None:
     assert result["seeds"] == 1
     rows = {(row["regressor"], row["validation"]): row for row in result["rows"]}
-    assert len(rows) == len(result["rows"]) == 27
+    assert len(rows) == len(result["rows"]) == 11
     for key, (mae, rmse, vectors) in PAPER.items():
         assert rows[key]["paper"] == {"mae": mae, "rmse": rmse, "support_vectors": vectors}
         assert 0.0 < rows[key]["mae"] < rows[key]["rmse"]
     assert [key for key in rows if key in PAPER] == list(PAPER)  # the table's own order
-    assert rows["least squares", "V1"]["paper"] is None
     assert len(result["mae_per_iteration"]["V1"]) == 14
     assert len(result["mae_per_iteration"]["V2"]) == 11
     first, second = result["iterations_to_converge"]
@@ -39,7 +38,7 @@ def test_the_form_is_the_contracts(result: Any) -> None:
 
 def test_at_most_sixty_vectors_are_served(result: Any) -> None:
     learners = [row for row in result["rows"] if row["regressor"].startswith("IncSVR")]
-    assert len(learners) == 12
+    assert len(learners) == 8
     for row in learners:
         trained = row["learner"] == BEFORE_CLEANING  # on the vectors kept and the new samples
         assert 0 < row["support_vectors"] <= (110 if trained else 60)
@@ -69,8 +68,8 @@ def test_the_papers_rule_takes_the_smallest_step_near_the_cross_validated_error(
     assert stopped(np.array([9.0, 5.0, 5.0, 4.0]), validated=5.0) == 3
 
 
-def test_the_tuned_rows_say_what_was_chosen(result: Any) -> None:
-    for name in (TUNED, TUNED_LAST, "B1", "B2"):
+def test_the_baselines_rows_say_what_was_chosen(result: Any) -> None:
+    for name in ("B1", "B2"):
         assert sum(result["tuned_points"][name].values()) == 1
     (first, second) = result["vectors_by_epsilon"]
     rows = {(row["regressor"], row["validation"]): row for row in result["rows"]}

@@ -8,8 +8,6 @@ import pytest
 from incsvr.tracing.weak.damping import SPLINE, Damping
 from incsvr.tracing.weak.weak_form import split
 from incsvr.tracing.weak.whitening import fit, ridge
-from simulator.trial import Trial, play
-from tests.incsvr.trials import named
 
 RATES = np.linspace(-1.0, 1.0, 201)
 
@@ -36,9 +34,3 @@ def test_what_holds_the_spline_holds_no_straight_line_and_no_other_column() -> N
     line = np.concatenate([np.arange(SPLINE, 0.0, -1.0), np.zeros(2)])  # to zero, where the last coefficient is
     assert line @ held @ line == pytest.approx(0.0, abs=1e-3)
     assert np.count_nonzero(held[SPLINE:, :SPLINE]) == 0
-
-
-def test_a_piece_of_rates_that_are_rare_elsewhere_does_not_refute_two_effects() -> None:
-    """Of its fifteen held-out pieces one turns at rates that the others hardly know, and water turns along."""
-    hidden = ("modulation:winch_load", "memory")
-    assert named(play(Trial(440_027, hidden, 1.0, "leng", "steps", 0.0))) == set(hidden)

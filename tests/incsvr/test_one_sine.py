@@ -5,14 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.effects import candidates
 from incsvr.tracing import trace
 from incsvr.tracing.run import Array, Run
-from incsvr.tracing.weak.hypothesis import nothing
-from incsvr.tracing.weak.posing import pose
-from incsvr.tracing.weak.search import Search
-from incsvr.tracing.weak.validation import Validation
-from simulator.trial import Trial, play
 
 INERTIA = 300.0
 PERIOD = 0.05
@@ -55,33 +49,3 @@ def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
     found = trace([swung(seed, 0.7, rotor=True, water=0.0, sensor=3.5)], inertia=INERTIA).effects
     assert [f.effect for f in found] == ["torque_lag"]
     assert found[0].parameters["time_constant_s"] == pytest.approx(0.7, rel=0.05)
-
-
-def test_two_effects_of_which_neither_is_the_others_shape_are_both_found() -> None:
-    """Beside a dead band an inflow explains a quarter of all that is explained: no dead band's shape is so wrong."""
-    outcome = play(Trial(315_012, ("dead_zone", "inflow"), 1.0, "leng", "sine", 0.5, noise="torque"))
-    columns = outcome.recording.columns
-    run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    found = {f.effect: f for f in trace([run], inertia=outcome.inertia).effects}
-    assert set(found) == {"dead_zone", "inflow"}
-    truth = float(outcome.truth["dead_zone"]["half_width_nm"])
-    assert found["dead_zone"].parameters["half_width_nm"] == pytest.approx(truth, rel=0.1)
-
-
-def test_a_memory_whose_time_runs_out_of_its_range_is_tried_from_further_in() -> None:
-    """Under one sine the shortest of all explains the most; two wrong effects stood in its place."""
-    outcome = play(Trial(335_013, ("memory",), 1.0, "small", "sine", 0.5, noise="torque"))
-    columns = outcome.recording.columns
-    run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    problem = pose([run], outcome.inertia, [])
-    hunt = Search(problem, candidates([]), Validation.of(problem, None, quick=True))
-    assert hunt._grown([nothing(problem)], 9)[0].names() == ("memory",)
-
-
-def test_on_one_sine_two_effects_that_bring_what_none_does_alone_are_both_named() -> None:
-    """A delay explains four fifths of what an inflow and an inertia do: that is no reason to name it."""
-    outcome = play(Trial(390_036, ("inflow", "inertia"), 1.0, "leng", "sine", 0.0))
-    columns = outcome.recording.columns
-    run = Run("sine", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    found = trace([run], inertia=outcome.inertia, torque="measured")
-    assert {finding.effect for finding in found.effects} == {"inflow", "inertia"}

@@ -46,17 +46,15 @@ def inflow(run: Run) -> tuple[float, float]:
     return gain_of(problem, found, 0), gain_beside_slip(problem, found, 0)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_slip_within_a_sample_is_no_inflow(seed: int) -> None:
-    plain, beside = inflow(played(seed, late=0.02))
+def test_a_slip_within_a_sample_is_no_inflow() -> None:
+    plain, beside = inflow(played(1, late=0.02))
     assert plain > 30.0
     assert beside < 0.3 * plain
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_inflow_is_no_slip(seed: int) -> None:
+def test_inflow_is_no_slip() -> None:
     """Under two levels of thrust a slip explains a good part of it, but not all."""
-    _, beside = inflow(played(seed, late=0.0, loss=5.0))
+    _, beside = inflow(played(1, late=0.0, loss=5.0))
     assert beside > 100.0
 
 

@@ -5,14 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.effects import catalogue
-from incsvr.tracing import trace
-from incsvr.tracing.run import Array, Run
-from incsvr.tracing.weak.hypothesis import nothing, settle
-from incsvr.tracing.weak.posing import pose
-from incsvr.tracing.weak.validation import Validation
+from incsvr.tracing.run import Array
 from incsvr.tracing.weak.validation_errors import Errors
-from simulator.trial import Trial, play
 
 TIME = np.asarray(0.05 * np.arange(4000), dtype=np.float64)
 HALVES = (slice(0, 2000), slice(2000, 4000))
@@ -51,19 +45,3 @@ def test_what_is_longer_than_the_sampling_stays() -> None:
     assert errors.late(A_SAMPLE) == A_SAMPLE
     on_time, never = errors.moved(A_SAMPLE), coming(0.03, np.zeros(TIME.size))
     assert on_time.free_run_rmse() == pytest.approx(never.free_run_rmse(), rel=0.03)
-
-
-def test_a_slip_within_the_sampling_does_not_refute_an_effect() -> None:
-    """The thrust that a turn takes, under a command that jumps: as they are, free runs are better without it."""
-    outcome = play(Trial(340_047, ("inflow",), 1.0, "small", "telegraph", 0.9))
-    columns = outcome.recording.columns
-    run = Run("jumping", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    problem = pose([run], outcome.inertia, [])
-    base = nothing(problem)
-    found = settle(problem, [(catalogue()["inflow"], (), ())], base)
-    proof = Validation.of(problem, None)
-    assert proof.errors(found).free_run_rmse() > proof.errors(base).free_run_rmse()
-    assert proof.better(found, base)
-    traced = trace([run], inertia=outcome.inertia)
-    assert [effect.effect for effect in traced.effects] == ["inflow"]
-    assert any("put on time" in note for note in traced.notes)
