@@ -18,7 +18,7 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run, stream
-from incsvr.tracing.weak.evidence import change_of_rms, rms
+from incsvr.tracing.statistics import change_of_rms, rms
 from incsvr.tracing.weak.grid import on_fine_grid
 from incsvr.tracing.weak.weak_form import SUBSTEPS
 from incsvr.verdict import Comparison

@@ -5,11 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Array
 from incsvr.tracing.skill import beats_zero
-from incsvr.tracing.weak.unexplained import Unexplained
-from incsvr.tracing.weak.validation_errors import Errors
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """A smooth term of a channel that the residual follows."""
+
+    channel: str
+    p_value: float
 
 
 @dataclass(frozen=True, slots=True)

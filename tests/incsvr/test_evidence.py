@@ -10,7 +10,8 @@ from scipy.signal import lfilter
 
 from incsvr.effects import catalogue
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.evidence import change_of_rms, evidence, gain_of, p_value, rms
+from incsvr.tracing.statistics import change_of_rms, p_value, rms
+from incsvr.tracing.weak.evidence import evidence, gain_of
 from incsvr.tracing.weak.hypothesis import nothing, settle
 from incsvr.tracing.weak.validation_errors import sample_errors
 from tests.incsvr.turning import PERIOD, command, instants, turning

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from incsvr.tracing.model import model_of
 from incsvr.tracing.weak.hypothesis import nothing
+from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.validation import FOLDS, Validation
 from tests.incsvr.turning import command, instants, turning
 

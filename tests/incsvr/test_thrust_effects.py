@@ -9,10 +9,11 @@ import pytest
 
 from incsvr.effects import candidates
 from incsvr.samples import Array
-from incsvr.tracing.model import model_of, simulate
+from incsvr.tracing.model import simulate
 from incsvr.tracing.run import Run
 from incsvr.tracing.weak.hypothesis import nothing, settle
 from incsvr.tracing.weak.indistinguishable import indistinguishable as rivals
+from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.scan import scan

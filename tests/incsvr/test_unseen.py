@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.tracing.held_out import Errors
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.validation_errors import Errors
 
 TIME = np.asarray(0.05 * np.arange(4000), dtype=np.float64)
 HALVES = (slice(0, 2000), slice(2000, 4000))

@@ -11,8 +11,8 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.tracing import Trace, trace
+from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.run import Run
-from incsvr.tracing.weak.unexplained import Unexplained
 from simulator.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write

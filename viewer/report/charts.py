@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from incsvr.samples import Array
+from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
-from incsvr.tracing.weak.validation_errors import Errors
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
 BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"

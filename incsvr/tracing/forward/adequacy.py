@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from incsvr.effects import SmoothTerm
 from incsvr.plant.axes import YAW
+from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.forward.equations import predicted
 from incsvr.tracing.forward.fit import Fit
 from incsvr.tracing.forward.question import Question
 from incsvr.tracing.forward.search import gain_of, is_relevant, required, scan, settled
-from incsvr.tracing.weak.evidence import p_value
-from incsvr.tracing.weak.unexplained import Unexplained
+from incsvr.tracing.statistics import p_value
 
 MOST = 3
 """Smooth terms that are added."""

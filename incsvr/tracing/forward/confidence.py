@@ -11,7 +11,7 @@ from incsvr.tracing.forward.equations import Part, assumed_inertia, columns, pre
 from incsvr.tracing.forward.fit import Fit
 from incsvr.tracing.forward.grid import Grid
 from incsvr.tracing.forward.regression import assemble
-from incsvr.tracing.weak.evidence import NORMAL_95
+from incsvr.tracing.statistics import NORMAL_95
 
 Array = NDArray[np.float64]
 

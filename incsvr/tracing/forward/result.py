@@ -25,7 +25,7 @@ from incsvr.tracing.sentences import sentence, streams
 from incsvr.tracing.skill import proven
 from incsvr.tracing.spells import sentence as sentence_of_spells
 from incsvr.tracing.spells import spans, spells
-from incsvr.tracing.weak.evidence import p_value
+from incsvr.tracing.statistics import p_value
 
 Array = NDArray[np.float64]
 

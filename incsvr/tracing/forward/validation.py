@@ -14,10 +14,10 @@ from scipy.optimize import isotonic_regression
 from incsvr.tracing.forward.equations import columns, predicted, target, thrust
 from incsvr.tracing.forward.fit import Fit, fit
 from incsvr.tracing.forward.grid import Grid
+from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import STEPS, TracedModel
 from incsvr.tracing.skill import ahead, horizons, joined, trivial
-from incsvr.tracing.weak.evidence import change_of_rms, rms
-from incsvr.tracing.weak.validation_errors import Errors
+from incsvr.tracing.statistics import change_of_rms, rms
 
 Array = NDArray[np.float64]
 

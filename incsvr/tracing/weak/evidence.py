@@ -1,49 +1,28 @@
-"""The statistics that keep the tracer honest: p-values, intervals, and the bootstrap of a change in error."""
+"""What an effect gains against noise that is coloured, and the intervals of its parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from incsvr.effects import Effect, Signals, Term
 from incsvr.effects.torque_delay import TorqueDelay
 from incsvr.tracing.run import Array
+from incsvr.tracing.statistics import NORMAL_95
 from incsvr.tracing.weak.damping import SPLINE
 from incsvr.tracing.weak.hypothesis import SAMPLING, Hypothesis, views
 from incsvr.tracing.weak.noise_autocorrelation import DEGREES
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.whitening import Fit, fit, loudness, whiten
 
-NORMAL_95 = 1.959964
-"""Half width of a 95 % interval in deviations."""
-
 NEIGHBOURS = 12
 """Bins of the spectrum to either side over which the noise near a frequency is averaged."""
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """Of an error from before to after, with its 95 % interval."""
-
-    estimate: float
-    low: float
-    high: float
-
-    def to_dict(self) -> dict[str, float]:
-        return {"estimate": self.estimate, "low": self.low, "high": self.high}
-
-
-def gain_of(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
-    """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew.
-
-    With `beside`, (n_b, c) columns and (2, n_b, c) their answers to the noise, what they gain where these are in the
-    regression, too.
-    """
-    whole = hypothesis.fit if beside is None else _fitted(problem, hypothesis, None, beside)
-    return 2.0 * (whole.log_likelihood - _fitted(problem, hypothesis, k, beside).log_likelihood)
+def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew."""
+    return 2.0 * (hypothesis.fit.log_likelihood - _fitted(problem, hypothesis, k, None).log_likelihood)
 
 
 def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
@@ -99,8 +78,8 @@ def _fitted(
     return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned, spline=SPLINE)
 
 
-def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Array, Array] | None = None) -> float:
-    """`gain_of` beside others, else `gain_beside_slip`, judged against the noise at the effect's own frequencies.
+def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
+    """`gain_beside_slip`, judged against the noise at the effect's own frequencies.
 
     The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher
     at the frequencies of the effect than in the mean, the gain is divided by as much: the sandwich estimator of W. K.
@@ -118,22 +97,12 @@ def evidence(problem: Problem, hypothesis: Hypothesis, k: int, beside: tuple[Arr
     window = np.concatenate([np.ones(NEIGHBOURS), np.zeros(3), np.ones(NEIGHBOURS)])
     near = np.convolve(noise, window, "same") / np.convolve(np.ones_like(noise), window, "same")
     inflation = float(power @ near / max(power.sum() * np.mean(noise), 1e-300))
-    gain = gain_beside_slip(problem, hypothesis, k) if beside is None else gain_of(problem, hypothesis, k, beside)
-    return gain / max(inflation, 1.0)
+    return gain_beside_slip(problem, hypothesis, k) / max(inflation, 1.0)
 
 
 def explained(problem: Problem, gain: float) -> float:
     """Of a gain in 2 ℓ, the variance that it explains in parts of that which it leaves."""
     return float(np.expm1(gain / problem.blocks.whole.size))
-
-
-def p_value(gain: float, freedom: int, looks: float) -> float:
-    """χ² tail of a likelihood ratio, times the number of looks that the search took (Bonferroni), at most 1.
-
-    The likelihood is that of whitened residuals, so that autocorrelation up to AR(3) is in it; S. S. Wilks, Ann. Math.
-    Stat. 9 (1938).
-    """
-    return float(min(1.0, looks * chi2.sf(max(gain, 0.0), freedom)))
 
 
 def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[float, float]]]:
@@ -198,38 +167,3 @@ def _delta(effect: Effect, term: Term, covered: Array, inertia: float) -> dict[s
         deviation = float(np.sqrt(max(np.array(slope) @ covered @ np.array(slope), 0.0)))
         out[name] = (centre[name] - NORMAL_95 * deviation, centre[name] + NORMAL_95 * deviation)
     return out
-
-
-def change_of_rms(before: Sequence[Array], after: Sequence[Array], length: int, seed: int = 0) -> Change:
-    """Change of the root mean square with a 95 % interval: moving-block bootstrap over paired errors.
-
-    Args:
-        before: errors of each held-out piece.
-        after: the same instants.
-        length: of a block [samples]; well above the errors' correlation time (H. R. Künsch, Ann. Stat. 17, 1989).
-    """
-    pieces = [(b**2, a**2) for b, a in zip(before, after, strict=True)]
-    sums_before, sums_after, counts = [], [], []
-    for b, a in pieces:
-        size = min(length, b.size)
-        total = np.concatenate([[0.0], np.cumsum(b)]), np.concatenate([[0.0], np.cumsum(a)])
-        # overlapping blocks, at most a few hundred a piece
-        first = np.unique(np.linspace(0, b.size - size, max(1, min(b.size - size + 1, 400))).astype(int))
-        sums_before.append(total[0][first + size] - total[0][first])
-        sums_after.append(total[1][first + size] - total[1][first])
-        counts.append(np.full(first.size, float(size)))
-    all_before, all_after, count = (np.concatenate(x) for x in (sums_before, sums_after, counts))
-    weight = np.concatenate([np.full(c.size, b.size / c.size) for c, (b, _) in zip(counts, pieces, strict=True)])
-    samples = sum(b.size for b, _ in pieces)
-    draws = max(2, round(samples / float(np.mean(count))))
-    index = np.random.default_rng(seed).choice(count.size, size=(2000, draws), p=weight / weight.sum())
-    n = count[index].sum(axis=1)
-    change = np.sqrt(all_after[index].sum(axis=1) / n) - np.sqrt(all_before[index].sum(axis=1) / n)
-    estimate = rms(after) - rms(before)
-    low, high = (float(q) for q in np.quantile(change, [0.025, 0.975]))
-    return Change(estimate, min(low, estimate), max(high, estimate))
-
-
-def rms(errors: Sequence[Array]) -> float:
-    """Root mean square over all pieces together."""
-    return float(np.sqrt(sum(float(e @ e) for e in errors) / max(sum(e.size for e in errors), 1)))

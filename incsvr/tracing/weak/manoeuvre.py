@@ -15,10 +15,11 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
-from incsvr.tracing.model import TracedModel, model_of
+from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Array, Run
 from incsvr.tracing.weak.command import as_given
 from incsvr.tracing.weak.hypothesis import Hypothesis, settle
+from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.posing import pose_like
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.whitening import whiten

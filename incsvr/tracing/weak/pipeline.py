@@ -9,9 +9,10 @@ import numpy as np
 
 from incsvr.effects import Effect, candidates
 from incsvr.tracing.run import Run
+from incsvr.tracing.statistics import p_value
 from incsvr.tracing.weak.acceptance import against_physics, forbidden
 from incsvr.tracing.weak.alignment import aligned
-from incsvr.tracing.weak.evidence import evidence, p_value
+from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.excitation import demand
 from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing
 from incsvr.tracing.weak.problem import Problem

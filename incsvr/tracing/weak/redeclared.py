@@ -12,13 +12,13 @@ from scipy.stats import norm
 from incsvr.effects import Term
 from incsvr.effects.inertia import Inertia
 from incsvr.tracing.findings import Finding, Trace
-from incsvr.tracing.model import model_of
 from incsvr.tracing.output_error import Identified
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import sentence
 from incsvr.tracing.skill import horizons, proven
-from incsvr.tracing.weak.evidence import Change, change_of_rms
+from incsvr.tracing.statistics import Change, change_of_rms
 from incsvr.tracing.weak.hypothesis import nothing
+from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.noise import torque_scatter
 from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.validation import Validation

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from incsvr.effects import SmoothTerm
 from incsvr.plant.axes import YAW
-from incsvr.tracing.weak.evidence import evidence, p_value
+from incsvr.tracing.findings import Unexplained
+from incsvr.tracing.statistics import p_value
+from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.hypothesis import Hypothesis
 from incsvr.tracing.weak.partial_contribution import CONTRIBUTION, partial_contribution
 from incsvr.tracing.weak.problem import Problem
@@ -20,14 +21,6 @@ LEVEL = 1e-3
 SHAPE = 0.06
 """Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that, and any
 channel may happen to follow what is left of it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Unexplained:
-    """A smooth term of a channel that the residual follows."""
-
-    channel: str
-    p_value: float
 
 
 def smooth_terms(

@@ -9,12 +9,13 @@ from itertools import pairwise
 import numpy as np
 
 from incsvr.effects import Term
+from incsvr.tracing.held_out import Errors
 from incsvr.tracing.run import Array, Run
 from incsvr.tracing.weak.free_run_comparison import gained, likelier
 from incsvr.tracing.weak.hypothesis import SAMPLING, Hypothesis, left_over, nothing, settle
 from incsvr.tracing.weak.posing import pose_like
 from incsvr.tracing.weak.problem import Problem
-from incsvr.tracing.weak.validation_errors import Errors, errors_on
+from incsvr.tracing.weak.validation_errors import errors_on
 
 FOLDS = 5
 """Held-out folds where no validation recordings are given."""

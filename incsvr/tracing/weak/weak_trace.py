@@ -13,26 +13,28 @@ import numpy as np
 
 from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
-from incsvr.tracing.model import model_of
+from incsvr.tracing.held_out import Errors
 from incsvr.tracing.run import Array, Run
 from incsvr.tracing.sentences import sentence, streams
 from incsvr.tracing.skill import horizons, proven, trivial
 from incsvr.tracing.spells import sentence as sentence_of_spells
 from incsvr.tracing.spells import spans, spells
+from incsvr.tracing.statistics import Change, change_of_rms, p_value
 from incsvr.tracing.weak.acceptance import sound
 from incsvr.tracing.weak.declaration import remarks
-from incsvr.tracing.weak.evidence import Change, change_of_rms, intervals, p_value
+from incsvr.tracing.weak.evidence import intervals
 from incsvr.tracing.weak.excitation import answered
 from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracing.weak.indistinguishable import indistinguishable
 from incsvr.tracing.weak.manoeuvre import separate
+from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.noise import torque_scatter
 from incsvr.tracing.weak.pipeline import Case, chosen_effects, p_value_of
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEAST_GAIN
 from incsvr.tracing.weak.scan import Lead, scan, with_lead
 from incsvr.tracing.weak.unexplained import smooth_terms
-from incsvr.tracing.weak.validation_errors import Errors, sample_errors, torque_errors
+from incsvr.tracing.weak.validation_errors import sample_errors, torque_errors
 from incsvr.tracing.weak.whitening import loudness
 
 
