@@ -9,24 +9,26 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 WIDTH = 80
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
-NAMES = {"yaw_rate": "yaw rate"}
+NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
 UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
 SHOWN = 5
 """Rates at which the model is shown, over its trained range."""
 
 
-def screen(prefix: str, health: Health, model: ModelSnapshot | None) -> RenderableType:
-    """The screen of one learner."""
+def screen(prefix: str, health: Health, model: ModelSnapshot | None, axis: Axis = YAW) -> RenderableType:
+    """The screen of one learner, in the words and units of its axis."""
     return Group(
         _head(prefix, health),
         Rule(style="dim"),
-        _heard(health),
+        _heard(health, axis),
         Text(),
-        _facts(health, model),
+        _facts(health, model, axis),
         *(_reasons(health) if health.reasons else ()),
     )
 
@@ -41,7 +43,7 @@ def _head(prefix: str, health: Health) -> RenderableType:
     return head
 
 
-def _heard(health: Health) -> Table:
+def _heard(health: Health, axis: Axis) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="dim")
     table.add_column("heard", no_wrap=True, min_width=12, max_width=18)
     for name, width in (
@@ -55,12 +57,12 @@ def _heard(health: Health) -> Table:
     ):
         table.add_column(name, justify="right", no_wrap=True, min_width=width)
     for name, stream in health.streams.items():
-        table.add_row(NAMES.get(name, name), *_columns(name, stream))
+        table.add_row(said(axis, NAMES[name]) if name in NAMES else name, *_columns(name, stream, axis))
     return table
 
 
-def _columns(name: str, stream: StreamHealth) -> tuple[str, ...]:
-    value = "–" if stream.value is None else f"{stream.value:.3g} {UNITS.get(name, '')}".strip()
+def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
+    value = "–" if stream.value is None else f"{stream.value:.3g} {said(axis, UNITS.get(name, ''))}".strip()
     return (
         value,
         "–" if not stream.period_s else f"{1.0 / stream.period_s:.3g}",
@@ -72,7 +74,7 @@ def _columns(name: str, stream: StreamHealth) -> tuple[str, ...]:
     )
 
 
-def _facts(health: Health, model: ModelSnapshot | None) -> Table:
+def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     facts = Table.grid(padding=(0, 2, 0, 0))
     facts.add_column(style="dim", no_wrap=True)
     facts.add_column()
@@ -82,14 +84,15 @@ def _facts(health: Health, model: ModelSnapshot | None) -> Table:
         facts.add_row("model", "none yet: the first follows the first batch")
         return facts
     sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} N m"
+    held = said(axis, f"{len(model.support)} vectors, I = {model.inertia:g} kg m²{sigma}")
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
-    facts.add_row("", f"{len(model.support)} vectors, I = {model.inertia:g} kg m²{sigma}")
+    facts.add_row("", held)
     if model.trained_range is not None:
         rates = np.linspace(*model.trained_range, SHOWN)
         curve = model.model().predict(rates)
         rows = (("rate rad/s", rates, 3), ("damping N m", curve.damping, 3), ("± N m", curve.sigma, 2))
         for label, values, digits in rows:
-            facts.add_row("", f"{label:<12s}" + "".join(f"{value:>10.{digits}g}" for value in values))
+            facts.add_row("", f"{said(axis, label):<12s}" + "".join(f"{value:>10.{digits}g}" for value in values))
     names = [str(effect.get("effect", "?")) for effect in model.effects]
     if names:
         facts.add_row("effects", ", ".join(names))

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.words import said
 from service import wire
 from service.client import NoAnswer, reaching
 from service.config import Config, add_config_arguments, from_arguments
@@ -43,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     except NoAnswer as error:
         print(f"incsvr forecast: {error}", file=sys.stderr)
         return 1
-    emit(args, reply.model_dump(mode="json"), text(reply))
+    emit(args, reply.model_dump(mode="json"), text(reply, AXES[config.vehicle.axis]))
     return 0
 
 
@@ -59,12 +61,12 @@ def ask(config: Config, asked: ForecastQuery | None, patience_s: float) -> Forec
         return client.ask(client.keys.forecast, ForecastReply, payload)
 
 
-def text(reply: ForecastReply) -> str:
+def text(reply: ForecastReply, axis: Axis = YAW) -> str:
     """The answer for people."""
     lines = [
-        f"last measurement: {reply.measured:.4g} rad/s at {reply.since:.10g} s; intervals of 95 %",
+        said(axis, f"last measurement: {reply.measured:.4g} rad/s at {reply.since:.10g} s; intervals of 95 %"),
         "",
-        "   after s   yaw rate rad/s   from        to          heading turned rad   from        to",
+        said(axis, "   after s   yaw rate rad/s   from        to          heading turned rad   from        to"),
     ]
     rows = np.unique(np.linspace(0, len(reply.t) - 1, SHOWN).round().astype(int)).tolist()
     for k in rows:

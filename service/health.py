@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.learning.excitation import MANOEUVRE
+from incsvr.plant.axes import AXES
+from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.checks import implausible
@@ -165,7 +167,7 @@ class HealthWatch:
         silent = any(level == "STALE" for level, _ in graded)
         if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
             graded.insert(len([1 for level, _ in graded if level != "WARN"]), ("WARN", learning.sentence))
-        served = node.served
+        served, axis = node.served, AXES[node.config.vehicle.axis]
         with self._lock:
             streams = {
                 name: wire.StreamHealth(
@@ -181,7 +183,7 @@ class HealthWatch:
             }
         return wire.Health(
             level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
-            reasons=tuple(sentence for _, sentence in graded),
+            reasons=tuple(said(axis, sentence) for _, sentence in graded),
             counters={
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
@@ -197,7 +199,7 @@ class HealthWatch:
             t=served.t,
             uptime_s=round(now - self._started, 3),
             streams=streams,
-            learning=wire.Learning(state=learning.state, since=learning.since, why=learning.why),
+            learning=wire.Learning(state=learning.state, since=learning.since, why=said(axis, learning.why)),
         )
 
     def _learning_now(self, now: float, node: LearnerNode) -> LearningState:

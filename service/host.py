@@ -19,6 +19,7 @@ import zenoh
 from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
 from incsvr.samples import Samples
 from service import wire
 from service.answers import JSON, Answers, Verb
@@ -359,7 +360,7 @@ class Host:
         self._publish(self.keys.model, snapshot)
         self._publish(self.keys.iteration, report)
         self._publish(self.keys.coefficients, wire.encode(self.node.coefficients()))
-        log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report))
+        log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report, AXES[self._config.vehicle.axis]))
 
 
 def _archive(config: Config, boot: str, learners: int) -> Archive | None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from service.wire import IterationReport, Learning
 
 
-def iteration_line(report: IterationReport) -> str:
+def iteration_line(report: IterationReport, axis: Axis = YAW) -> str:
     """What an iteration did, in 80 columns, and on a second line what the learner noticed about the vehicle.
 
     The error is that of the model before on the batch, before it was learned.
@@ -14,7 +16,7 @@ def iteration_line(report: IterationReport) -> str:
     did = "nothing new"
     if report.trained:
         did = f"{counts['new']} new, {counts['forgotten']} forgotten, {counts['outliers']} out"
-    error = "" if report.progressive_mae is None else f", error {report.progressive_mae:.3g} N m"
+    error = "" if report.progressive_mae is None else said(axis, f", error {report.progressive_mae:.3g} N m")
     line = f"iteration {report.iteration}, {report.t:.0f} s: {did}, {counts['support']} vectors{error}"
     return line if report.change is None else f"{line}\n  {report.change}"
 

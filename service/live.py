@@ -249,7 +249,7 @@ class LiveTracing:
 
     def _job(self, work: Work, newest: float) -> dict[str, Any]:
         if work == "trace" or self.standing.tried is None:
-            return {"work": work, "inertia": self._config.vehicle.inertia}
+            return {"work": work, "inertia": self._config.vehicle.inertia, "axis": self._config.vehicle.axis}
         role, content = self.standing.tried
         return {
             "work": work,

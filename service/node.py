@@ -22,6 +22,7 @@ from incsvr.learning import learner
 from incsvr.learning.excitation import Excitation
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration
+from incsvr.plant.axes import AXES
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Said, Vehicle
 from service import wire
@@ -222,6 +223,7 @@ class LearnerNode:
             boot=self.boot,
             predicted=predicted,
             training_s=took,
+            axis=AXES[self.config.vehicle.axis],
             validation=(self._validation if validation is None else validation) if iteration.model.is_trained else {},
             learned=self._fresh(covered, newest),
         )
@@ -241,6 +243,7 @@ class LearnerNode:
             boot=self.boot,
             predicted=predicted,
             training_s=0.0,
+            axis=AXES[self.config.vehicle.axis],
             validation=self._validation if model.is_trained else {},
             learned=self.learned,
         )

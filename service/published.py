@@ -12,6 +12,8 @@ import numpy as np
 from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from incsvr.samples import Array, Samples
 from service import wire
 from service.batches import sampled
@@ -93,6 +95,7 @@ def report(
     training_s: float,
     validation: Mapping[str, Samples],
     learned: float,
+    axis: Axis = YAW,
 ) -> wire.IterationReport:
     """One iteration with the batch that it learned from.
 
@@ -102,6 +105,7 @@ def report(
         training_s: how long it took [s].
         validation: samples that the served model's error is measured on, by name.
         learned: how much of the rate range fresh samples cover.
+        axis: in whose words it says what was noticed.
     """
     sets: dict[str, Samples] = {name: getattr(iteration, name) for name in wire.SETS}
     return wire.IterationReport(
@@ -128,7 +132,7 @@ def report(
         sigma=_finite(iteration.model.sigma),
         validation=tuple(_error_on(name, samples, served.model) for name, samples in validation.items()),
         learned=learned,
-        change=iteration.change,
+        change=None if iteration.change is None else said(axis, iteration.change),
     )
 
 

@@ -7,6 +7,8 @@ import math
 import sys
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES, YAW, Axis
+from incsvr.plant.words import said
 from service.client import NoAnswer, reaching
 from service.config import Config, add_config_arguments, from_arguments
 from service.output import add_json_argument, emit
@@ -22,16 +24,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
+    axis = AXES[config.vehicle.axis]
     for rate in args.rates:
         if not math.isfinite(rate):
-            raise BadInput(f"{rate} is no yaw rate; give finite numbers in rad/s")
+            raise BadInput(said(axis, f"{rate} is no yaw rate; give finite numbers in rad/s"))
     try:
         reply = ask(config, args.rates, args.wait)
     except NoAnswer as error:
         print(f"incsvr query: {error}", file=sys.stderr)
         return 1
-    emit(args, reply.model_dump(mode="json"), table(reply))
+    emit(args, reply.model_dump(mode="json"), table(reply, axis))
     return 0
+
+
+HEADS = (("yaw rate [rad/s]", 16), ("damping [N m]", 13), ("± sigma [N m]", 13))
+"""Of the columns, and how wide these are at least."""
 
 
 def ask(config: Config, rates: list[float], patience_s: float) -> DampingReply:
@@ -46,12 +53,14 @@ def ask(config: Config, rates: list[float], patience_s: float) -> DampingReply:
         return client.ask(f"{client.keys.damping}?rate={asked}", DampingReply)
 
 
-def table(reply: DampingReply) -> str:
+def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
-    lines = ["yaw rate [rad/s]   damping [N m]   ± sigma [N m]"]
+    heads = [(said(axis, head), width) for head, width in HEADS]
+    lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
     for rate, damping, sigma, extrapolated in zip(
         reply.rate, reply.damping, reply.sigma, reply.extrapolated, strict=True
     ):
         note = "   extrapolated" if extrapolated else ""
-        lines.append(f"{rate:16.4f}   {damping:13.2f}   {sigma:13.2f}{note}")
+        cells = zip((f"{rate:.4f}", f"{damping:.2f}", f"{sigma:.2f}"), heads, strict=True)
+        lines.append("   ".join(f"{cell:>{max(width, len(head))}s}" for cell, (head, width) in cells) + note)
     return "\n".join([*lines, f"iteration {reply.iteration}, revision {reply.revision}"])

@@ -8,6 +8,7 @@ import sys
 
 from rich.console import Console
 
+from incsvr.plant.axes import AXES, YAW, Axis
 from service.client import Client, NoAnswer, reaching
 from service.config import add_config_arguments, from_arguments
 from service.display import WIDTH, screen
@@ -34,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
         "model": None if model is None else model.model_dump(mode="json"),
     }
     stream = sys.stderr if args.json == "-" else sys.stdout
-    emit(args, result, text(config.prefix, health, model, stream.isatty()))
+    emit(args, result, text(config.prefix, health, model, stream.isatty(), AXES[config.vehicle.axis]))
     return 0 if health.level == "OK" else 1
 
 
@@ -48,9 +49,9 @@ def look(client: Client) -> tuple[Health, ModelSnapshot | None]:
     return health, client.ask_if_any(client.keys.model, ModelSnapshot)
 
 
-def text(prefix: str, health: Health, model: ModelSnapshot | None, colours: bool = False) -> str:
+def text(prefix: str, health: Health, model: ModelSnapshot | None, colours: bool = False, axis: Axis = YAW) -> str:
     """The screen as text."""
     console = Console(file=io.StringIO(), width=WIDTH, force_terminal=colours, no_color=not colours, highlight=False)
     with console.capture() as capture:
-        console.print(screen(prefix, health, model))
+        console.print(screen(prefix, health, model, axis))
     return "\n".join(line.rstrip() for line in capture.get().splitlines())

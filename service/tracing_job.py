@@ -13,7 +13,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ import numpy as np
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
+from incsvr.plant.axes import AXES
 from incsvr.samples import Array
 from incsvr.shadow import as_run, compare
 from incsvr.signals import SignalSettings
@@ -52,7 +53,9 @@ def main(folder: Path) -> int:
 
 def _traced(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     """The same object as `incsvr trace --json` writes."""
-    return trace([as_run(streams)], inertia=job["inertia"]).to_dict()
+    axis = AXES[job["axis"]]
+    run = replace(as_run(streams), rate_name=axis.rate)
+    return trace([run], inertia=job["inertia"]).told(axis).to_dict()
 
 
 def _compared(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.live import Live
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES, YAW, Axis
 from service.client import Client, NoAnswer, reaching
 from service.config import add_config_arguments, from_arguments
 from service.display import WIDTH, screen
@@ -36,18 +37,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    stop = told_to_stop()
+    stop, axis = told_to_stop(), AXES[config.vehicle.axis]
     try:
         with reaching(config, args.wait) as client:
-            follow(client, Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False), stop)
+            follow(client, Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False), stop, axis)
     except NoAnswer as error:
         print(f"incsvr watch: {error}", file=sys.stderr)
         return 1
     return 0
 
 
-def follow(client: Client, console: Console, stop: threading.Event) -> None:
-    """Shows what comes until `stop` is set.
+def follow(client: Client, console: Console, stop: threading.Event, axis: Axis = YAW) -> None:
+    """Shows what comes until `stop` is set, in the words and units of the axis.
 
     Raises:
         NoAnswer: no learner answers at the beginning.
@@ -59,7 +60,7 @@ def follow(client: Client, console: Console, stop: threading.Event) -> None:
     health, model = look(client)
     say = _Says(console, keys.prefix)
     say.health(health)
-    with Live(screen(keys.prefix, health, model), console=console, auto_refresh=False) as live:
+    with Live(screen(keys.prefix, health, model, axis), console=console, auto_refresh=False) as live:
         waited = 0.0
         while not stop.is_set():
             try:
@@ -71,14 +72,14 @@ def follow(client: Client, console: Console, stop: threading.Event) -> None:
                 continue
             waited = 0.0
             if isinstance(form, IterationReport):
-                console.print(iteration_line(form), soft_wrap=True)
+                console.print(iteration_line(form, axis), soft_wrap=True)
             elif isinstance(form, ModelSnapshot):
                 model = form
             elif isinstance(form, Health):
                 health = form
                 say.health(health)
             if console.is_terminal:
-                live.update(screen(keys.prefix, health, model), refresh=True)
+                live.update(screen(keys.prefix, health, model, axis), refresh=True)
         if not console.is_terminal:
             live.update("")
     for subscriber in subscribers:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.axes import YAW
 from incsvr.plant.words import said
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
     if args.report:
-        import_module(REPORT_WRITER).write(found, args.report)
+        import_module(REPORT_WRITER).write(found, args.report, axis)
     emit(args, {**found.to_dict(), "axis": axis.name}, said(axis, text(found)))
     return 0
 
@@ -71,7 +71,7 @@ def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> Trace
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
         found = replace(found, notes=(how, *found.notes))
-    return of_axis(found, reading.axis)
+    return found.told(reading.axis)
 
 
 def traced(
@@ -96,22 +96,6 @@ def traced(
     others = coupling.of_recordings(fitted, inertia)
     said = (*found.notes, *(() if others is None else (others,)))
     return replace(found, notes=(*said, *notes(recordings, sensors, found.verdict != "none")))
-
-
-def of_axis(found: Trace, axis: Axis) -> Trace:
-    """The findings in the words and units of an axis."""
-    if axis == YAW:
-        return found
-    return replace(
-        found,
-        effects=tuple(
-            replace(each, sentence=said(axis, each.sentence), next_manoeuvre=said(axis, each.next_manoeuvre))
-            for each in found.effects
-        ),
-        rejected=tuple(replace(each, reason=said(axis, each.reason)) for each in found.rejected),
-        notes=tuple(said(axis, note) for note in found.notes),
-        ignored_channels={name: said(axis, reason) for name, reason in found.ignored_channels.items()},
-    )
 
 
 def runs_of(recordings: Sequence[Recording]) -> list[Run]:

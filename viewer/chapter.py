@@ -51,8 +51,8 @@ class Chapter:
         self._signals.log(frame)
         self._compare.log(frame, plate)
         self._effects.log(frame)
-        recorder.log("learning/table", rr.TextDocument(table(frame), media_type="text/markdown"))
-        recorder.log("learning/samples", rr.TextDocument(samples_table(frame), media_type="text/markdown"))
+        recorder.write("learning/table", table(frame))
+        recorder.write("learning/samples", samples_table(frame))
         recorder.log("learning/revision", rr.Scalars(float(report.revision)))
 
     def remember(self, frame: Frame) -> None:
@@ -73,7 +73,7 @@ class Chapter:
         self._signals.receive(stream, times, values, seen)
         if self._vehicle is None:
             self._now(seen, times[0])
-            self.recorder.log("learning/table", rr.TextDocument(COLLECTING, media_type="text/markdown"))
+            self.recorder.write("learning/table", COLLECTING)
 
     def health(self, health: Health, seen: float) -> None:
         """The learner's health: where it changes, else every few seconds; it comes once a second."""
@@ -105,7 +105,9 @@ class Chapter:
         """A page for the further channels, laid out anew where one came for the first time."""
         if len(self._signals.channels) > self._channels:
             self._channels = len(self._signals.channels)
-            self.recorder.lay_out(blueprint(self._palette, self._choice, channels=self._signals.channels))
+            self.recorder.lay_out(
+                blueprint(self._palette, self._choice, channels=self._signals.channels, axis=self.recorder.axis)
+            )
 
     def _now(self, seen: float, vehicle: float | None) -> None:
         """The clocks of what belongs to no iteration: it stands at the newest one."""

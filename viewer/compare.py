@@ -84,7 +84,7 @@ class ComparePage:
         for name in sorted(drawn):
             self._draw(name, self._chosen[name], plate)
         if changed:
-            self._rec.log("learning/compared", rr.TextDocument(words(self._chosen), media_type="text/markdown"))
+            self._rec.write("learning/compared", words(self._chosen))
 
     def remember(self, frame: Frame) -> None:
         """An iteration that is recorded already: it may have been the one to compare with."""

@@ -78,7 +78,7 @@ class EffectsPage:
             self._drawn = frame.report.batch.time[-1]
 
     def _tell(self) -> None:
-        self._rec.log("effects/ledger", rr.TextDocument(ledger_text(self._ledger), media_type="text/markdown"))
+        self._rec.write("effects/ledger", ledger_text(self._ledger))
 
 
 def columns(batch: Batch) -> dict[str, Floats]:

@@ -36,14 +36,14 @@ class HealthPage:
 
     def log(self, health: Health) -> None:
         """The learner's health, at the clocks that are set."""
-        self._rec.log("signals/health/now", rr.TextDocument(health_text(health), media_type="text/markdown"))
+        self._rec.write("signals/health/now", health_text(health))
         self._rec.log("signals/health/learned", rr.Scalars(health.learned))
         self._switch(health.level)
 
     def away(self, sentence: str) -> None:
         """The learner does not answer, at the clocks that are set."""
         text = f"# LEARNER AWAY\n\n{sentence}"
-        self._rec.log("signals/health/now", rr.TextDocument(text, media_type="text/markdown"))
+        self._rec.write("signals/health/now", text)
         self._switch(AWAY)
 
     def _switch(self, level: str) -> None:

@@ -140,7 +140,7 @@ def legend(palette: Palette) -> tuple[tuple[Entry, ...], ...]:
 
 def log_plate(rec: Recorder, path: str, plate: Plate, palette: Palette, entities: list[str]) -> None:
     """The plate's picture at `path`, and for each of `entities` the way from physical units onto it."""
-    rec.log(path, rr.EncodedImage(contents=plate.png(palette), media_type="image/png", draw_order=-10.0))
+    rec.log(path, rr.EncodedImage(contents=plate.told(rec.axis).png(palette), media_type="image/png", draw_order=-10.0))
     rec.log(path, rr.Transform3D(scale=1.0 / SHARP))
     for entity in entities:
         log_transform(rec, plate, entity)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import rerun as rr
 import rerun.blueprint as rrb
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from service.wire import SETS
 from viewer import error, learning, signals
 from viewer.compare import Choice
@@ -23,12 +25,12 @@ _END = rr.TimeRangeBoundary.infinite()
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
-def blueprint(palette: Palette, choice: Choice, *, channels: Sequence[str] = ()) -> rrb.Blueprint:
+def blueprint(palette: Palette, choice: Choice, *, channels: Sequence[str] = (), axis: Axis = YAW) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
-    Where further channels have come, they have a page, too.
+    Where further channels have come, they have a page, too. Names are those of the axis.
     """
-    pages = (_learning(palette), _compare(palette, choice), _signals(), _effects(), _health())
+    pages = (_learning(palette, axis), _compare(palette, choice, axis), _signals(axis), _effects(axis), _health(axis))
     return rrb.Blueprint(
         rrb.Tabs(*pages, *([_channels(channels)] if channels else []), active_tab=0),
         rrb.TopPanel(state="hidden"),
@@ -52,12 +54,12 @@ def _plate(name: str, contents: list[str], size: tuple[int, int], axes: str, pal
     )
 
 
-def _learning(palette: Palette) -> rrb.Horizontal:
+def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
     sets = [f"learning/{name}" for name in ("axes", *SETS, *learning.CURVES)]
     size = (learning.WIDTH, learning.HEIGHT)
     scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
     return rrb.Horizontal(
-        _plate("Damping over yaw rate", sets, size, "learning/axes", palette),
+        _plate(said(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
         rrb.Vertical(
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="learning/table", name="This iteration"),
@@ -73,33 +75,35 @@ def _learning(palette: Palette) -> rrb.Horizontal:
     )
 
 
-def _compare(palette: Palette, choice: Choice) -> rrb.Horizontal:
+def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     return rrb.Horizontal(
-        _plate("Damping over yaw rate", choice.shown, size, "learning/compare_axes", palette),
+        _plate(said(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
         rrb.TextDocumentView(origin="learning/compared", name="Compared"),
         column_shares=[1.55, 1.0],
         name="Before and after",
     )
 
 
-def _plot(path: str, name: str) -> rrb.TimeSeriesView:
+def _plot(path: str, name: str, axis: Axis = YAW) -> rrb.TimeSeriesView:
     """The last minutes of what stands below an entity, over the vehicle's time."""
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW),
         end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN),
     )
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
-    return rrb.TimeSeriesView(origin=path, name=name, axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend)
+    return rrb.TimeSeriesView(
+        origin=path, name=said(axis, name), axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend
+    )
 
 
-def _signals() -> rrb.Vertical:
+def _signals(axis: Axis) -> rrb.Vertical:
     return rrb.Vertical(
         rrb.TextDocumentView(origin=HINT, name="Signals"),
-        _plot("signals/yaw_rate", "Yaw rate [rad/s]"),
-        _plot("signals/torque", "Torque [N m]"),
-        _plot("signals/damping", "Damping moment [N m]"),
-        _plot("signals/residual", "Residual [N m]"),
+        _plot("signals/yaw_rate", "Yaw rate [rad/s]", axis),
+        _plot("signals/torque", "Torque [N m]", axis),
+        _plot("signals/damping", "Damping moment [N m]", axis),
+        _plot("signals/residual", "Residual [N m]", axis),
         _plot("signals/rejected", "Rejected samples, since start"),
         row_shares=[0.3, 1, 1, 1, 1, 0.8],
         name="Signals",
@@ -111,12 +115,12 @@ def _channels(names: Sequence[str]) -> rrb.Grid:
     return rrb.Grid(*plots, grid_columns=min(COLUMNS, len(plots)), name="Channels")
 
 
-def _effects() -> rrb.Horizontal:
+def _effects(axis: Axis) -> rrb.Horizontal:
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
         rrb.Vertical(
-            _plot("effects/torque", "Torque, with the effects [N m]"),
-            _plot("effects/parts", "What each part takes of the predicted torque [N m]"),
+            _plot("effects/torque", "Torque, with the effects [N m]", axis),
+            _plot("effects/parts", "What each part takes of the predicted torque [N m]", axis),
             row_shares=[1.0, 1.0],
         ),
         column_shares=[1.0, 1.8],
@@ -124,14 +128,14 @@ def _effects() -> rrb.Horizontal:
     )
 
 
-def _health() -> rrb.Horizontal:
+def _health(axis: Axis) -> rrb.Horizontal:
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="signals/health/now", name="Health"),
         rrb.Vertical(
             rrb.StateTimelineView(origin="signals/health/level", name="Level"),
             rrb.TimeSeriesView(
                 origin="signals/health/learned",
-                name="Learned share of the yaw rate range",
+                name=said(axis, "Learned share of the yaw rate range"),
                 axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
                 axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
             ),

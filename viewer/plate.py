@@ -13,6 +13,8 @@ from math import ceil, floor, log10
 
 from PIL import Image, ImageDraw
 
+from incsvr.plant.axes import Axis as OfBody
+from incsvr.plant.words import said
 from viewer.palette import Colour, Palette
 from viewer.pen import SHARP, Mark, Pen
 
@@ -114,6 +116,16 @@ class Plate:
     def canvas(self, x: float, y: float) -> tuple[float, float]:
         (sx, sy), (tx, ty) = self.scale, self.translation
         return tx + sx * x, ty + sy * y
+
+    def told(self, axis: OfBody) -> Plate:
+        """The same with its labels and legend in the words and units of an axis of the vehicle."""
+
+        def labelled(one: Axis) -> Axis:
+            return replace(one, label=said(axis, one.label))
+
+        legend = tuple(tuple(replace(entry, text=said(axis, entry.text)) for entry in row) for row in self.legend)
+        right = None if self.y_right is None else labelled(self.y_right)
+        return replace(self, x=labelled(self.x), y=labelled(self.y), y_right=right, legend=legend)
 
     def png(self, palette: Palette) -> bytes:
         """The picture, PNG, SHARP times the canvas.

@@ -12,6 +12,8 @@ from typing import Any
 import rerun as rr
 import rerun.blueprint as rrb
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME
 
 log = logging.getLogger(__name__)
@@ -33,9 +35,16 @@ class Recorder:
     """
 
     def __init__(
-        self, recording: str, blueprint: rrb.Blueprint, *, path: Path | None = None, port: int | None = None
+        self,
+        recording: str,
+        blueprint: rrb.Blueprint,
+        *,
+        path: Path | None = None,
+        port: int | None = None,
+        axis: Axis = YAW,
     ) -> None:
         self.recording = recording
+        self.axis = axis
         self.path = path
         self.broken = False  # the file could not be written to its end
         self._file: rr.RecordingStream | None = None
@@ -53,6 +62,10 @@ class Recorder:
     def log(self, path: str, *parts: Any, static: bool = False) -> None:
         for stream in self._streams:
             stream.log(path, *parts, static=static)
+
+    def write(self, path: str, markdown: str) -> None:
+        """A text, in the words and units of the axis."""
+        self.log(path, rr.TextDocument(said(self.axis, markdown), media_type="text/markdown"))
 
     def send_columns(self, path: str, clocks: Sequence[Any], columns: Any) -> None:
         """Many rows at once, each at its own clocks."""

@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, Axis
 from viewer import archive
 from viewer.chapter import Chapter
 from viewer.compare import Choice
@@ -23,8 +24,11 @@ class Shelf:
     overwritten, and after kill -9 the file holds all since the start, and `….before.rrd` what was before.
     """
 
-    def __init__(self, palette: Palette, choice: Choice, rate: float, path: Path | None, port: int | None) -> None:
+    def __init__(
+        self, palette: Palette, choice: Choice, rate: float, path: Path | None, port: int | None, axis: Axis = YAW
+    ) -> None:
         self._palette, self._choice, self._rate, self._path, self._port = palette, choice, rate, path, port
+        self._axis = axis
         self._before = None if path is None else path.with_suffix(".before.rrd")
         self.recorded = 0
         self._chapter: Chapter | None = None
@@ -81,9 +85,9 @@ class Shelf:
         return not recorder.broken
 
     def _open(self, recording: str) -> Chapter:
-        pages = blueprint(self._palette, self._choice)
+        pages = blueprint(self._palette, self._choice, axis=self._axis)
         try:
-            recorder = Recorder(recording, pages, path=self._path, port=self._port)
+            recorder = Recorder(recording, pages, path=self._path, port=self._port, axis=self._axis)
         except (RuntimeError, OSError) as error:
             raise BadInput(f"{self._path}: cannot be written ({error}); free some space or record elsewhere") from None
         self._chapter = Chapter(recorder, self._palette, self._choice, self._rate)

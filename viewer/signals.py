@@ -88,9 +88,9 @@ class SignalsPage:
             return
         self._explained = True
         self._rec.set_clocks(iteration=iteration)
-        self._rec.log(HINT, rr.TextDocument(SWITCH, media_type="text/markdown"))
+        self._rec.write(HINT, SWITCH)
         self._rec.set_clocks(vehicle=vehicle)
-        self._rec.log(HINT, rr.TextDocument(ON_TIME, media_type="text/markdown"))
+        self._rec.write(HINT, ON_TIME)
 
     def flush(self) -> None:
         """Logs what came in since the last time."""

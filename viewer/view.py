@@ -14,6 +14,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
 from service.config import Config, add_config_arguments, from_arguments
 from service.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.wire import Keys
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     )
     theme: Theme = args.theme or "dark"
     rate = max(abs(end) for end in config.vehicle.rate_range)
-    shelf = Shelf(PALETTES[theme], choice, rate, args.save, port)
+    shelf = Shelf(PALETTES[theme], choice, rate, args.save, port, AXES[config.vehicle.axis])
     with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
         _follow(config, shelf, stop, until_broken=port is None)
     whole = shelf.close()

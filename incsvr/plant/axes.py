@@ -32,6 +32,16 @@ class Axis:
         """Whether it is one of translation: velocities in m/s, forces in N, masses in kg."""
         return self.effort.endswith("_force")
 
+    @property
+    def symbol(self) -> str:
+        """SNAME's letter of its velocity."""
+        return "uvwpqr"[list(AXES).index(self.name)]
+
+    @property
+    def force_symbol(self) -> str:
+        """SNAME's letter of the force along it, or the moment about it."""
+        return "XYZKMN"[list(AXES).index(self.name)]
+
 
 _EVEN = tuple((name, name) for name in ("sway", "heave", "pitch_rate", "yaw_rate"))
 

@@ -13,8 +13,21 @@ from incsvr.plant.axes import YAW, Axis
 _NAMED = r"(?<!channel )(?<![\w:*])"
 """Not part of a name such as coupling:torque, torque_lag or coriolis:surge*yaw_rate."""
 
+_SYMBOLS = (
+    (r"\bN_r\|r\|", "{moment}_{symbol}|{symbol}|"),
+    (r"\bN_r\b", "{moment}_{symbol}"),
+    (r"\bI( ?)ṙ", r"{inertia}\g<1>{symbol}̇"),
+    (r"\bI = ", "{inertia} = "),
+    (r"\bd\(r\)", "d({symbol})"),
+    (r"\|r\|(?!r)", "|{symbol}|"),
+    (r"\br \[", "{symbol} ["),
+)
+"""SNAME's letters in labels and formulas; before the units, of which one stands behind r."""
 _ALONG = (
+    *_SYMBOLS,
     (r"yaw rate", "{name} velocity"),
+    (r"Yaw rate", "{Name} velocity"),
+    (r"\bTorque\b", "Force"),
     (_NAMED + r"yaw_rate\b(?!\*)", "{rate}"),
     (_NAMED + r"torque\b(?!\*| curve)", "{effort}"),
     (r"moment of inertia", "mass, with its added mass"),
@@ -34,12 +47,16 @@ _ALONG = (
     (r"degrees per second", "other units"),
     (r"I_z − N_ṙ", "m − {added}"),
     (r"\byaw\b(?!_)", "{name}"),
+    (r"\bYaw\b(?!_)", "{Name}"),
 )
 _ABOUT = (
+    *_SYMBOLS,
     (r"yaw rate", "{name} rate"),
+    (r"Yaw rate", "{Name} rate"),
     (_NAMED + r"yaw_rate\b(?!\*)", "{rate}"),
     (r"I_z − N_ṙ", "I − {added}"),
     (r"\byaw\b(?!_)", "{name}"),
+    (r"\bYaw\b(?!_)", "{Name}"),
 )
 _ADDED = {"surge": "X_u̇", "sway": "Y_v̇", "heave": "Z_ẇ", "roll": "K_ṗ", "pitch": "M_q̇"}
 """SNAME's added masses."""
@@ -49,7 +66,16 @@ def said(axis: Axis, text: str) -> str:
     """A sentence about yaw, of this axis; of yaw it stays as it is."""
     if axis == YAW:
         return text
-    names = {"name": axis.name, "rate": axis.rate, "effort": "force", "added": _ADDED[axis.name]}
+    names = {
+        "name": axis.name,
+        "Name": axis.name.capitalize(),
+        "rate": axis.rate,
+        "effort": "force",
+        "added": _ADDED[axis.name],
+        "symbol": axis.symbol,
+        "moment": axis.force_symbol,
+        "inertia": "m" if axis.along else "I",
+    }
     for pattern, instead in _ALONG if axis.along else _ABOUT:
         text = re.sub(pattern, instead.format(**names), text)
     return text

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Array
@@ -132,6 +134,21 @@ class Trace:
     def beats_zero(self) -> bool:
         """Whether the free run with what was found errs less than saying that the vehicle does not turn."""
         return beats_zero(self.error)
+
+    def told(self, axis: Axis) -> Trace:
+        """The same in the words and units of an axis."""
+        if axis == YAW:
+            return self
+        return replace(
+            self,
+            effects=tuple(
+                replace(each, sentence=said(axis, each.sentence), next_manoeuvre=said(axis, each.next_manoeuvre))
+                for each in self.effects
+            ),
+            rejected=tuple(replace(each, reason=said(axis, each.reason)) for each in self.rejected),
+            notes=tuple(said(axis, note) for note in self.notes),
+            ignored_channels={name: said(axis, reason) for name, reason in self.ignored_channels.items()},
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""

@@ -45,6 +45,11 @@ def run(args: argparse.Namespace) -> int:
     if args.out is not None and (args.out.is_dir() or not args.out.parent.is_dir()):
         raise BadInput(f"{args.out} cannot be written; name a file in a folder that is there with --out")
     config = from_arguments(args)
+    if config.vehicle.axis != "yaw" and args.format not in ("csv", "json"):
+        raise BadInput(
+            f"--format {args.format} has a place for yaw alone, and vehicle.axis is {config.vehicle.axis}; take csv or "
+            "json, whose N_r, N_r|r| and inertia are then those of that axis"
+        )
     try:
         learned = _learned(args, config)
     except NoAnswer as error:

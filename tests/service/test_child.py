@@ -20,7 +20,7 @@ from simulator.recordings import Streams
 from tests.hidden import recording
 from tests.service.conftest import PATIENCE
 
-TRACE = {"work": "trace", "inertia": leng.INERTIA}
+TRACE = {"work": "trace", "inertia": leng.INERTIA, "axis": "yaw"}
 StartChild = Callable[..., Child]
 
 
@@ -57,7 +57,7 @@ def test_data_that_cannot_answer_are_one_sentence(child: StartChild) -> None:
 
 def test_a_fault_of_the_program_is_one_sentence_too(child: StartChild) -> None:
     with pytest.raises(BadInput, match=r"^KeyError: 'inertia'$"):
-        ended(child(recording(1, 5.0).streams(), {"work": "trace"})).answer()
+        ended(child(recording(1, 5.0).streams(), {"work": "trace", "axis": "yaw"})).answer()
 
 
 def test_one_that_hangs_is_stopped_and_only_one_works_at_a_time(child: StartChild) -> None:

@@ -212,3 +212,13 @@ def test_what_is_too_quick_for_the_streams_is_said_with_its_cure(watch: HealthWa
     assert not said["commanded"]
     assert "the damping curve may be off by" in said["measured"][0]
     assert "set signals.torque to commanded" in said["measured"][0]
+
+
+def test_reasons_are_in_the_words_of_the_axis(watch: HealthWatch, clock: Clock) -> None:
+    config = configured()
+    vehicle = config.vehicle.model_copy(update={"axis": "heave"})
+    node = LearnerNode(config.model_copy(update={"vehicle": vehicle}), boot="b")
+    clock.now += 60.0
+    reasons = watch.report(node).reasons
+    assert "no heave velocity has come yet" in reasons
+    assert "no force has come yet" in reasons

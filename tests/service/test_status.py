@@ -14,10 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from incsvr.plant.axes import AXES
 from service import wire
 from service.cli import main
 from service.display import WIDTH
 from service.lines import iteration_line
+from service.query import table
 from service.session import free_endpoint
 from service.status import text
 from tests.service.conftest import PATIENCE, teach
@@ -80,6 +82,17 @@ def test_the_screen_fits_and_says_what_is_wrong(health: wire.Health) -> None:
     ):
         assert words in together
     assert "none yet" in text("leng/yaw", health, None)
+
+
+def test_the_screen_is_in_the_words_and_units_of_the_axis(health: wire.Health) -> None:
+    heave = text("leng/heave", health, None, axis=AXES["heave"])
+    assert "heave velocity" in heave
+    assert "-0.0834 m/s" in heave
+    assert "force" in heave
+    reply = wire.DampingReply(rate=(0.1,), damping=(2.0,), sigma=(0.3,), extrapolated=(False,), iteration=1, revision=1)
+    head, row, _ = table(reply, AXES["heave"]).splitlines()
+    assert head.split() == ["heave", "velocity", "[m/s]", "damping", "[N]", "±", "sigma", "[N]"]
+    assert len(row) == len(head)
 
 
 def test_an_iteration_is_one_line() -> None:

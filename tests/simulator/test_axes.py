@@ -109,6 +109,10 @@ def test_limits_belong_to_the_axis(tmp_path: Path) -> None:
         ("heave", "moment of inertia 2 kg m²", "mass, with its added mass 2 kg"),
         ("sway", "coupling:torque and coriolis:surge*yaw_rate", "coupling:torque and coriolis:surge*yaw_rate"),
         ("sway", "torque_lag: yaw_rate is 3", "torque_lag: sway is 3"),
+        ("sway", "I = 3 kg m², |r| ≤ 2 rad/s, τ − Iṙ − d(r)", "m = 3 kg, |v| ≤ 2 m/s, τ − mv̇ − d(v)"),
+        ("surge", "Yaw rate r [rad/s], Torque [N m]", "Surge velocity u [m/s], Force [N]"),
+        ("heave", "N_r, linear, N_r|r|, N m s²/rad²", "Z_w, linear, Z_w|w|, N s²/m²"),
+        ("pitch", "Yaw rate r [rad/s], I ṙ, N_r", "Pitch rate q [rad/s], I q̇, M_q"),
         ("roll", "the yaw rate is 2 rad/s, the torque 3 N m", "the roll rate is 2 rad/s, the torque 3 N m"),
     ],
 )

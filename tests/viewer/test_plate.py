@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image, ImageFont
 
+from incsvr.plant.axes import AXES
 from viewer.palette import DARK, LIGHT, Colour, Palette
 from viewer.pen import SHARP
-from viewer.plate import Axis, Plate, axis_for, even_axis
+from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 
 NATIVE_GROUNDS = [(13, 13, 13), (255, 255, 255)]  # of Rerun's own plots, in its two themes
 
@@ -87,3 +88,15 @@ def test_every_sign_is_seen_on_its_plate(palette: Palette) -> None:
 def test_the_native_plots_are_read_in_both_themes(ground: Colour) -> None:
     for name in ("old", "new", "support", "forgotten", "discarded", "outlier", "before"):
         assert contrast(getattr(LIGHT, name), ground) >= 3.0, name
+
+
+def test_labels_and_legend_are_in_the_words_of_the_vehicles_axis() -> None:
+    left, right = even_axis(0.2, "Yaw rate [rad/s]"), even_axis(60.0, "Torque [N m]")
+    entries = ((Entry("line", LIGHT.old, "Yaw rate, left"), Entry("dashes", LIGHT.before, "Torque, right")),)
+    plate = Plate(axis_for(-60.0, 0.0, "Time [s]"), left, 1000, 425, legend=entries, y_right=right)
+    told = plate.told(AXES["surge"])
+    assert (told.y.label, told.x.label) == ("Surge velocity [m/s]", "Time [s]")
+    assert told.y_right is not None
+    assert told.y_right.label == "Force [N]"
+    assert [entry.text for entry in told.legend[0]] == ["Surge velocity, left", "Force, right"]
+    assert plate.told(AXES["yaw"]) == plate

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
 from incsvr.tracing import Trace, trace
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.run import Run
@@ -87,3 +88,20 @@ def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
     surely = replace(found, unexplained=(Unexplained("depth", 0.0),))
     assert "depth still predicts the residual (p < 1e-300)" in text(surely)
     assert surely.to_dict()["unexplained"] == [{"channel": "depth", "p_value": 0.0}]
+
+
+def test_of_another_axis_it_says_its_words_and_units(found: Trace, tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    write(found.told(AXES["sway"]), path, AXES["sway"])
+    page = Text()
+    page.feed(path.read_text(encoding="utf-8"))
+    words = re.sub(r"\s+", " ", " ".join(page.words))
+    assert re.findall(r".{30}(?:(?<!\*)[Yy]aw|rad/s|N m|kg m²|d\(r\)|Iṙ).{20}", words) == []
+    for own in (
+        "Sway motion model, declared mass",
+        "sway velocity v [m/s]",
+        "force τ [N]",
+        "damping d(v) [N]",
+        "mv̇ − d(v)",
+    ):
+        assert own in words

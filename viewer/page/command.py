@@ -8,6 +8,7 @@ import threading
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
 from service.config import add_config_arguments, from_arguments
 from service.session import connecting, from_file, told_to_stop
 from viewer.page.learner import Learner, Recordings
@@ -29,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     where = config.bus.connect or config.bus.listen
     zenoh_config = connecting(where) if config.bus.zenoh_file is None else from_file(config.bus.zenoh_file)
     recordings = Recordings(args.archive)
-    learner = Learner(zenoh_config, where, config.prefix, recordings)
+    learner = Learner(zenoh_config, where, config.prefix, recordings, AXES[config.vehicle.axis])
     try:
         served = server(args.host, args.port, learner, recordings)
     except (OSError, OverflowError) as error:

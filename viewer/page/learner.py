@@ -15,6 +15,8 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from service.session import open_session
 from service.wire import (
     EffectsLedger,
@@ -38,6 +40,21 @@ BEYOND = 0.1
 """Part of the trained range by which the curve is drawn beyond each of its ends."""
 FINDINGS = 100
 """Iterations that are looked through for what the learner noticed."""
+WORDS = {
+    "title": "Yaw damping",
+    "curve": "Damping moment over yaw rate",
+    "rate": "yaw rate",
+    "torque": "torque",
+    "rate_unit": "rad/s",
+    "torque_unit": "N m",
+    "inertia": "I = ",
+    "inertia_unit": "kg m²",
+    "linear": "N_r, linear",
+    "linear_unit": "N m s/rad",
+    "quadratic": "N_r|r|, quadratic",
+    "quadratic_unit": "N m s²/rad²",
+}
+"""What the page calls quantities and their units, of yaw."""
 NOTHING: Mapping[str, Any] = {"model": None, "changes": []}
 """What is shown before anything was learned."""
 NORMAL_95 = 1.96
@@ -68,7 +85,8 @@ class Recordings:
 class Learner:
     """A learner on a bus; `state` may be called from any thread."""
 
-    def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings) -> None:
+    def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings, axis: Axis = YAW) -> None:
+        self._words = {key: said(axis, text) for key, text in WORDS.items()}
         self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
         self._session: zenoh.Session | None = None
         self._lock = threading.Lock()
@@ -96,6 +114,7 @@ class Learner:
             "where": self._where,
             "version": version("incsvr"),
             "recordings": self._recordings.listed(),
+            "words": self._words,
         }
         try:
             if self._session is None:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
 from service.extras import how_to_install
 
 __all__ = ["write"]
 
 
-def write(found: Trace, path: Path) -> None:
-    """Writes the report of `found` to `path`.
+def write(found: Trace, path: Path, axis: Axis = YAW) -> None:
+    """Writes the report of `found` to `path`, in the words and units of an axis.
 
     Raises:
         BadInput: the drawing library is not installed, or the file cannot be written.
@@ -22,6 +23,6 @@ def write(found: Trace, path: Path) -> None:
     except ModuleNotFoundError as missing:
         raise BadInput(f"the report needs {missing.name}: {how_to_install(missing.name or '')}") from missing
     try:
-        path.write_text(page(found), encoding="utf-8")
+        path.write_text(page(found, axis), encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --report") from error

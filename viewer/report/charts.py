@@ -12,6 +12,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.body import DECLARED_INERTIA
+from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
@@ -46,7 +49,7 @@ BINS = 24
 LONGEST_POLYLINE = 1500  # points of a line: more than a page can show, few enough for a small file
 
 
-def residual_against(depends: Mapping[str, Array], before: Array, after: Array) -> str:
+def residual_against(depends: Mapping[str, Array], before: Array, after: Array, axis: Axis = YAW) -> str:
     """Mean residual, binned over each quantity of `depends`, with the middle half of the samples shaded."""
     shown = {name: x for name, x in depends.items() if np.isfinite(x).any() and np.nanstd(x) > 0.0}
     rows = -(-len(shown) // 3)
@@ -65,15 +68,15 @@ def residual_against(depends: Mapping[str, Array], before: Array, after: Array) 
                 centre, low, middle, high = _binned(x, residual, edges)
                 axes.fill_between(centre, low, high, color=color, alpha=0.13, linewidth=0)
                 axes.plot(centre, middle, style, color=color, marker=mark, markersize=3.2, linewidth=1.4, label=label)
-            axes.set_xlabel(UNITS.get(name, name.replace("_", " ")))
+            axes.set_xlabel(said(axis, UNITS[name]) if name in UNITS else name.replace("_", " "))
         for axes in grid[:, 0]:
-            axes.set_ylabel("residual [N m]")
+            axes.set_ylabel(said(axis, "residual [N m]"))
         grid.flat[0].legend(loc="best", ncols=2, handlelength=2.2)
 
     return _svg(draw, 9.6, 2.5 * rows)
 
 
-def free_runs(before: Errors, after: Errors, scale: float) -> str:
+def free_runs(before: Errors, after: Errors, scale: float, axis: Axis = YAW) -> str:
     """The yaw rate simulated from the torque alone beside the measured one, in the three longest unseen pieces."""
     longest = sorted(range(len(after.time)), key=lambda k: -after.time[k].size)[:3]
     longest.sort(key=lambda k: after.time[k][0] if after.time[k].size else 0.0)
@@ -87,7 +90,7 @@ def free_runs(before: Errors, after: Errors, scale: float) -> str:
             _line(axes, time, after.measured[k][here], color=MEASURED, linewidth=1.1, label="measured")
             _line(axes, time, before.simulated[k][here], color=BEFORE, linestyle="--", linewidth=1.3, label="before")
             _line(axes, time, after.simulated[k][here], color=AFTER, linewidth=1.5, label="after")
-            axes.set_ylabel("r [rad/s]")
+            axes.set_ylabel(said(axis, "r [rad/s]"))
             axes.margins(x=0.01)
         grid[-1].set_xlabel("time t [s]")
         figure.legend(*grid[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
@@ -95,31 +98,31 @@ def free_runs(before: Errors, after: Errors, scale: float) -> str:
     return _svg(draw, 9.6, 0.4 + 1.9 * len(longest))
 
 
-def damping_curves(declared: TracedModel, traced: TracedModel, rate: Array) -> str:
+def damping_curves(declared: TracedModel, traced: TracedModel, rate: Array, axis: Axis = YAW) -> str:
     """The learned damping without and with the effects, over the rates that were driven."""
 
     def draw(figure: Figure) -> None:
         curve, driven = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
         curve.plot(declared.rate, declared.damping, "--", color=BEFORE, linewidth=1.6, label="before")
         curve.plot(traced.rate, traced.damping, color=AFTER, linewidth=1.8, label="after")
-        curve.set_ylabel("damping d(r) [N m]")
+        curve.set_ylabel(said(axis, "damping d(r) [N m]"))
         curve.legend(loc="upper left")
         driven.hist(rate, bins=60, color="#9aa5b1")
         driven.set_yticks([])
         driven.set_ylabel("driven", rotation=0, ha="right", va="center")
         driven.grid(visible=False)
-        driven.set_xlabel(UNITS["yaw_rate"])
+        driven.set_xlabel(said(axis, UNITS["yaw_rate"]))
 
     return _svg(draw, 4.7, 3.6)
 
 
-def torque_split(parts: Mapping[str, Array]) -> str:
+def torque_split(parts: Mapping[str, Array], axis: Axis = YAW) -> str:
     """The torque ledger: how much each part takes, as root mean square."""
     size = {name: float(np.sqrt(np.mean(values**2))) for name, values in parts.items()}
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        names = list(size)
+        names = [said(axis, name) if name == DECLARED_INERTIA else name for name in size]
         axes.barh(names, list(size.values()), color=[PARTS[k % len(PARTS)] for k in range(len(names))], height=0.62)
         largest = max(size.values())
         for row, value in enumerate(size.values()):
@@ -127,7 +130,7 @@ def torque_split(parts: Mapping[str, Array]) -> str:
         axes.set_xlim(0.0, 1.14 * largest)
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
-        axes.set_xlabel("root mean square [N m]")
+        axes.set_xlabel(said(axis, "root mean square [N m]"))
 
     return _svg(draw, 4.7, max(1.6, 0.9 + 0.42 * len(size)))
 

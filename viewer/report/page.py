@@ -9,6 +9,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.sentences import chance
@@ -35,19 +37,24 @@ HEADLINES = {
 }
 
 
-def page(found: Trace) -> str:
-    """The whole document."""
+def page(found: Trace, axis: Axis = YAW) -> str:
+    """The whole document, in the words and units of an axis."""
+
+    def told(text: str) -> str:
+        return said(axis, text)
+
     environment = Environment(
         loader=PackageLoader("viewer.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     pictures = found.pictures
+    environment.filters["told"] = told
     rate = pictures.depends["yaw_rate"]
     return environment.get_template("page.html.j2").render(
         found=found,
         headline=_headline(found),
-        summary=_summary(found.error),
-        findings=[_finding(finding) for finding in found.effects],
-        errors=_error_rows(found.error),
+        summary=told(_summary(found.error)),
+        findings=[_finding(finding, axis) for finding in found.effects],
+        errors=_error_rows(found.error, axis),
         trivial={name: number(errors["free_run_rmse"]) for name, errors in found.error["trivial"].items()},
         horizons=[
             (horizon, *(number(errors[name]) for name in ("before", "after", "hold", "zero")))
@@ -55,10 +62,10 @@ def page(found: Trace) -> str:
         ],
         floor=number(found.error["floor"]["torque_rmse"]),
         validated_on=_validated_on(found),
-        residual=Markup(residual_against(pictures.depends, pictures.residual_before, pictures.residual_after)),
-        free_run=Markup(free_runs(pictures.before, pictures.after, found.model.scale)),
-        damping=Markup(damping_curves(found.declared_model, found.model, rate[np.isfinite(rate)])),
-        split=Markup(torque_split(pictures.ledger)),
+        residual=Markup(residual_against(pictures.depends, pictures.residual_before, pictures.residual_after, axis)),
+        free_run=Markup(free_runs(pictures.before, pictures.after, found.model.scale, axis)),
+        damping=Markup(damping_curves(found.declared_model, found.model, rate[np.isfinite(rate)], axis)),
+        split=Markup(torque_split(pictures.ledger, axis)),
         number=number,
         chance=chance,
         probability=probability,
@@ -109,7 +116,7 @@ def _summary(error: Mapping[str, Any]) -> str:
     )
 
 
-def _finding(finding: Finding) -> dict[str, Any]:
+def _finding(finding: Finding, axis: Axis) -> dict[str, Any]:
     rows = []
     for name, value in finding.parameters.items():
         suffix, unit = next(((s, u) for s, u in SUFFIXES if name.endswith(s)), ("", ""))
@@ -117,19 +124,24 @@ def _finding(finding: Finding) -> dict[str, Any]:
         plain = name.removesuffix(suffix).replace("_", " ")
         # a harmonic or a channel's mean is set, not fitted: it has no interval
         rows.append(
-            (plain, number(value), "set, not fitted" if low == high else f"{number(low)} to {number(high)}", unit)
+            (
+                plain,
+                number(value),
+                "set, not fitted" if low == high else f"{number(low)} to {number(high)}",
+                said(axis, unit),
+            )
         )
     return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
 
 
-def _error_rows(error: Mapping[str, Any]) -> list[dict[str, str]]:
+def _error_rows(error: Mapping[str, Any], axis: Axis) -> list[dict[str, str]]:
     rows = []
     for key, label, unit in ERRORS:
         change = error["change"].get(key)
         rows.append(
             {
-                "label": label,
-                "unit": unit,
+                "label": said(axis, label),
+                "unit": said(axis, unit),
                 "before": number(error["before"][key]),
                 "after": number(error["after"][key]),
                 "change": number(change["estimate"]) if change else "",
