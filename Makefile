@@ -54,6 +54,12 @@ missions: .venv/ready  ## what vehicles do all day: the curve that is served, an
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles
 
+trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew
+	$(BIN)/python -m benchmarks.trouble
+
+fleet: .venv/ready  ## ten learner processes, one router, a shore station
+	$(BIN)/python -m benchmarks.fleet
+
 sensor-faults: .venv/ready  ## when a failing sensor is named, and what is served meanwhile
 	$(BIN)/python -m benchmarks.sensor_faults
 
