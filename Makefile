@@ -6,8 +6,8 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles sensor-faults soak hold recording pictures \
-	clean
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles trouble fleet \
+	sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo

@@ -170,7 +170,7 @@ def report(document: dict[str, Any]) -> str:
         "unexplained, or a note on the sensors. None: “nothing is missing”. False: other effects and no such word.\n\n"
     )
     rows = ["| kind | right | class | said | none | false | named | s |", "|---|---|---|---|---|---|---|---|"]
-    for kind in KINDS:
+    for kind in dict.fromkeys(record["kind"] for record in document["records"]):
         records = [record for record in document["records"] if record["kind"] == kind]
         count = Counter(record["judged"] for record in records)
         named = Counter(name for record in records for name in record["named"])
