@@ -20,11 +20,11 @@ def report(document: Record) -> str:
     parts = [
         "# What is predicted of measured vehicles",
         f"Made by `{document['command']}` on {document['date']}, one core of {document['processor']}; {versions}. The "
-        "splits stand in `benchmarks/vehicle_splits.py` and were stated before any figure was seen. All errors are "
-        "root mean squares on recordings that were not fitted, in rad/s (yaw) or m/s. A free run begins at the first "
-        "measured velocity of each recording and sees the torque (force) and the other recorded velocities alone. "
-        "*Before* and *after* are the declared model and the traced one as `incsvr trace` reports them, with the 95 % "
-        "interval of the change.",
+        "splits stand in `benchmarks/vehicle_splits.py` and were stated before any figure of this study was seen. All "
+        "errors are root mean squares on recordings that were not fitted, in rad/s (yaw) or m/s. A free run begins at "
+        "the first measured velocity of each recording and sees the torque (force) and the other recorded velocities "
+        "alone. *Before* and *after* are the declared model and the traced one as `incsvr trace` reports them, with "
+        "the 95 % interval of the change.",
         f"In {lost} of {len(records)} splits another method's free run errs less than ours, or a trivial one's; "
         "there the other is in bold.",
         _summary(records),

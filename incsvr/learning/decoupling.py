@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.driven import independent_share
-from incsvr.plant.axes import Axis, products
+from incsvr.plant.axes import Axis, accelerating, products
 from incsvr.samples import Array
 
 SMALL = 0.15
@@ -87,7 +87,8 @@ def _terms(axis: Axis, rate: Array, motion: Mapping[str, tuple[Array, Array]]) -
     """(n,) each: products that push along the axis, and accelerations of the other velocities."""
     values = {axis.rate: rate} | {name: value for name, (value, _) in motion.items()}
     found = {f"{a}*{b}": values[a] * values[b] for a, b in products(axis, tuple(motion))}
-    return found | {f"the change of channel {name}": slope for name, (_, slope) in motion.items()}
+    changes = accelerating(axis, tuple(motion))
+    return found | {f"the change of channel {name}": motion[name][1] for name in changes}
 
 
 def _left(design: Array, y: Array) -> Array:

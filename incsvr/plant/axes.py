@@ -81,6 +81,16 @@ def of_rate(rate: str) -> Axis:
     return next(axis for axis in AXES.values() if axis.rate == rate)
 
 
+_SYMMETRIC = ({"surge", "heave", "pitch_rate"}, {"sway", "roll_rate", "yaw_rate"})
+
+
+def accelerating(axis: Axis, recorded: tuple[str, ...]) -> tuple[str, ...]:
+    """Velocities whose change takes of the axis's force where M is not diagonal, of those that are recorded: in a body
+    whose port is the mirror of its starboard (Fossen 2011, Eq. 7.22) those of the same group alone."""
+    group = next(group for group in _SYMMETRIC if axis.rate in group)
+    return tuple(name for name in recorded if name in group and name != axis.rate)
+
+
 def products(axis: Axis, recorded: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Pairs of velocities whose product may push along the axis, of those that are recorded beside its own.
 

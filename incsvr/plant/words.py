@@ -34,6 +34,7 @@ _ALONG = (
     (r"yaw moment", "{name} force"),
     (r"\bturns the vehicle\b", "pushes the vehicle"),
     (r"\bhardly turns\b", "hardly moves"),
+    (r"\bturns at\b", "moves at"),
     (r"\bturns back\b", "pulls back"),
     (r"sense of turning", "direction of motion"),
     (r"(?<!same )(?<!Munk )(?<!this )(?<!the )\bmoment\b", "force"),

@@ -56,6 +56,7 @@ def test_coriolis_is_traced_in_sway_in_newtons(files: list[str], capsys: pytest.
     assert found["effects"][0]["parameters"]["ratio"] == pytest.approx(CORIOLIS / MASS, rel=0.1)
     assert set(found["ignored_channels"]) == {"surge_force", "torque"}
     assert found["error"]["after"]["free_run_rmse"] < 0.5 * found["error"]["before"]["free_run_rmse"]
+    assert any("the axis is not by itself: surge*yaw_rate takes about" in note for note in found["notes"])
     assert "declared mass 60 kg" in told
     assert "m/s" in told
     assert not any(word in told for word in ("rad/s", "N m", "kg m²", "yaw rate"))
@@ -113,6 +114,7 @@ def test_limits_belong_to_the_axis(tmp_path: Path) -> None:
         ("surge", "Yaw rate r [rad/s], Torque [N m]", "Surge velocity u [m/s], Force [N]"),
         ("heave", "N_r, linear, N_r|r|, N m s²/rad²", "Z_w, linear, Z_w|w|, N s²/m²"),
         ("pitch", "Yaw rate r [rad/s], I ṙ, N_r", "Pitch rate q [rad/s], I q̇, M_q"),
+        ("heave", "the vehicle turns at 0.1 rad/s", "the vehicle moves at 0.1 m/s"),
         ("roll", "the yaw rate is 2 rad/s, the torque 3 N m", "the roll rate is 2 rad/s, the torque 3 N m"),
     ],
 )

@@ -104,14 +104,6 @@ def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
     assert not alone.parts[CORIOLIS].any()
 
 
-def test_tracing_says_by_how_much_the_axis_is_not_by_itself(
-    files: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["trace", files[0], "--axis", "sway", "--inertia", "60", "--json", "-"]) == 0
-    notes = json.loads(capsys.readouterr().out)["notes"]
-    assert any("the axis is not by itself: surge*yaw_rate" in note for note in notes)
-
-
 @pytest.mark.parametrize(
     ("flags", "said"),
     [

@@ -86,7 +86,7 @@ class Learner:
     """A learner on a bus; `state` may be called from any thread."""
 
     def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings, axis: Axis = YAW) -> None:
-        self._words = {key: said(axis, text) for key, text in WORDS.items()}
+        self.words = {key: said(axis, text) for key, text in WORDS.items()}
         self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
         self._session: zenoh.Session | None = None
         self._lock = threading.Lock()
@@ -114,7 +114,7 @@ class Learner:
             "where": self._where,
             "version": version("incsvr"),
             "recordings": self._recordings.listed(),
-            "words": self._words,
+            "words": self.words,
         }
         try:
             if self._session is None:

@@ -14,7 +14,6 @@ from urllib.parse import unquote, urlsplit
 from viewer.page.learner import Learner, Recordings
 
 SERVICE = {
-    "name": "Yaw damping",
     "description": "Learns the vehicle's damping while it moves, and what its model lacks",
     "icon": "mdi-chart-bell-curve-cumulative",
     "company": "incsvr",
@@ -45,7 +44,7 @@ class Handler(BaseHTTPRequestHandler):
         elif path == "/state.json":
             self._send("application/json", json.dumps(self._learner.state(), allow_nan=False).encode())
         elif path == "/register_service":
-            self._send("application/json", json.dumps(SERVICE).encode())
+            self._send("application/json", json.dumps(SERVICE | {"name": self._learner.words["title"]}).encode())
         elif path.startswith("/recordings/"):
             self._recording(path.removeprefix("/recordings/"))
         else:
