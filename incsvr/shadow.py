@@ -87,7 +87,10 @@ def _taught(
     settings: learner.Settings,
     effects: Compensation | None,
 ) -> TracedModel:
-    """The model with the damping that a learner has after these streams, over the rates that it was trained at."""
+    """The model with the damping that a learner has after these streams, over the rates that it was trained at.
+
+    Damping vanishes at rest: a constant moment that the learner took for it is taken out, and is no part of the model.
+    """
     samples, _ = synchronise(signals, streams, effects)
     state = learner.start(settings)
     for first in range(0, len(samples) - settings.batch + 1, settings.batch):
@@ -96,7 +99,8 @@ def _taught(
         raise BadInput(f"{len(samples)} samples came before the fresh data, too few to learn the damping from")
     low, high = state.model.trained_range
     rate = np.unique(np.concatenate([np.linspace(min(low, -1e-6), 0.0, 101), np.linspace(0.0, max(high, 1e-6), 101)]))
-    return replace(model, rate=rate, damping=state.model.predict(rate).damping)
+    at_rest = state.model.predict(np.zeros(1)).damping
+    return replace(model, rate=rate, damping=state.model.predict(rate).damping - at_rest)
 
 
 def _torque_error(

@@ -53,11 +53,17 @@ class Comparison:
         )
 
 
-def on_trial(found: Comparison) -> Verdict:
-    """What becomes of effects in shadow."""
+def on_trial(found: Comparison, last: bool = True) -> Verdict:
+    """What becomes of suspected effects; unless this is the last look, those that seem to pay may prove it on more.
+
+    The interval excludes zero by chance once in forty looks. The looks share their data: two or three of them are less
+    than two or three in forty.
+    """
     if not found.turned:
         return "waits"
-    return "promoted" if found.high < 0.0 else "refused"
+    if found.high < 0.0:
+        return "promoted"
+    return "waits" if found.estimate < 0.0 and not last else "refused"
 
 
 def in_force(found: Comparison, doubted: bool) -> Verdict:

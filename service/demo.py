@@ -1,7 +1,8 @@
 """`incsvr demo`: simulator, learner and viewer as processes of their own; one recording, one report.
 
 The learner starts empty on a free port. The simulator plays both of Leng's experiments, first without and then with the
-hull; the validation runs V1 and V2 are never learned from. Whatever happens, no process is left behind.
+hull; the validation runs V1 and V2 are never learned from. In a third act something comes on that nobody is told of
+(`service.demo_underway`). Whatever happens, no process is left behind.
 """
 
 from __future__ import annotations
@@ -24,16 +25,19 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.signals import RUN_PAUSE
+from service import demo_underway
 from service.demo_report import HEAD, Failed, line, played, summary
 from service.output import add_json_argument, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
-from service.wire import FormType, Health, IterationHistory, IterationReport, Keys, decode
+from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
 
 SPEED = 25.0
-"""757 s of the vehicle's time then take half a minute."""
+"""The experiment's 757 s of the vehicle's time then take half a minute, the third act's 800 s as long."""
 COMPARED = ("--compare", "14", "25")
 """The last iterations without and with the hull, for the viewer's page Before and after (Fig. 8)."""
+SEED = 1
 KEYS = Keys("leng/yaw")
 _LONGEST_START = 30.0
 _LONGEST_STOP = 10.0
@@ -43,18 +47,26 @@ _LONGEST_TABLE = 120.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("out"), help="where the recording goes (out)")
     parser.add_argument("--speed", type=float, default=SPEED, help=f"times the vehicle's own pace (default {SPEED:g})")
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=SEED,
+        help=f"draws what comes on in the third act, of which the learner is not told (default {SEED})",
+    )
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
+    if not 0 <= args.seed < 2**32:
+        raise BadInput(f"--seed {args.seed}: give a whole number from 0 to {2**32 - 1}")
     began = time.monotonic()
     for number in (signal.SIGINT, signal.SIGTERM):  # in the background of a script SIGINT begins as ignored
         signal.signal(number, _interrupt)
     people = sys.stderr if args.json == "-" else sys.stdout
     try:
-        result = _demo(args.out, args.speed, people)
+        result = _demo(args.out, args.speed, args.seed, people)
     except KeyboardInterrupt:
         print("incsvr demo: interrupted; nothing is left running", file=sys.stderr)
         return 1
@@ -71,27 +83,33 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
-    endpoint, recording = free_endpoint(), out / "leng.rrd"
+def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
+    endpoint, recording, truth = free_endpoint(), out / "leng.rrd", out / "truth.json"
     try:
         out.mkdir(parents=True, exist_ok=True)
-        recording.unlink(missing_ok=True)
+        for file in (recording, truth):
+            file.unlink(missing_ok=True)
     except OSError as error:
         raise BadInput(f"nothing can be written to {out} ({error}); name another folder with --out") from error
     runs = ["simulate", "--set", "simulation.runs=[V1, T1, V2, T2]", "--write", str(out)]
     if subprocess.run(_command(*runs), check=False).returncode:
         raise Failed("the simulator could not write the experiment")
     hull_comes = _last_time(out / "T1.csv")
+    third_act = hull_comes + RUN_PAUSE + _last_time(out / "T2.csv") - _first_time(out / "T2.csv")
     validation = [f"validation.{name}={out / name}.csv" for name in ("V1", "V2")]
     with ExitStack() as stack:
         # A state of its own, gone afterwards: the demo begins with nothing learned and touches no other's.
         state = stack.enter_context(TemporaryDirectory())
-        settings = [f"state={state}", f"bus.listen={endpoint}", *validation]
+        settings = [f"state={state}", f"bus.listen={endpoint}", *validation, *demo_underway.SETTINGS]
         learner = stack.enter_context(_process(out, "serve", *(word for each in settings for word in ("--set", each))))
         session = stack.enter_context(open_session(connecting(endpoint), _LONGEST_START))
         reports: queue.Queue[IterationReport] = queue.Queue()
         session.declare_subscriber(
             KEYS.iteration, lambda sample: reports.put(decode(IterationReport, sample.payload.to_bytes()))
+        )
+        ledgers: queue.Queue[EffectsLedger] = queue.Queue()
+        session.declare_subscriber(
+            KEYS.effects, lambda sample: ledgers.put(decode(EffectsLedger, sample.payload.to_bytes()))
         )
         _wait_until_alive(session, learner)
         viewer = None
@@ -100,16 +118,26 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
                 _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint, *COMPARED)
             )
             _wait_until_ready(viewer, out / "view.log")
-        player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed)))
+        hides = ("--set", f"simulation.underway={seed}", "--truth", str(truth))
+        player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed), *hides))
         table = _table_of_this_run(stack, out)
         print(f"learner at {endpoint}; playing T1 and T2, {speed:g} times as fast", file=people)
         print(HEAD, file=people, flush=True)
         history: list[IterationReport] = []
+        steps = demo_underway.Steps(third_act, people)
         for report in _iterations(session, reports, player, learner):
+            if report.t > third_act:
+                steps.begin()
+                while not ledgers.empty():
+                    steps.tell(ledgers.get())
+                continue
             if report.t > hull_comes and all(each.t <= hull_comes for each in history):
                 print(f"— the hull is mounted at {hull_comes:.0f} s —", file=people)
             history.append(report)
             print(line(report), file=people, flush=True)
+        ledger = demo_underway.awaited(
+            lambda: _asked(session, KEYS.effects, EffectsLedger), ledgers, lambda: learner.poll() is None, steps.tell
+        )
         counters = _asked(session, KEYS.health, Health).counters
         if viewer is not None:
             _end(viewer)
@@ -117,6 +145,10 @@ def _demo(out: Path, speed: float, people: Any) -> dict[str, Any]:
             raise Failed("the table could not be made; see table1.log")
     result = played(history, hull_comes)
     result["table1"] = None if table is None else json.loads((out / "table1.json").read_text(encoding="utf-8"))
+    if not truth.exists():
+        raise Failed("the simulator does not tell what came on; see simulate.log")
+    told = json.loads(truth.read_text(encoding="utf-8"))
+    result["underway"] = demo_underway.outcome(ledger, third_act, seed, told)
     result["rejected"] = {name: count for name, count in counters.items() if name.startswith("rejected:")}
     if recording.exists():
         size, verified = recording.stat().st_size, _verify(recording, people)
@@ -218,6 +250,10 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 def _last_time(path: Path) -> float:
     return float(path.read_text(encoding="utf-8").rstrip().rpartition("\n")[2].partition(",")[0])
+
+
+def _first_time(path: Path) -> float:
+    return float(path.read_text(encoding="utf-8").split("\n", 2)[1].partition(",")[0])
 
 
 def _verify(recording: Path, people: Any) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from service.demo_underway import summary as underway
 from service.wire import IterationReport
 
 WIDTH = 80
@@ -68,6 +69,7 @@ def played(history: Sequence[IterationReport], hull_comes: float) -> dict[str, A
 
 def summary(result: Mapping[str, Any], out: Path) -> str:
     lines = ["", *_table(result["table1"])]
+    lines += ["", *underway(result["underway"]), ""]
     refused = ", ".join(f"{count} {name.removeprefix('rejected:')}" for name, count in result["rejected"].items())
     lines.append(f"rejected: {refused or 'nothing'}")
     file = result["recording"]
@@ -75,7 +77,7 @@ def summary(result: Mapping[str, Any], out: Path) -> str:
         lines.append("no recording: the viewer is not installed (pip install '.[viewer]')")
     else:
         state = "verified" if file["verified"] else "NOT whole"
-        extent = f"{result['iterations']} iterations, {result['vehicle_seconds']:.0f} s"
+        extent = f"{result['iterations']} iterations and the third act"
         lines.append(f"recording: {file['file']}, {file['bytes'] / 1e6:.1f} MB, {extent}, {state}")
         lines.append(f"           open it with `incsvr view {file['file']}`")
     lines.append(f"{result['seconds']} s in all; the report is {out / 'report.json'}")

@@ -241,11 +241,11 @@ class Host:
             looked_at = outcome is not None and self.node.said.paused is None  # a batch put aside tells nothing
             said = live.after(self.node, outcome.report.batch) if outcome is not None and looked_at else False
             if live.waits:
-                before = live.standing.history
                 instead = live.conclude(self.node)
                 if instead is not None:
                     self._change_over(live, instead)
-                said |= live.standing.history != before
+                self._tell(live)
+                said = live.after(self.node, None)  # the data for what comes next may be there already
             if said:
                 self._tell(live)
         except Exception:  # what is traced must not end the learning
@@ -290,7 +290,7 @@ class Host:
         return None
 
     def _say(self, live: LiveTracing) -> None:
-        self.node.tell(findings(live.standing), live.standing.history)
+        self.node.tell(findings(live.standing), live.standing.history, live.work)
 
     def _tell(self, live: LiveTracing) -> None:
         """The ledger, disk first."""

@@ -33,6 +33,9 @@ INDEPENDENT = 5.0
 """Widths of the smoothing between two samples from which on their noise is nearly white."""
 MOST_SAMPLES = 5000
 """Whose residual is looked at."""
+LAST_LOOK = 0.5
+"""A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
+is this part of the window; then it has proven itself or is refused."""
 
 
 Streams = Mapping[str, tuple[Array, Array]]
@@ -69,9 +72,10 @@ class LiveTracing:
         self._take_up(self.standing)
         every = math.ceil(INDEPENDENT * config.signals.smoothing / config.signals.sample_period - 1e-9)
         self._every = max(every, 1)
-        self._known: Array = np.empty((3, 0))  # time, yaw rate and damping of the recent samples
+        self._known: Array = np.empty((3, 0))  # time, yaw rate and residual of the recent samples
+        self._at_rest = 0.0  # what was served at rest before the newest batch [N m]
         self._child: Beside | None = None
-        self._work: tuple[Work, float, float] = ("trace", 0.0, 0.0)
+        self._work: tuple[Work, float] = ("trace", 0.0)
 
     def to_dict(self) -> dict[str, Any]:
         """All that must survive a restart, as plain data."""
@@ -89,24 +93,34 @@ class LiveTracing:
         began = (self.standing.force or {}).get("since")
         return -math.inf if began is None else float(began)
 
-    def after(self, node: LearnerNode, batch: Batch) -> bool:
-        """Looks at the residual after a batch, and begins what is due; True where the ledger says more than before."""
-        self._keep(batch)
+    @property
+    def work(self) -> Work | None:
+        """What the process beside does now."""
+        return None if self._child is None else self._work[0]
+
+    def after(self, node: LearnerNode, batch: Batch | None) -> bool:
+        """Looks at the residual, after a batch or a piece of work, and begins what is due.
+
+        Returns:
+            whether the ledger says more than before.
+        """
+        if batch is not None:
+            self._keep(node, batch)
         newest = node.batches.covers()
         if self._child is not None or newest is None:
             return False
-        p = self._white(node)
-        self.standing = self.standing.clock_began_anew(newest).looked(newest, p)
+        p = self._white()
+        self.standing = self.standing.clock_began_anew(newest)
         settings, before = self._config.tracing, self.standing
         work = before.due(newest, p, settings.window, settings.proof)
         if work is None:
             return False
-        since = self._since(work, newest)
+        since = self._since(newest) if work == "prove" else newest - settings.window
         recent = {
             name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])
             for name, (t, value) in node.batches.recent().items()
         }
-        self._work = (work, newest, since)
+        self._work = (work, newest)
         try:
             self._child = self._begin(self._job(work, newest), recent)
         except OSError as error:
@@ -115,9 +129,8 @@ class LiveTracing:
         if self._child is None:
             return False
         if work == "trace":
-            lately = "" if before.alarm is None else f", white until {before.alarm:.0f} s"
-            self._note(node.served.revision, newest, "not white", f"p = {p:.1g}{lately}: tracing begins")
-        return self.standing is not before
+            self._note(node.served.revision, newest, "not white", f"p = {p:.1g}: tracing begins")
+        return True
 
     def conclude(self, node: LearnerNode) -> Standing | None:
         """Takes what the process beside has found, or why it has not.
@@ -125,15 +138,17 @@ class LiveTracing:
         Returns:
             where the learner is to change over: what stands if it cannot.
         """
-        child, (work, newest, since) = self._child, self._work
+        child, (work, newest) = self._child, self._work
         if child is None:
             return None
         self._child = None
         before = self.standing
+        if work == "trace":  # what has been traced is no alarm again
+            self._known = self._known[:, self._known[0] > newest]
         try:
             found = child.answer()
             if work == "trace":
-                self._traced(node, newest, since, found)
+                self._traced(node, newest, found)
             else:
                 self._proven(node, newest, found)
         except BadInput as error:
@@ -216,56 +231,70 @@ class LiveTracing:
 
     def _failed(self, node: LearnerNode, before: Standing, why: str) -> None:
         """As before, but for what the same data would only fail at again: the next try is on fresh data."""
-        work, newest, _ = self._work
+        work, newest = self._work
         trace = work == "trace"
         self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
         self._note(node.served.revision, newest, "failed", told)
 
-    def _keep(self, batch: Batch) -> None:
+    def _keep(self, node: LearnerNode, batch: Batch) -> None:
+        """Keeps what was left of the batch before it was learned: what damping takes over later is no alarm then."""
+        at_rest, model = self._at_rest, node.served.model
+        self._at_rest = float(model.predict(np.zeros(1)).damping[0]) if model.is_trained else 0.0
+        if batch.predicted is None:
+            return
         time = np.array(batch.time)
         index = np.rint(time / self._config.signals.sample_period).astype(np.int64)
-        new = np.stack([time, np.array(batch.rate), np.array(batch.damping)])[:, index % self._every == 0]
+        # Damping vanishes at rest; a constant moment that was learned as damping is left in the residual.
+        residual = np.array(batch.damping) - np.array(batch.predicted) + at_rest
+        new = np.stack([time, np.array(batch.rate), residual])[:, index % self._every == 0]
         if self._known.size and new.size and new[0, 0] <= self._known[0, -1]:
             self._known = np.empty((3, 0))
         known = np.concatenate([self._known, new], axis=1)[:, -MOST_SAMPLES:]
         self._known = known[:, known[0] >= time[-1] - self._config.tracing.window]
 
-    def _white(self, node: LearnerNode) -> float:
-        """The p-value of the residual that the served model leaves in the recent samples."""
-        model = node.served.model
-        if not model.is_trained or not self._known.size:
+    def _white(self) -> float:
+        """The p-value of the residual that what was served has left in the recent samples."""
+        if not self._known.size:
             return 1.0
-        time, rate, damping = self._known
-        # Damping vanishes at rest; a constant moment that was learned as damping is left in the residual.
-        served = model.predict(rate).damping - model.predict(np.zeros(1)).damping
-        return p_value(time, rate, damping - served, self._every * self._config.signals.sample_period)
+        time, rate, residual = self._known
+        return p_value(time, rate, residual, self._every * self._config.signals.sample_period)
 
-    def _since(self, work: Work, newest: float) -> float:
-        """Where the data of this piece of work begin [s]: no earlier than what is lacking is known to be there."""
+    def _since(self, newest: float) -> float:
+        """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
         begins, tried = newest - self._config.tracing.window, self.standing.tried
-        known = self.standing.alarm if work == "trace" else None if tried is None else tried[1].get("since")
+        known = None if tried is None else tried[1].get("since")
         return begins if known is None else max(begins, float(known))
 
     def _job(self, work: Work, newest: float) -> dict[str, Any]:
         if work == "trace" or self.standing.tried is None:
-            return {"work": work, "inertia": self._config.vehicle.inertia, "axis": self._config.vehicle.axis}
+            return {
+                "work": work,
+                "inertia": self._config.vehicle.inertia,
+                "axis": self._config.vehicle.axis,
+                "half": newest - 0.5 * self._config.tracing.window,
+            }
         role, content = self.standing.tried
+        settings = self._config.tracing
+        fresh = newest - settings.proof
+        if role == "suspected" and content.get("until") is not None:
+            # All that came since the trace, as far as enough is left from before it.
+            fresh = min(fresh, max(float(content["until"]), newest - LAST_LOOK * settings.window))
         return {
             "work": work,
             "signals": asdict(self._config.signal_settings()),
             "learner": asdict(self._config.learner_settings()),
-            "fresh": newest - self._config.tracing.proof,
+            "fresh": fresh,
             "without": None if role == "force" else self.standing.force,
             "effects": content,
         }
 
-    def _traced(self, node: LearnerNode, newest: float, since: float, found: Mapping[str, Any]) -> None:
+    def _traced(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
         effects = self._effects(found)
         names = effects.compensation.names
         usable = bool(effects.findings) and not effects.integrated
         known = self.standing.proven is not None and set(self._effects(self.standing.proven).compensation.names)
-        content = {"effects": effects.findings, "model": found["model"], "since": since, "until": newest}
+        content = {"effects": effects.findings, "model": found["model"], "since": found["since"], "until": newest}
         self.standing = self.standing.after_trace(newest, content if usable and known != set(names) else None)
         if usable and known == set(names):
             log.info("%s: %s: found again, and proven already", self._config.prefix, ", ".join(names))
@@ -292,7 +321,12 @@ class LiveTracing:
         names = self._effects(content).compensation.names
         advise = self._config.tracing.live == "advise"
         step: str
-        step = verdict = on_trial(comparison) if role == "suspected" else in_force(comparison, role in before.doubts)
+        if role == "suspected":
+            settings, until = self._config.tracing, float(content.get("until", -math.inf))
+            last = newest + settings.proof > until + LAST_LOOK * settings.window
+            step = verdict = on_trial(comparison, last)
+        else:
+            step = verdict = in_force(comparison, role in before.doubts)
         if verdict == "promoted" and (advise or set(names) & set(before.held)):
             step = verdict = "proven"
         elif verdict == "withdrawn" and role == "proven":

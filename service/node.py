@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -188,9 +188,14 @@ class LearnerNode:
         self.ledger = self.ledger.model_copy(update={"batch": None})
         return self._adopt(iterated)
 
-    def tell(self, found: tuple[dict[str, Any], ...], history: tuple[dict[str, Any], ...]) -> None:
-        """What the ledger says from now on: the effects in force, what was found beside them, and these steps."""
-        told = {"effects": self.served.effects, "found": found, "history": history}
+    def tell(
+        self,
+        found: tuple[dict[str, Any], ...],
+        history: tuple[dict[str, Any], ...],
+        work: Literal["trace", "prove"] | None,
+    ) -> None:
+        """What the ledger says from now on: the effects in force, what was found beside them, the steps, the work."""
+        told = {"effects": self.served.effects, "found": found, "history": history, "work": work}
         self.ledger = self.ledger.model_copy(update=told)
 
     @property

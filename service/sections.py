@@ -215,6 +215,12 @@ class Simulation(Section):
     runs: tuple[Literal["V1", "T1", "V2", "T2"], ...] = Field(
         default=("T1", "T2"), min_length=1, description="in this order"
     )
+    underway: int | None = Field(
+        default=None,
+        ge=0,
+        le=2**32 - 1,
+        description="seed of an effect that comes on afterwards, while the vehicle goes on; null: it does not go on",
+    )
     drop_outs: float = Field(default=0.0, ge=0.0, le=60.0, description="drop-outs of a stream per minute")
     drop_out_length: Seconds = Field(default=1.0, description="mean length of a drop-out [s]")
     jitter: float = Field(default=0.0, ge=0.0, le=1.0, description="messages come out of order by up to this [s]")

@@ -21,9 +21,9 @@ from incsvr.verdict import Verdict
 LEVEL = 1e-3
 """Below this p-value the residual is not white. One look in a thousand is a false alarm, which costs a trace: a window
 of 900 s is looked at thirty times, but those looks share most of their data."""
-FRESH_PART = 0.5
-"""A trace begins once this part of the window has come since the alarm, or since the trace before: what began lately is
-then half of what a window can tell of it, and no datum is traced more than twice."""
+FRESH_PART = 0.25
+"""This part of the window comes between two traces: water that colours the residual all the time must not keep a
+process busy, and what came on lately is in all of the window's newest half before three quarters of a window passed."""
 STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
@@ -48,8 +48,6 @@ class Standing:
         proven: the trace whose effects have proven themselves and wait for an operator.
         fresh: neither a trace nor a proof has seen what is younger than this [s].
         traced: the newest data of the last trace [s].
-        alarm: when the residual, white until then, was white no longer [s].
-        white: whether the residual has been white since the last trace.
         doubts: the roles in which a trace brought nothing the last time that it was compared.
         held: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
@@ -60,8 +58,6 @@ class Standing:
     proven: Content | None = None
     fresh: float = 0.0
     traced: float | None = None
-    alarm: float | None = None
-    white: bool = False
     doubts: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
@@ -89,18 +85,11 @@ class Standing:
             others.append(("force", self.force))
         return min(others, key=lambda one: (one[1].get("proof") or {}).get("until", 0.0), default=None)
 
-    def looked(self, newest: float, p: float) -> Standing:
-        """After a look at the residual of a full window up to `newest` [s], white with the chance `p`."""
-        if p >= LEVEL:
-            return self if self.white and self.alarm is None else replace(self, white=True, alarm=None)
-        return replace(self, alarm=newest) if self.white and self.alarm is None else self
-
     def due(self, newest: float, p: float, window: float, proof: float) -> Work | None:
         """What is to be done now that a full window reaches up to `newest` [s].
 
-        Effects are proven whenever `proof` seconds are fresh. A trace begins where the residual is not white. Where it
-        had been white, what it lacks began lately, and the trace waits for data from after the alarm. Water that
-        colours the residual all the time must not keep a process busy: part of the window comes between two traces.
+        Effects are proven whenever `proof` seconds are fresh. A trace begins where the residual is not white, and sees
+        mostly what the trace before has not seen.
 
         Args:
             newest: [s].
@@ -109,16 +98,16 @@ class Standing:
         """
         if self.tried is not None and newest >= self.fresh + proof:
             return "prove"
-        if self.shadow is not None or p >= LEVEL:
-            return None
-        after = self.alarm if self.alarm is not None else self.traced
-        return "trace" if after is None or newest >= after + FRESH_PART * window else None
+        # What waits for an operator leaves the residual as it is, and would only be found again.
+        rest = window if self.proven is not None else FRESH_PART * window
+        rested = self.traced is None or newest >= self.traced + rest
+        return "trace" if self.shadow is None and p < LEVEL and rested else None
 
     def clock_began_anew(self, newest: float) -> Standing:
         """Where the vehicle's clock stands before what was seen, all counts from now."""
         if newest >= max(self.fresh, self.traced or 0.0):
             return self
-        return replace(self, fresh=newest, traced=None, alarm=None, white=False)
+        return replace(self, fresh=newest, traced=None)
 
     def noted(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> Standing:
         """With a step in the history, about each of these."""
@@ -128,7 +117,7 @@ class Standing:
     def after_trace(self, newest: float, found: Content | None) -> Standing:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
         fresh = newest if found is not None else self.fresh
-        return replace(self, shadow=found, traced=newest, fresh=fresh, alarm=None, white=False)
+        return replace(self, shadow=found, traced=newest, fresh=fresh)
 
     def after_proof(self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None) -> Standing:
         """A proof of what is tried, on data up to `newest` [s], ended; `compared` is what it is in plain words."""

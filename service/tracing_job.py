@@ -25,7 +25,7 @@ from incsvr.learning.learner import Settings
 from incsvr.plant.axes import AXES
 from incsvr.samples import Array
 from incsvr.shadow import as_run, compare
-from incsvr.signals import SignalSettings
+from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
 
@@ -43,7 +43,7 @@ def main(folder: Path) -> int:
         names = [name.removesuffix("/t") for name in kept.files if name.endswith("/t")]
         streams = {name: (kept[f"{name}/t"], kept[f"{name}/v"]) for name in names}
     try:
-        answer = _compared(job, streams) if job["work"] == "prove" else _traced(job, streams)
+        answer = answered(job, streams)
     except BadInput as error:
         print(error, file=sys.stderr)
         return 2
@@ -51,11 +51,42 @@ def main(folder: Path) -> int:
     return 0
 
 
+def answered(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
+    """What a piece of work answers.
+
+    Raises:
+        BadInput: the data cannot answer.
+    """
+    return _compared(job, streams) if job["work"] == "prove" else _traced(job, streams)
+
+
 def _traced(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    """The same object as `incsvr trace --json` writes."""
+    """The same object as `incsvr trace --json` writes, with the time `since` from which on the traced data begin [s].
+
+    Where the whole holds nothing that could be taken up, an effect may have come on in the middle: then what is said is
+    what the part from `half` on says, unless that says nothing either.
+    """
+    whole = _said(job, streams, max(float(streams[name][0][0]) for name in REQUIRED))
+    if _usable(whole):
+        return whole
+    half = float(job["half"])
+    newest = {name: (t[t >= half], value[t >= half]) for name, (t, value) in streams.items()}
+    try:
+        lately = _said(job, newest, half)
+    except BadInput:  # the half tells too little for itself
+        return whole
+    return lately if _usable(lately) else whole
+
+
+def _said(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
     axis = AXES[job["axis"]]
     run = replace(as_run(streams), rate_name=axis.rate)
-    return trace([run], inertia=job["inertia"]).told(axis).to_dict()
+    return trace([run], inertia=job["inertia"]).told(axis).to_dict() | {"since": since}
+
+
+def _usable(found: Mapping[str, Any]) -> bool:
+    """Whether a trace names an effect that holds on other data, too."""
+    return bool({each["effect"] for each in found["effects"]} & set(_compensation(found).names))
 
 
 def _compared(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:

@@ -123,9 +123,9 @@ def recording(name: str, seed: int) -> Recording:
     run = RUNS[name]
     rng = np.random.default_rng([seed, *name.encode()])
     time, rate, rotor = _motion(run, rng)
-    gyro = _clock(run.duration, GYRO_PERIOD, rng)
+    gyro = stamps(run.duration, GYRO_PERIOD, rng)
     yaw_rate = np.interp(gyro, time, rate) + rng.normal(0.0, ANGLE_RANDOM_WALK / np.sqrt(GYRO_PERIOD), gyro.size)
-    spin = _clock(run.duration, ROTOR_PERIOD, rng)
+    spin = stamps(run.duration, ROTOR_PERIOD, rng)
     speeds = [np.interp(spin, time, speed) + rng.normal(0.0, ROTOR_NOISE, spin.size) for speed in rotor]
     torque = thruster_torque(THRUSTERS, tuple(speeds), _inflow(np.interp(spin, time, rate)))
     return from_streams(name, {YAW_RATE: (gyro, yaw_rate.round(6)), TORQUE: (spin, torque.round(4))})
@@ -138,9 +138,9 @@ def _motion(run: Run, rng: np.random.Generator) -> tuple[Array, Array, tuple[Arr
     speed: Array = MAX_SPEED * np.sin(2.0 * pi * half / run.period + phase)
     rotor = (speed, -speed)
     # The thrusters' moment is linear in the yaw rate; both parts are needed at the whole and at the half steps.
-    at_rest, rising = WATER * _lasting(WATER_MEMORY, half.size, rng), np.zeros(half.size)
+    at_rest, rising = WATER * lasting(WATER_MEMORY, 0.5 * _STEP, half.size, rng), np.zeros(half.size)
     for thruster, spin, share in zip(THRUSTERS, rotor, WAVERING[run.hull], strict=True):
-        part = 1.0 + share * _lasting(WAVERING_MEMORY, half.size, rng)
+        part = 1.0 + share * lasting(WAVERING_MEMORY, 0.5 * _STEP, half.size, rng)
         moment = thruster.moment(spin, np.zeros(half.size))
         at_rest = at_rest + part * moment
         rising = rising + part * (thruster.moment(spin, np.full(half.size, thruster.lever)) - moment)
@@ -162,9 +162,9 @@ def _motion(run: Run, rng: np.random.Generator) -> tuple[Array, Array, tuple[Arr
     return half[::2], np.array(rates), (speed[::2], -speed[::2])
 
 
-def _lasting(memory: float, size: int, rng: np.random.Generator) -> Array:
-    """An Ornstein–Uhlenbeck process of deviation one at the half steps, (size,), that lasts `memory` [s]."""
-    kept = exp(-0.5 * _STEP / memory)
+def lasting(memory: float, step: float, size: int, rng: np.random.Generator) -> Array:
+    """An Ornstein–Uhlenbeck process of deviation one, (size,) values `step` apart, that lasts `memory` [s]."""
+    kept = exp(-step / memory)
     value, values = float(rng.standard_normal()), list[float]()
     for kick in (sqrt(1.0 - kept**2) * rng.standard_normal(size)).tolist():
         values.append(value)
@@ -177,7 +177,7 @@ def _inflow(rate: Array) -> tuple[Array, ...]:
     return tuple(thruster.lever * rate for thruster in THRUSTERS)
 
 
-def _clock(duration: float, period: float, rng: np.random.Generator) -> Array:
+def stamps(duration: float, period: float, rng: np.random.Generator) -> Array:
     """Stamps of a sensor's own clock [s], to the microsecond: any phase, and some jitter."""
     stamps = np.arange(rng.uniform(0.0, period), duration, period)
     return np.asarray((stamps + rng.uniform(0.0, 0.1 * period, stamps.size)).round(6))

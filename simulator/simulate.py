@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config import from_arguments
-from simulator import leng
+from simulator import leng, underway
 from simulator.player import Faults, messages
 from simulator.recordings import sequence, write
 from simulator.replay import add_player_arguments, play_to_learner
@@ -16,12 +17,21 @@ from simulator.replay import add_player_arguments, play_to_learner
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_player_arguments(parser)
     parser.add_argument("--write", metavar="DIR", type=Path, help="write the recordings there instead of playing them")
+    parser.add_argument(
+        "--truth",
+        metavar="FILE",
+        type=Path,
+        help="once all has been played, write there what came on, and when (simulation.underway)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     scenario = config.simulation
     runs = [leng.recording(name, scenario.seed) for name in scenario.runs]
+    act = None if scenario.underway is None else underway.play(scenario.underway)
+    if act is not None:
+        runs.append(act.recording)
     if args.write is not None:
         try:
             args.write.mkdir(parents=True, exist_ok=True)
@@ -33,5 +43,10 @@ def run(args: argparse.Namespace) -> int:
             ) from error
         return 0
     faults = Faults(scenario.drop_outs, scenario.drop_out_length, scenario.jitter, scenario.duplicates)
-    what = messages(sequence(runs).streams(), faults, scenario.seed)
-    return play_to_learner(args, config, what, " + ".join(scenario.runs))
+    whole = sequence(runs)
+    status = play_to_learner(args, config, messages(whole.streams(), faults, scenario.seed), whole.name)
+    if act is not None and args.truth is not None and not status:
+        began = float(whole.time[-1] - act.recording.time[-1])
+        truth = {"effect": act.effect, "since": round(began + act.onset, 1), "parameters": act.truth}
+        args.truth.write_text(json.dumps(truth), encoding="utf-8")
+    return status

@@ -133,7 +133,19 @@ def response(physics: Physics) -> Response:
     return slopes
 
 
-def move(physics: Physics, command: Command, water: Array, heading: float) -> Motion:
+@dataclass(frozen=True, slots=True)
+class Onset:
+    """What comes on while the vehicle moves: from this step on its true equations are these."""
+
+    step: int
+    physics: Physics
+
+    def rotor(self, moment: float) -> float:
+        """The state of rotors that turn as this moment [N m] asks, when they begin to lag."""
+        return math.copysign(math.sqrt(abs(moment)), moment) if self.physics.rotor_speed else moment
+
+
+def move(physics: Physics, command: Command, water: Array, heading: float, onset: Onset | None = None) -> Motion:
     """Integrates the vehicle from rest.
 
     Args:
@@ -141,6 +153,7 @@ def move(physics: Physics, command: Command, water: Array, heading: float) -> Mo
         command: what is asked of the thrusters.
         water: (n,) the moment of the water's noise in each step [N m].
         heading: ψ at the start [rad].
+        onset: what comes on under way; None for nothing.
 
     Returns:
         the motion at the n steps.
@@ -173,6 +186,9 @@ def move(physics: Physics, command: Command, water: Array, heading: float) -> Mo
     for step, noise in enumerate(water.tolist()):
         tick = 2 * step
         asked.append(command.at(tick, r, z)[0])
+        if onset is not None and step == onset.step:
+            respond, late = response(onset.physics), onset.physics.delay / STEP
+            rotor, w = onset.rotor(asked[-1]), r
         rates.append(r)
         headings.append(psi)
         a1, b1, c1, d1, e1 = slope(tick, noise, r, psi, z, rotor, w)

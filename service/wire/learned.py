@@ -180,6 +180,7 @@ class EffectsLedger(Form):
     """
 
     mode: Literal["off", "advise", "adopt"] = "off"  # of live tracing
+    work: Literal["trace", "prove"] | None = None  # what the process beside the learner does now
     effects: tuple[dict[str, Any], ...] = ()
     found: tuple[dict[str, Any], ...] = ()
     history: tuple[dict[str, Any], ...] = ()

@@ -119,7 +119,8 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
             assert host.tick()
             before = host.node.latest()
             host.learn()
-            said = ledgers.get(timeout=PATIENCE)
+            while not (said := ledgers.get(timeout=PATIENCE)).history:
+                pass
         assert said.effects == ()
         assert {(step["effect"], step["step"]) for step in said.history} == {
             (name, "failed") for name in ("torque_lag", "bias_torque", "coupling:sway")

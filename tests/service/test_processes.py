@@ -206,7 +206,7 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
 
 def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
     done = subprocess.run(
-        command("demo", "--speed", "60", "--out", str(tmp_path), "--json", "-"),
+        command("demo", "--speed", "60", "--seed", "900000", "--out", str(tmp_path), "--json", "-"),
         capture_output=True,
         text=True,
         check=False,
@@ -228,6 +228,19 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
         assert f"{regressor} on {served['validation']}" in done.stderr
         assert f"{regressor} (weighted) on {served['validation']}" in done.stderr
     assert "B1 on V2" in done.stderr
+    act = result["underway"]
+    assert act["truth"]["effect"] == "dead_zone"
+    assert act["right"]
+    (finding,) = (each for each in act["found"] if each["effect"] == "dead_zone")
+    steps = [step for step in act["history"] if step["effect"] == "dead_zone"]
+    assert steps[0]["step"] == "suspected"
+    assert steps[0]["t"] > act["truth"]["since"]
+    if finding["state"] == "proven":
+        assert finding["error"]["after"]["torque_rmse"] < finding["error"]["before"]["torque_rmse"]
+        assert finding["error"]["after"]["free_run_rmse"] < finding["error"]["before"]["free_run_rmse"]
+    assert act["served_effects"] == []
+    said = done.stderr
+    assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Only now the simulator tells")
     assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80
     assert not still_running(str(tmp_path))
 

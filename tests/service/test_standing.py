@@ -25,19 +25,10 @@ def test_a_white_residual_starts_nothing_and_a_coloured_one_a_trace() -> None:
     assert due(Standing(), 900.0, COLOURED) == "trace"
 
 
-def test_after_a_trace_without_a_finding_half_a_window_comes_before_the_next() -> None:
+def test_after_a_trace_without_a_finding_fresh_data_come_before_the_next() -> None:
     rests = Standing().after_trace(900.0, None)
-    assert due(rests, 1349.0, COLOURED) is None
-    assert due(rests, 1350.0, COLOURED) == "trace"
-
-
-def test_what_began_lately_is_traced_in_the_data_that_came_since_the_alarm() -> None:
-    alarmed = Standing().looked(900.0, WHITE).looked(930.0, COLOURED).looked(960.0, COLOURED)
-    assert alarmed.alarm == 930.0
-    assert due(alarmed, 1379.0, COLOURED) is None
-    assert due(alarmed, 1380.0, COLOURED) == "trace"
-    assert alarmed.looked(990.0, WHITE).alarm is None
-    assert alarmed.after_trace(1380.0, None).looked(1410.0, COLOURED).alarm is None
+    assert due(rests, 1124.0, COLOURED) is None
+    assert due(rests, 1125.0, COLOURED) == "trace"
 
 
 def test_a_shadow_is_proven_on_what_came_after_its_trace() -> None:

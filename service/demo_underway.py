@@ -1,0 +1,135 @@
+"""The demo's third act: what the learner finds, on its own, of an effect that comes on while the vehicle moves.
+
+The learner advises (`tracing.live: advise`): what it serves stays what it would be without. What came on is drawn by a
+seed in the simulator's process, which tells it once all has been played.
+"""
+
+from __future__ import annotations
+
+import queue
+import textwrap
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any, TextIO
+
+from incsvr.verdict import errors
+from service.wire import EffectsLedger
+
+WIDTH = 80
+WINDOW, PROOF = 400.0, 120.0
+"""Of the learner's live tracing [s]: the act lasts 800 s, and the vehicle turns back and forth every few seconds."""
+SETTINGS = ("tracing.live=advise", f"tracing.window={WINDOW:g}", f"tracing.proof={PROOF:g}")
+BEGINS = """\
+Third act: the vehicle goes on with its hull. At an instant that it tells nobody
+the simulator switches on an effect that its seed draws. The learner advises:"""
+LONGEST = 40.0
+"""How long after the last measurement its traces and proofs are awaited [s], wall time; they take ten."""
+STILL = 0.5
+"""For so long nothing is at work before that counts as the end [s]: the next piece of work begins within a tenth."""
+
+
+class Steps:
+    """Prints the ledger's steps of the act that begins at a time [s], each once, as they come."""
+
+    def __init__(self, begins: float, people: TextIO) -> None:
+        self._begins, self._people, self._told = begins, people, 0
+        self._begun = False
+
+    def begin(self) -> None:
+        if not self._begun:
+            print(f"\n{BEGINS}", file=self._people, flush=True)
+            self._begun = True
+
+    def tell(self, ledger: EffectsLedger) -> None:
+        steps = [step for step in ledger.history if step["t"] > self._begins]
+        for step in steps[self._told :]:
+            self.begin()
+            print(step_line(step), file=self._people, flush=True)
+        self._told = max(self._told, len(steps))
+
+
+def step_line(step: Mapping[str, Any]) -> str:
+    """A step of the ledger, in at most 80 columns."""
+    about = "" if step["effect"] == "residual" else f"{step['effect']}: "
+    why = str(step["why"]).removeprefix(about)
+    head = f"{step['t']:6.0f} s  {step['step']}: "
+    return textwrap.fill(f"{about}{why}", WIDTH, initial_indent=head, subsequent_indent=" " * 10)
+
+
+def awaited(
+    ask: Callable[[], EffectsLedger],
+    ledgers: queue.Queue[EffectsLedger],
+    alive: Callable[[], bool],
+    tell: Callable[[EffectsLedger], None],
+) -> EffectsLedger:
+    """The ledger once nothing is at work beside the learner, or LONGEST has passed; each is told as it comes."""
+    until, still = time.monotonic() + LONGEST, time.monotonic()
+    while time.monotonic() < until and alive():
+        with suppress(queue.Empty):
+            tell(ledgers.get(timeout=0.1))
+        ledger = ask()
+        if ledger.work is not None:
+            still = time.monotonic()
+        elif time.monotonic() > still + STILL:
+            break
+    ledger = ask()
+    tell(ledger)
+    return ledger
+
+
+def outcome(ledger: EffectsLedger, begins: float, seed: int, truth: Mapping[str, Any]) -> dict[str, Any]:
+    """What was found in the act that begins at a time [s], and what was true.
+
+    `right` says whether what was proven, or else what was suspected, is what came on or is in a class with it.
+    """
+    proven = [finding for finding in ledger.found if finding["state"] == "proven"]
+    judged = proven or list(ledger.found)
+    named = {str(finding["effect"]) for finding in judged}
+    classes = {str(name) for finding in judged for name in finding.get("cannot_tell_from", ())}
+    return {
+        "seed": seed,
+        "begins": begins,
+        "found": list(ledger.found),
+        "history": list(ledger.history),
+        "served_effects": list(ledger.effects),
+        "truth": dict(truth),
+        "proven": bool(proven),
+        "right": truth["effect"] in named | classes,
+    }
+
+
+def summary(act: Mapping[str, Any]) -> list[str]:
+    """What was found, with the errors before and after, and only then what was true."""
+    lines = []
+    for finding in act["found"]:
+        lines += textwrap.wrap(f"{finding['state']}: {finding['sentence']}", WIDTH)
+        error = finding.get("error")
+        if error:
+            until = f"on data that came after its trace, until {finding['until']:.0f} s:"
+            lines += textwrap.wrap(f"{until} {errors(error)}", WIDTH, initial_indent="  ", subsequent_indent="  ")
+    if not act["found"]:
+        lines.append("The learner has found nothing that it can name.")
+    truth = act["truth"]
+    values = ", ".join(
+        f"{name} {value:.3g}" if isinstance(value, float) else f"{name} {value}"
+        for name, value in truth["parameters"].items()
+    )
+    lines += textwrap.wrap(
+        f"Only now the simulator tells: {truth['effect']} since {truth['since']:.0f} s ({values}).", WIDTH
+    )
+    lines += textwrap.wrap(_judgement(act), WIDTH)
+    return lines
+
+
+def _judgement(act: Mapping[str, Any]) -> str:
+    if not act["found"]:
+        return "It was not found: the data did not tell it apart from noise within this act."
+    if not act["right"]:
+        return "What was found is something else: an operator who promoted it would have been misled."
+    when = next(
+        step["t"] for step in act["history"] if step["t"] > act["begins"] and step["step"] in ("suspected", "proven")
+    )
+    after = when - act["truth"]["since"]
+    proven = "proven since" if act["proven"] else "not proven on fresh data until the end"
+    return f"Right: first suspected {after:.0f} s after it came on, and {proven}."
