@@ -6,8 +6,8 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles trouble fleet \
-	sensor-faults soak hold recording pictures clean
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles trouble calibration \
+	fleet sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -53,6 +53,9 @@ missions: .venv/ready  ## what vehicles do all day: the curve that is served, an
 
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles
+
+calibration: .venv/ready  ## whether the p-values are what they claim
+	$(BIN)/python -m benchmarks.calibration
 
 trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew
 	$(BIN)/python -m benchmarks.trouble
