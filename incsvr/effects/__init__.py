@@ -41,9 +41,9 @@ SPEED = "surge"
 """The channel in which the speed past propellers and rudders stands."""
 
 
-def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effect, ...]:
+def candidates(channels: Iterable[str] = (), rate: str = YAW.rate, one_clock: bool = True) -> tuple[Effect, ...]:
     """Every effect that may be named of the axis with this `rate`, with a coupling and the modulations of each of the
-    `channels`, and the products of the velocities among them.
+    `channels`, and the products of the velocities among them; what changes in time, only on `one_clock`.
 
     Example:
         >>> sorted({effect.name for effect in candidates(["winch"])} - {effect.name for effect in candidates()})
@@ -68,7 +68,7 @@ def candidates(channels: Iterable[str] = (), rate: str = YAW.rate) -> tuple[Effe
         fixed = [effect for effect in fixed if effect.name not in ("heading_current", "tether")]
     for pair in products(of_rate(rate), channels):
         fixed.append(Coriolis(*pair, own=rate if rate in pair else ""))
-    return tuple(fixed)
+    return tuple(effect for effect in fixed if one_clock or not effect.needs_clock)
 
 
 RIVALS: tuple[Effect, ...] = (ThrustEfficiency(), GyroLag())

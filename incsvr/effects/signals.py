@@ -108,6 +108,12 @@ class Signals:
         return self.applied if self.from_rate else self.command
 
     @property
+    def one_clock(self) -> bool:
+        """Whether the recordings follow one another. Where their stamps overlap each has a clock of its own, and what
+        begins or drifts at some time of it means nothing in the others."""
+        return bool((np.diff(self.time) > 0.0).all())
+
+    @property
     def progress(self) -> Array:
         """(n,) from 0 to 1 over the fitted recordings."""
         begin, end = self.origin

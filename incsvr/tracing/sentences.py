@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from incsvr.effects import Effect
+from incsvr.effects import Effect, Signals
 
 LABELS = {
     "moment_nm": ("moment", "N m"),
@@ -64,6 +64,16 @@ def streams(effect: Effect) -> tuple[str, ...]:
     if effect.needs_clock:
         return ("t",)
     return () if effect.acts == "outside" else ("yaw_rate",)
+
+
+def of_clocks(signals: Signals) -> tuple[str, ...]:
+    """The note that nothing was sought that changes in time; empty where the recordings follow one another."""
+    if signals.one_clock:
+        return ()
+    return (
+        "the stamps of the recordings overlap, so each counts its own time: nothing was sought that begins or drifts "
+        "at some time; recordings of one dive need stamps that go on from one to the next",
+    )
 
 
 SMALLEST = 1e-300

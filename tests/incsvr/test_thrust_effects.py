@@ -9,6 +9,7 @@ import pytest
 
 from incsvr.effects import candidates
 from incsvr.samples import Array
+from incsvr.tracing import trace
 from incsvr.tracing.model import simulate
 from incsvr.tracing.run import Run
 from incsvr.tracing.weak.hypothesis import nothing, settle
@@ -123,3 +124,16 @@ def test_friction_holds_a_vehicle_to_one_side_alone_in_a_free_run() -> None:
         ends.append(float(simulated[200]))
     assert abs(ends[0]) < 0.005  # it creeps
     assert ends[1] < -0.03
+
+
+def test_what_changes_in_time_is_sought_on_one_clock_alone() -> None:
+    """Two logs that both begin at zero: half a minute in the one is not half a minute in the other."""
+    first, second = (vehicle(Hidden(step=-0.4), seed) for seed in (1, 2))
+    later = replace(second, time=second.time + first.time[-1] + 10.0)
+    for runs, one in (([first, second], False), ([first, later], True)):
+        signals = pose(runs, INERTIA, ["surge"], held=True).signals
+        assert signals.one_clock is one
+        assert ("thrust_step" in {effect.name for effect in candidates([], one_clock=one)}) is one
+    found = trace([first, second], inertia=INERTIA)
+    assert not any(effect.needs_clock for effect in found.model.effects())
+    assert any("stamps of the recordings overlap" in note for note in found.notes)

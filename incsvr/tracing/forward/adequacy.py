@@ -22,7 +22,8 @@ LEADS = 3
 
 def smooth_terms(asked: Question, found: Fit, channels: Sequence[str]) -> tuple[Fit, tuple[Unexplained, ...]]:
     """`found` with smooth terms of what still tells its residual, and their names."""
-    names = [*channels, "time", *(["heading"] if asked.grid.signals.rate_name == YAW.rate else [])]
+    s = asked.grid.signals
+    names = [*channels, *(["time"] if s.one_clock else []), *(["heading"] if s.rate_name == YAW.rate else [])]
     question = Question.of(asked.grid, [SmoothTerm(name) for name in names], found)
     unexplained = list[Unexplained]()
     while len(unexplained) < MOST:

@@ -24,7 +24,8 @@ def admissible(names: Sequence[str], signals: Signals) -> tuple[Effect, ...]:
     Of a vehicle whose torque never changes, those that turn it without."""
     left_out = {"torque_lag/rotor speed, commanded", "torque_asymmetry/before a limit"}
     left_out |= {f"modulation:{name}/thrust, own level" for name in names}
-    effects = tuple(effect for effect in candidates(names, signals.rate_name) if effect.key not in left_out)
+    every = candidates(names, signals.rate_name, signals.one_clock)
+    effects = tuple(effect for effect in every if effect.key not in left_out)
     if float(np.ptp(signals.torque)) > 0.0:
         return effects
     return tuple(effect for effect in effects if effect.acts == "outside" or effect.name in OF_HEADING)

@@ -21,7 +21,7 @@ from incsvr.tracing.forward.question import Question
 from incsvr.tracing.forward.refusals import doubts
 from incsvr.tracing.forward.search import Found
 from incsvr.tracing.forward.validation import model_of, residual, validate
-from incsvr.tracing.sentences import sentence, streams
+from incsvr.tracing.sentences import of_clocks, sentence, streams
 from incsvr.tracing.skill import proven
 from incsvr.tracing.spells import sentence as sentence_of_spells
 from incsvr.tracing.spells import spans, spells
@@ -65,7 +65,7 @@ def result_of(
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(*doubts(grid), *([sentence_of_spells(loud)] if loud else [])),
+        notes=(*doubts(grid), *of_clocks(s), *([sentence_of_spells(loud)] if loud else [])),
         loop="closed",
         proven=bool(found.best.parts) and proven(error, closed_loop=True),
         spans=loud,

@@ -175,7 +175,7 @@ def _best_again(problem: Problem, before: Problem, best: Hypothesis, channels: S
 def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None = None) -> Hypothesis:
     """What explains most: one effect more than `beside`, that, or nothing."""
     base = nothing(problem) if beside is None else beside
-    every = candidates(channels, problem.signals.rate_name)
+    every = candidates(channels, problem.signals.rate_name, problem.signals.one_clock)
     effects = [effect for effect in demand(problem, every) if effect.name not in base.names()]
     leads = best_leads(problem, base, effects, LEADS)
     settled = [with_lead(problem, base, lead) for lead in leads]

@@ -76,7 +76,8 @@ def _searched(
     everything out, the search goes on without what they refused.
     """
     proof, pieces = Validation.of(problem, validate), Validation.of(problem, None, quick=True)
-    case = Case(problem, demand(problem, candidates(channels, problem.signals.rate_name)), proof, pieces, channels)
+    every = candidates(channels, problem.signals.rate_name, problem.signals.one_clock)
+    case = Case(problem, demand(problem, every), proof, pieces, channels)
     refused = dict(excluded)
     vetoes = VETOES if validate else 0
     while True:

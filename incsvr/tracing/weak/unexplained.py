@@ -30,7 +30,8 @@ def smooth_terms(
     found: list[Unexplained] = []
     # under one sine the heading is a function of the command's phase: what is left there is the shape of an effect
     turned = not problem.one_sine and problem.signals.rate_name == YAW.rate
-    tried = [*channels, "time", *(["heading"] if turned else [])]
+    clock = ["time"] if problem.signals.one_clock else []
+    tried = [*channels, *clock, *(["heading"] if turned else [])]
     for _ in range(3):
         taken = {term.effect for term in hypothesis.terms}
         terms = [SmoothTerm(name) for name in tried if f"unexplained:{name}" not in taken]

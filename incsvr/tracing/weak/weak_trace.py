@@ -15,7 +15,7 @@ from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.run import Array, Run
-from incsvr.tracing.sentences import sentence, streams
+from incsvr.tracing.sentences import of_clocks, sentence, streams
 from incsvr.tracing.skill import horizons, proven, trivial
 from incsvr.tracing.spells import sentence as sentence_of_spells
 from incsvr.tracing.spells import spans, spells
@@ -87,6 +87,7 @@ def weak_trace(
             *([sentence_of_spells(loud)] if loud else []),
             *_timing(case, base, whole),
             *remarks(problem),
+            *of_clocks(problem.signals),
             *_loop(problem),
             *_command(case.proof.validation or problem),
         ),
