@@ -30,7 +30,7 @@ _ALONG = (
     (r"\bTorque\b", "Force"),
     (_NAMED + r"yaw_rate\b(?!\*)", "{rate}"),
     (_NAMED + r"torque\b(?!\*| curve)", "{effort}"),
-    (r"moment of inertia", "mass, with its added mass"),
+    (r"moment of inertia( with its added mass)?", "mass, with its added mass"),
     (r"yaw moment", "{name} force"),
     (r"\bturns the vehicle\b", "pushes the vehicle"),
     (r"\bhardly turns\b", "hardly moves"),

@@ -108,6 +108,7 @@ def test_limits_belong_to_the_axis(tmp_path: Path) -> None:
         ("yaw", "the torque is 3 N m at a yaw rate of 2 rad/s", "the torque is 3 N m at a yaw rate of 2 rad/s"),
         ("surge", "the torque is 3 N m at a yaw rate of 2 rad/s", "the force is 3 N at a surge velocity of 2 m/s"),
         ("heave", "moment of inertia 2 kg m²", "mass, with its added mass 2 kg"),
+        ("heave", "the moment of inertia with its added mass, I_z", "the mass, with its added mass, I_z"),
         ("sway", "coupling:torque and coriolis:surge*yaw_rate", "coupling:torque and coriolis:surge*yaw_rate"),
         ("sway", "torque_lag: yaw_rate is 3", "torque_lag: sway is 3"),
         ("sway", "I = 3 kg m², |r| ≤ 2 rad/s, τ − Iṙ − d(r)", "m = 3 kg, |v| ≤ 2 m/s, τ − mv̇ − d(v)"),
