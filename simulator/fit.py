@@ -193,12 +193,17 @@ class Fit:
         if foreign is not None:
             raise BadInput(f"{joined.name}: {foreign}")
         idle = not joined.streams()[TORQUE][1].any()
-        if idle or not model.is_trained or 2 * excitation.driven < settings.batch:
+        little = idle or 2 * excitation.driven < settings.batch
+        if little or not model.is_trained:
             undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
             made = (undriven_at_all if idle else excitation).sentence
             pushed = None if idle or coupled is not None else coupling.decoupled(joined, samples, signals)
             besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {coupling.CURE}"
-            raise BadInput(f"{joined.name}: too little motion to learn from: {made}; {MANOEUVRE}{besides}")
+            doubted = next((each.findings[0].sentence for each in verdicts if each.findings), None)
+            why = f"too little motion to learn from: {made}; {MANOEUVRE}"
+            if doubted is not None and not little:
+                why = f"nothing is left to learn from: {doubted}"
+            raise BadInput(f"{joined.name}: {why}{besides}")
         if compensation is None:
             tests = [
                 motion if coupled is None else motion.among(coupled, one.streams(), signals.smoothing)
