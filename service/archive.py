@@ -22,6 +22,7 @@ from typing import IO, Any
 
 from incsvr.errors import BadInput
 from service.claim import passes
+from service.config import Config
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
 
@@ -212,3 +213,13 @@ _JSON = {"application/json", "text/json"}
 def about(config_json: Mapping[str, Any], boot: str) -> dict[str, str]:
     """What a file says of the learner: which start of the process, and its configuration."""
     return {"boot": boot, "config": json.dumps(config_json, ensure_ascii=False)}
+
+
+def archive_of(config: Config, boot: str, learners: int) -> Archive | None:
+    """Where what comes and goes is kept; None where it is not."""
+    archive = config.archive
+    if archive.directory is None:
+        return None
+    told, most = about(config.model_dump(mode="json", exclude={"also"}), boot), 1_000_000 * archive.most_mb // learners
+    size = min(1_000_000 * archive.file_mb, most // 2)
+    return Archive(archive.directory, config.prefix, told, file_bytes=size, most_bytes=most)

@@ -16,14 +16,14 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import zenoh
-from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from incsvr.samples import Samples
 from service import wire
-from service.answers import JSON, Answers, Verb
-from service.archive import Archive, about
+from service.answers import Answers, Verb
+from service.archive import archive_of
+from service.bulletin import Bulletin
 from service.company import Company
 from service.config import Config
 from service.effects import TracedEffects, configured
@@ -32,14 +32,14 @@ from service.health import HealthWatch
 from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
 from service.ledger import findings
-from service.lines import iteration_line, learning_line
+from service.lines import iteration_line
 from service.node import LearnerNode, Outcome
+from service.outgoing import Outgoing
 from service.session import in_time
 from service.store import Store
 from service.validation import read_validation
 
 if TYPE_CHECKING:
-    from service.diagnostics import Diagnostics
     from service.live import LiveTracing
     from service.mapped_ingest import MappedIngest
     from service.standing import Standing
@@ -49,8 +49,6 @@ log = logging.getLogger(__name__)
 PARAMETERS = "parameters"
 """The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
 _DONE = {"promote": "promoted", "withdraw": "withdrawn"}
-HEALTH_PERIOD = 1.0
-"""Health is published this often [s], and whenever its level or its reasons change."""
 
 
 class Host:
@@ -72,26 +70,21 @@ class Host:
             {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
         )
         self._company = Company(session, self.keys, self.node.boot, time.monotonic)
-        self._archive = _archive(config, self.node.boot, learners)
+        self._archive = archive_of(config, self.node.boot, learners)
         self._watch_over(effects)
         if self._live is not None:
             self._say(self._live)
-        self._publishers = {key: _late_joiners_too(session, key) for key in (self.keys.model, self.keys.iteration)}
-        self._publishers[self.keys.health] = session.declare_publisher(self.keys.health, encoding=JSON)
-        self._diagnostics: Diagnostics | None = None
-        self._said: tuple[Any, ...] = ()
-        self._learning = "learning"
-        self._next_health = self._next_log = 0.0
-        self._rejected = 0
+        self._outgoing = Outgoing(session, self.keys, self._archive)
+        self._bulletin = Bulletin(session, config, self._outgoing)
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
-            self._publish(self.keys.model, wire.encode(latest))
+            self._outgoing.publish(self.keys.model, wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._history)
         self._mapped = self._mapping(learners)
         self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners, archive=self._archive)
         self.tick()
-        self._publish(self.keys.effects, wire.encode(self.node.ledger))
+        self._outgoing.publish(self.keys.effects, wire.encode(self.node.ledger))
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
     def _mapping(self, learners: int) -> MappedIngest | None:
@@ -155,25 +148,8 @@ class Host:
         self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
         self._estimate()
         health = self.watch.report(self.node)
-        # The reasons tell figures that change all the time: what counts as a change is their number and the level.
-        says = (health.level, len(health.reasons), health.learning.state)
-        if now >= self._next_health or says != self._said:
-            self._publish(self.keys.health, wire.encode(health))
-            self._tell_ros(health)
-            self._next_health, self._said = now + HEALTH_PERIOD, says
-        if health.learning.state != self._learning:
-            log.log(
-                logging.INFO if health.learning.state == "learning" else logging.WARNING,
-                "%s: %s",
-                self.keys.prefix,
-                learning_line(health.learning),
-            )
-            self._learning = health.learning.state
-        rejected = health.counters["rejected"]
-        if rejected > self._rejected and now >= self._next_log:
-            reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
-            log.warning("%s: %d values rejected so far: %s", self.keys.prefix, rejected, reasons)
-            self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
+        ros = mapped is not None and self._config.inputs.preset == "ros2"
+        self._bulletin.say(health, now, mapped.rate_key() if ros and mapped is not None else None)
         return (self._live is not None and self._live.waits) or (store is not None and store.due)
 
     def _estimate(self) -> None:
@@ -182,7 +158,7 @@ class Host:
             return
         found = estimate(self.node, self.watch.silent("yaw_rate"))
         if found is not None:
-            self._publish(self.keys.estimate, wire.encode(found))
+            self._outgoing.publish(self.keys.estimate, wire.encode(found))
             self.watch.notices = (*self.watch.notices, f"{self.keys.estimate} is the model's own: {found.why}")
 
     def learn(self) -> bool:
@@ -223,8 +199,7 @@ class Host:
         """All but the publishers: to undeclare those may take ten seconds, and ends with the session."""
         self.ingest.close()
         self.answers.close()
-        if self._diagnostics is not None:
-            self._diagnostics.close()
+        self._bulletin.close()
         self._company.close()
 
     def _save(self) -> None:
@@ -297,33 +272,7 @@ class Host:
         self._say(live)
         if self._store is not None:
             self._store.save_memory(self._memory(self.node.memory()))
-        self._publish(self.keys.effects, wire.encode(self.node.ledger))
-
-    def _tell_ros(self, health: wire.Health) -> None:
-        """Health for the tools of ROS 2, where that is on the bus or was asked for."""
-        if self._diagnostics is None:
-            key = self._config.health.diagnostics
-            rate_key = None
-            if key is None and self._mapped is not None and self._config.inputs.preset == "ros2":
-                rate_key = self._mapped.rate_key()
-            if key is None and rate_key is None:
-                return
-            from service.diagnostics import Diagnostics, beside
-
-            key = key or beside(rate_key or "")
-            log.info("%s: health goes out as diagnostics on %s, too", self.keys.prefix, key)
-            self._diagnostics = Diagnostics(self._session, key, self.keys.prefix, self._config.vehicle.name)
-        self._diagnostics.tell(health)
-
-    def _publish(self, key: str, payload: bytes) -> None:
-        """Says it on the bus, and keeps what was said."""
-        publisher = self._publishers.get(key)
-        if publisher is None:
-            self._session.put(key, payload, encoding=JSON)
-        else:
-            publisher.put(payload)
-        if self._archive is not None:
-            self._archive.went(key, payload)
+        self._outgoing.publish(self.keys.effects, wire.encode(self.node.ledger))
 
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
         """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
@@ -357,29 +306,7 @@ class Host:
             self._history.add(*row)
         else:
             self._store.save(self._memory(outcome.memory), *row)
-        self._publish(self.keys.model, snapshot)
-        self._publish(self.keys.iteration, report)
-        self._publish(self.keys.coefficients, wire.encode(self.node.coefficients()))
+        self._outgoing.publish(self.keys.model, snapshot)
+        self._outgoing.publish(self.keys.iteration, report)
+        self._outgoing.publish(self.keys.coefficients, wire.encode(self.node.coefficients()))
         log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report, AXES[self._config.vehicle.axis]))
-
-
-def _archive(config: Config, boot: str, learners: int) -> Archive | None:
-    """Where what comes and goes is kept; None where it is not."""
-    archive = config.archive
-    if archive.directory is None:
-        return None
-    told, most = about(config.model_dump(mode="json", exclude={"also"}), boot), 1_000_000 * archive.most_mb // learners
-    size = min(1_000_000 * archive.file_mb, most // 2)
-    return Archive(archive.directory, config.prefix, told, file_bytes=size, most_bytes=most)
-
-
-def _late_joiners_too(session: zenoh.Session, key: str) -> Any:
-    """A publisher whose latest publication reaches those who subscribe later (with an advanced subscriber)."""
-    return declare_advanced_publisher(
-        session,
-        key,
-        encoding=JSON,
-        cache=CacheConfig(max_samples=1),
-        sample_miss_detection=MissDetectionConfig(heartbeat=None, sporadic_heartbeat=1.0),
-        publisher_detection=True,
-    )

@@ -1,0 +1,74 @@
+"""When health is said, and what of it is logged: on the bus, to the tools of ROS 2, to whoever reads the log."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from service import wire
+from service.config import Config
+from service.lines import learning_line
+from service.outgoing import Outgoing
+
+if TYPE_CHECKING:
+    from service.diagnostics import Diagnostics
+
+log = logging.getLogger(__name__)
+
+HEALTH_PERIOD = 1.0
+"""Health is published this often [s], and whenever its level or its reasons change."""
+
+
+class Bulletin:
+    """The health of one learner as it goes out; from one thread alone."""
+
+    def __init__(self, session: zenoh.Session, config: Config, outgoing: Outgoing) -> None:
+        self._session, self._config, self._outgoing = session, config, outgoing
+        self._key = wire.Keys(config.prefix).health
+        self._diagnostics: Diagnostics | None = None
+        self._said: tuple[Any, ...] = ()
+        self._learning = "learning"
+        self._next_health = self._next_log = 0.0
+        self._rejected = 0
+
+    def say(self, health: wire.Health, now: float, ros_rate: str | None) -> None:
+        """Publishes health when it is due or has changed, and logs what became of the learning and what was rejected.
+
+        Args:
+            now: of a monotonic clock [s].
+            ros_rate: where the yaw rate comes on a bus of ROS 2; None where it does not.
+        """
+        # The reasons tell figures that change all the time: what counts as a change is their number and the level.
+        says = (health.level, len(health.reasons), health.learning.state)
+        if now >= self._next_health or says != self._said:
+            self._outgoing.publish(self._key, wire.encode(health))
+            self._tell_ros(health, ros_rate)
+            self._next_health, self._said = now + HEALTH_PERIOD, says
+        if health.learning.state != self._learning:
+            level = logging.INFO if health.learning.state == "learning" else logging.WARNING
+            log.log(level, "%s: %s", self._config.prefix, learning_line(health.learning))
+            self._learning = health.learning.state
+        rejected = health.counters["rejected"]
+        if rejected > self._rejected and now >= self._next_log:
+            reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
+            log.warning("%s: %d values rejected so far: %s", self._config.prefix, rejected, reasons)
+            self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
+
+    def close(self) -> None:
+        if self._diagnostics is not None:
+            self._diagnostics.close()
+
+    def _tell_ros(self, health: wire.Health, ros_rate: str | None) -> None:
+        """Health for the tools of ROS 2, where that is on the bus or was asked for."""
+        if self._diagnostics is None:
+            key = self._config.health.diagnostics
+            if key is None and ros_rate is None:
+                return
+            from service.diagnostics import Diagnostics, beside
+
+            key = key or beside(ros_rate or "")
+            log.info("%s: health goes out as diagnostics on %s, too", self._config.prefix, key)
+            self._diagnostics = Diagnostics(self._session, key, self._config.prefix, self._config.vehicle.name)
+        self._diagnostics.tell(health)

@@ -1,0 +1,43 @@
+"""What a learner says on the bus, and that it is archived."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import zenoh
+from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
+
+from service import wire
+from service.answers import JSON
+from service.archive import Archive
+
+
+class Outgoing:
+    """The publications of one learner; from one thread at a time for each key."""
+
+    def __init__(self, session: zenoh.Session, keys: wire.Keys, archive: Archive | None) -> None:
+        self._session, self._archive = session, archive
+        self._publishers = {key: _late_joiners_too(session, key) for key in (keys.model, keys.iteration)}
+        self._publishers[keys.health] = session.declare_publisher(keys.health, encoding=JSON)
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """Says it on the bus, and keeps what was said."""
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            self._session.put(key, payload, encoding=JSON)
+        else:
+            publisher.put(payload)
+        if self._archive is not None:
+            self._archive.went(key, payload)
+
+
+def _late_joiners_too(session: zenoh.Session, key: str) -> Any:
+    """A publisher whose latest publication reaches those who subscribe later (with an advanced subscriber)."""
+    return declare_advanced_publisher(
+        session,
+        key,
+        encoding=JSON,
+        cache=CacheConfig(max_samples=1),
+        sample_miss_detection=MissDetectionConfig(heartbeat=None, sporadic_heartbeat=1.0),
+        publisher_detection=True,
+    )
