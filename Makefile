@@ -6,7 +6,7 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions vehicles trouble calibration \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions live-missions vehicles trouble calibration \
 	fleet sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -50,6 +50,9 @@ ablation: .venv/ready  ## what each rule of the tracer earns
 
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
 	$(BIN)/python -m benchmarks.missions
+
+live-missions: .venv/ready  ## an effect that comes on in an hour's mission, quiet hours, and the demo's third act
+	$(BIN)/python -m benchmarks.live_missions
 
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles

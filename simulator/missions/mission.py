@@ -22,7 +22,7 @@ from simulator.missions.motion import Motion, sail
 from simulator.missions.plans import PLANS, plan
 from simulator.missions.vehicles import VEHICLES, Vehicle
 from simulator.recordings import Recording, Streams, from_streams
-from simulator.trial_vehicle import STEP
+from simulator.trial_vehicle import STEP, Onset
 
 KINDS = tuple(PLANS)
 GYRO_NOISE = 0.002
@@ -53,6 +53,7 @@ class Mission:
         seed: everything that is not said here follows from it.
         effect: what is hidden, by the recording contract's vocabulary; None for nothing.
         effect_size: 1 for its full size.
+        onset: when the effect comes on [s].
         water: 1 for water as it usually is, 0 for still water.
         separate_gyro: whether the log's gyro is another than the controller's, with noise and a clock of its own.
         gyro_rate: of a separate gyro [Hz]; None for the controller's rate.
@@ -65,6 +66,7 @@ class Mission:
     seed: int
     effect: str | None = None
     effect_size: float = 1.0
+    onset: float = 0.0
     water: float = 1.0
     separate_gyro: bool = False
     gyro_rate: float | None = None
@@ -127,18 +129,21 @@ def play(mission: Mission) -> Outcome:
         GYRO_NOISE * for_gyro.standard_normal(beats),
         COMPASS_NOISE * for_compass.standard_normal(beats),
     )
-    physics, truth = Physics(vehicle.scale.inertia, vehicle.drag), Truth()
+    sound, truth = Physics(vehicle.scale.inertia, vehicle.drag), Truth()
+    physics = sound
     if mission.effect is not None:
         ticks = np.arange(2 * steps + 1, dtype=np.float64) * STEP / 2.0
         here = Circumstances(vehicle.scale, mission.effect_size, for_effect, ticks)
-        physics, truth = hide(mission.effect, physics, vehicle, here)
+        physics, truth = hide(mission.effect, sound, vehicle, here)
+    onset = Onset(round(mission.onset / STEP), physics) if mission.onset else None
+    physics = physics if onset is None else sound
 
     quiet = np.zeros(beats)
-    undisturbed = sail(physics, vehicle, asked, hold, np.zeros(steps), (quiet, quiet))
+    undisturbed = sail(physics, vehicle, asked, hold, np.zeros(steps), (quiet, quiet), onset)
     if mission.kind == "on_deck":
         motion = _carried(steps, hold, noise, for_water)
     else:
-        motion = sail(physics, vehicle, asked, hold, water, noise)
+        motion = sail(physics, vehicle, asked, hold, water, noise, onset)
     return Outcome(
         mission=mission,
         recording=from_streams(

@@ -12,7 +12,7 @@ from simulator.effects.physics import Array
 from simulator.missions.autopilot import Autopilot
 from simulator.missions.plans import Plan
 from simulator.missions.vehicles import Vehicle
-from simulator.trial_vehicle import STEP, response
+from simulator.trial_vehicle import STEP, Onset, response
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,13 @@ class Motion:
 
 
 def sail(
-    physics: Physics, vehicle: Vehicle, asked: Plan, hold: int, water: Array, noise: tuple[Array, Array]
+    physics: Physics,
+    vehicle: Vehicle,
+    asked: Plan,
+    hold: int,
+    water: Array,
+    noise: tuple[Array, Array],
+    onset: Onset | None = None,
 ) -> Motion:
     """Integrates vehicle and controller from rest by Runge and Kutta's fourth order.
 
@@ -46,6 +52,7 @@ def sail(
         hold: integration steps of a beat.
         water: (n,) the water's moment in each step [N m].
         noise: (beats,) each, of the gyro [rad/s] and of the compass [rad].
+        onset: what comes on under way; None for nothing.
     """
     respond = response(physics)
     autopilot = Autopilot(asked, vehicle.scale.torque, hold * STEP)
@@ -72,6 +79,9 @@ def sail(
         for step in range(beat * hold, (beat + 1) * hold):
             rates.append(r)
             headings.append(psi)
+            if onset is not None and step == onset.step:
+                respond, late = response(onset.physics), onset.physics.delay / STEP
+                rotor, w = onset.rotor(commands[-1]), r
             tick, noisy = 2 * step, moments[step]
             u = arrived(step) if late else commands[-1]
             a1, d1, e1 = respond(u, tick, noisy, r, psi, rotor, w)

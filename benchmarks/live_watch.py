@@ -1,0 +1,93 @@
+"""A learner that traces while a recording comes, as fast as it goes, and the same on every machine.
+
+All is the learner's own but the process beside it: its work is done in its place, so that its answer comes before the
+next batch and the machine's load changes nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.samples import Array
+from service.config import Config
+from service.live import LiveTracing
+from service.node import LearnerNode
+from service.standing import Standing
+from service.tracing_job import answered
+from simulator.recordings import Recording
+
+CHUNK = 3.0
+"""So much of each stream comes at once [s]: less than a batch."""
+
+
+@dataclass(frozen=True, slots=True)
+class InPlace:
+    """A piece of work that is done when its answer is asked for."""
+
+    job: Mapping[str, Any]
+    streams: Mapping[str, tuple[Array, Array]]
+
+    @property
+    def ended(self) -> bool:
+        return True
+
+    def answer(self) -> Any:
+        return json.loads(json.dumps(answered(json.loads(json.dumps(self.job)), self.streams)))
+
+    def close(self) -> None:
+        pass
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """What came of it.
+
+    Attributes:
+        standing: of live tracing at the end.
+        history: every step of the ledger.
+        residuals: (time [s], what was served leaves of the torque [N m]) of every sample before it was learned.
+    """
+
+    standing: Standing
+    history: tuple[dict[str, Any], ...]
+    residuals: tuple[Array, Array]
+
+    def error(self, since: float) -> float:
+        """Root mean square of what was served leaves of the torque from a time [s] on [N m]."""
+        time, left = self.residuals
+        return float(np.sqrt(np.mean(left[time >= since] ** 2)))
+
+
+def watch(config: Config, recording: Recording) -> Watched:
+    """Plays a recording to a learner of this configuration."""
+    node = LearnerNode(config, boot="")
+    live = LiveTracing(config, None, InPlace) if config.tracing.on else None
+    history: list[dict[str, Any]] = []
+    time, left = list[float](), list[float]()
+    for start in np.arange(0.0, float(recording.time[-1]) + CHUNK, CHUNK).tolist():
+        for name, (t, value) in recording.streams().items():
+            here = (t >= start) & (t < start + CHUNK)
+            if here.any():
+                node.push(name, t[here], value[here])
+        while (outcome := node.learn()) is not None:
+            batch = outcome.report.batch
+            if batch.predicted is not None:
+                time += batch.time
+                left += (np.array(batch.damping) - np.array(batch.predicted)).tolist()
+            if live is None or node.said.paused is not None:
+                continue
+            live.after(node, batch)
+            while live.waits:
+                instead = live.conclude(node)
+                if instead is not None:
+                    node.relearn(live.effects, {}, live.since)
+                    live.changed_over()
+                live.after(node, None)
+            history += [step for step in live.standing.history if step not in history[-200:]]
+    standing = Standing() if live is None else live.standing
+    return Watched(standing, tuple(history), (np.array(time), np.array(left)))
