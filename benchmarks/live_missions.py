@@ -91,7 +91,12 @@ def _mission(seed: int, hidden: bool) -> Record:
     mission = drawn(seed, hidden)
     outcome = play(mission)
     seen = watch(configured(outcome.recording, outcome.inertia, "adopt"), outcome.recording)
-    record: Record = {"kind": mission.kind, "vehicle": mission.vehicle, "effect": mission.effect, "onset": mission.onset}
+    record: Record = {
+        "kind": mission.kind,
+        "vehicle": mission.vehicle,
+        "effect": mission.effect,
+        "onset": mission.onset,
+    }
     record |= _steps(seen)
     if hidden:
         record |= _judged(seen, str(mission.effect), mission.onset, "promoted")
@@ -224,7 +229,7 @@ def main() -> int:
         for group, n in counts.items()
         if k < n
     ]
-    began, records = time.perf_counter(), list[Record]()
+    began, records, measured = time.perf_counter(), list[Record](), revision()
     with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
         waiting = iter(cases)
         running = {pool.submit(examine, case) for _, case in zip(range(args.processes), waiting, strict=False)}
@@ -237,7 +242,7 @@ def main() -> int:
             if not late and (case := next(waiting, None)) is not None:
                 running.add(pool.submit(examine, case))
     document = provenance(shlex.join(["python", "-m", "benchmarks.live_missions", *sys.argv[1:]])) | {
-        "revision": revision(),
+        "revision": measured,
         "minutes": round((time.perf_counter() - began) / 60.0, 1),
         "asked": len(cases),
         "not_run": len(cases) - len(records),

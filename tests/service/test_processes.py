@@ -24,6 +24,7 @@ from service.session import connecting, free_endpoint, open_session
 from simulator import leng
 from simulator.player import messages, play
 from tests.service.conftest import PATIENCE, teach
+from tests.viewer.readback import every
 
 KEYS = wire.Keys("leng/yaw")
 
@@ -239,6 +240,8 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
         assert finding["error"]["after"]["torque_rmse"] < finding["error"]["before"]["torque_rmse"]
         assert finding["error"]["after"]["free_run_rmse"] < finding["error"]["before"]["free_run_rmse"]
     assert act["served_effects"] == []
+    ledger = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")[-1]
+    assert f"## Dead zone ({finding['state']})" in ledger
     said = done.stderr
     assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Only now the simulator tells")
     assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80

@@ -36,13 +36,16 @@ def as_tones(signals: Signals, blocks: Blocks) -> Array:
     torque, found = blocks.mean(signals.torque), np.empty(len(signals))
     for run, (begin, end) in zip(signals.runs(), pairwise(blocks.start), strict=True):
         means = torque[begin:end]
+        if not means.size:  # shorter than a block
+            found[run] = signals.torque[run]
+            continue
         frequency = _frequencies(means) if means.size >= FEWEST_MEANS else np.zeros(0)
-        at = np.arange(len(signals))[run] - blocks.first[begin] if means.size else np.zeros(0)
-        tones = _tones(at / (blocks.size * max(means.size, 1)), frequency)
+        at = np.arange(len(signals))[run] - blocks.first[begin]
+        tones = _tones(at / (blocks.size * means.size), frequency)
         inside = np.zeros((len(signals), tones.shape[1]))
         inside[run] = tones
         seen = blocks.mean(inside)[begin:end]
-        found[run] = tones @ np.linalg.lstsq(seen, means, rcond=1e-10)[0] if means.size else signals.torque[run]
+        found[run] = tones @ np.linalg.lstsq(seen, means, rcond=1e-10)[0]
     return found
 
 
