@@ -12,10 +12,7 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any, Protocol
 
-import numpy as np
-
 from incsvr.errors import BadInput
-from incsvr.learning.whiteness import p_value
 from incsvr.samples import Array
 from incsvr.verdict import Comparison, in_force, on_trial
 from service.answers import Verb
@@ -23,16 +20,13 @@ from service.child import Child
 from service.config import Config
 from service.effects import TracedEffects, taken_up
 from service.ledger import evidence
+from service.monitor import Monitor
 from service.node import LearnerNode
 from service.standing import RESIDUAL, Content, Role, Standing, Work
 from service.wire import Batch
 
 log = logging.getLogger(__name__)
 
-INDEPENDENT = 5.0
-"""Widths of the smoothing between two samples from which on their noise is nearly white."""
-MOST_SAMPLES = 5000
-"""Whose residual is looked at."""
 LAST_LOOK = 0.5
 """A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
 is this part of the window; then it has proven itself or is refused."""
@@ -70,10 +64,7 @@ class LiveTracing:
         self.standing = Standing() if kept is None else Standing.from_dict(kept)
         self.effects: TracedEffects | None = None
         self._take_up(self.standing)
-        every = math.ceil(INDEPENDENT * config.signals.smoothing / config.signals.sample_period - 1e-9)
-        self._every = max(every, 1)
-        self._known: Array = np.empty((3, 0))  # time, yaw rate and residual of the recent samples
-        self._at_rest = 0.0  # what was served at rest before the newest batch [N m]
+        self._monitor = Monitor(config)
         self._child: Beside | None = None
         self._work: tuple[Work, float] = ("trace", 0.0)
 
@@ -105,11 +96,11 @@ class LiveTracing:
             whether the ledger says more than before.
         """
         if batch is not None:
-            self._keep(node, batch)
+            self._monitor.keep(node.served.model, batch)
         newest = node.batches.covers()
         if self._child is not None or newest is None:
             return False
-        p = self._white()
+        p = self._monitor.p_value()
         self.standing = self.standing.clock_began_anew(newest)
         settings, before = self._config.tracing, self.standing
         work = before.due(newest, p, settings.window, settings.proof)
@@ -143,8 +134,8 @@ class LiveTracing:
             return None
         self._child = None
         before = self.standing
-        if work == "trace":  # what has been traced is no alarm again
-            self._known = self._known[:, self._known[0] > newest]
+        if work == "trace":
+            self._monitor.forget(newest)
         try:
             found = child.answer()
             if work == "trace":
@@ -211,7 +202,7 @@ class LiveTracing:
 
     def changed_over(self) -> None:
         """The learner has learned anew: its samples hold other effects than those before."""
-        self._known = np.empty((3, 0))
+        self._monitor.clear()
 
     def close(self) -> None:
         """Ends the process beside."""
@@ -236,29 +227,6 @@ class LiveTracing:
         self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
         self._note(node.served.revision, newest, "failed", told)
-
-    def _keep(self, node: LearnerNode, batch: Batch) -> None:
-        """Keeps what was left of the batch before it was learned: what damping takes over later is no alarm then."""
-        at_rest, model = self._at_rest, node.served.model
-        self._at_rest = float(model.predict(np.zeros(1)).damping[0]) if model.is_trained else 0.0
-        if batch.predicted is None:
-            return
-        time = np.array(batch.time)
-        index = np.rint(time / self._config.signals.sample_period).astype(np.int64)
-        # Damping vanishes at rest; a constant moment that was learned as damping is left in the residual.
-        residual = np.array(batch.damping) - np.array(batch.predicted) + at_rest
-        new = np.stack([time, np.array(batch.rate), residual])[:, index % self._every == 0]
-        if self._known.size and new.size and new[0, 0] <= self._known[0, -1]:
-            self._known = np.empty((3, 0))
-        known = np.concatenate([self._known, new], axis=1)[:, -MOST_SAMPLES:]
-        self._known = known[:, known[0] >= time[-1] - self._config.tracing.window]
-
-    def _white(self) -> float:
-        """The p-value of the residual that what was served has left in the recent samples."""
-        if not self._known.size:
-            return 1.0
-        time, rate, residual = self._known
-        return p_value(time, rate, residual, self._every * self._config.signals.sample_period)
 
     def _since(self, newest: float) -> float:
         """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
