@@ -32,7 +32,7 @@ def traced(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("traced")
     paths = [folder / f"run_{seed}.csv" for seed in (1, 2)]
     for seed, path in zip((1, 2), paths, strict=True):
-        write(path, recording(seed))
+        write(path, recording(seed, 280.0))
     assert main(["trace", *map(str, paths), "--inertia", "350", "--json", str(folder / "trace.json")]) == 0
     return folder / "trace.json"
 

@@ -15,14 +15,14 @@ from simulator import slow_commands
 from simulator.recordings import Recording, write
 from simulator.trace_sensors import examined, notes
 
-SECONDS, STEP = 420.0, 0.05
-"""How long a recording lasts, and the time between two of its rows [s]."""
+STEP = 0.05
+"""Between two rows [s]."""
 
 
-def recording(stiffness: float = 0.0) -> dict[str, Array]:
+def recording(stiffness: float = 0.0, seconds: float = 288.0) -> dict[str, Array]:
     """A vehicle of 24 kg m² driven by held commands, with a heading; a tether [N m/rad] turns it back."""
     rng = np.random.default_rng(11)
-    t = np.asarray(np.arange(0.0, SECONDS, STEP), dtype=np.float64)
+    t = np.asarray(np.arange(0.0, seconds, STEP), dtype=np.float64)
     command = np.repeat(rng.uniform(-15.0, 15.0, t.size // 120), 120)
     rate, heading = np.zeros(t.size), np.zeros(t.size)
     for k in range(t.size - 1):
@@ -68,7 +68,7 @@ def test_a_gyro_stuck_for_half_a_minute_is_refused(tmp_path: Path, capsys: pytes
 
 
 def test_a_clock_that_jumps_is_noted_with_its_instant(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    columns = recording()
+    columns = recording(seconds=420.0)
     late = columns["torque"].copy()
     k, shift = round(220.0 / STEP), round(0.8 / STEP)
     late[k + shift :] = columns["torque"][k:-shift]
