@@ -117,10 +117,7 @@ def ledger_text(ledger: EffectsLedger) -> str:
     for found in ledger.found:
         lines += _about(found)
     if ledger.history:
-        steps = [step(entry) for entry in ledger.history[-30:]]
-        headings = list(dict.fromkeys(heading for cells in steps for heading in cells))
-        lines += ["\n## Ledger", "| " + " | ".join(headings) + " |", "|" + ":--|" * len(headings)]
-        lines += ["| " + " | ".join(cells.get(heading, "") for heading in headings) + " |" for cells in steps]
+        lines += ["\n## Ledger", *(f"- {step(entry)}" for entry in ledger.history[-30:])]
     return "\n".join(lines)
 
 

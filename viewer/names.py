@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from incsvr.tracing.sentences import LABELS
+from viewer.frame import clock_text
 
 _UNITS = {
     "heading": "rad",
@@ -20,8 +21,6 @@ _UNITS = {
 }
 _ENDINGS = {"_speed": "rad/s", "_pwm": "µs", "_force": "N", "_torque": "N m"}
 """Units of the channels with known names (README of the recording's form), in full or by their end."""
-_EVIDENCE = ("p_value", "share", "error")
-_STEPS = {"t": "Vehicle time [s]", "at": "Vehicle time [s]", "step": "Step", "effect": "Effect", "why": "Why"}
 
 
 def words(key: str) -> str:
@@ -49,15 +48,12 @@ def parameter(name: str, value: float, interval: Any = None) -> str:
     return shown + (f" ({interval[0]:.3g} to {interval[1]:.3g})" if interval and interval[0] < interval[1] else "")
 
 
-def step(entry: Mapping[str, Any]) -> dict[str, str]:
-    """One step of the ledger: headings and cells in words; its evidence stands with the effect."""
-    return {_STEPS.get(key, words(key)): _cell(key, value) for key, value in entry.items() if key not in _EVIDENCE}
-
-
-def _cell(key: str, value: Any) -> str:
-    if key == "effect":
-        return effect(str(value))
-    if isinstance(value, Mapping):
-        return ", ".join(parameter(name, number) for name, number in value.items())
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return text.replace("|", "/").replace("\n", " ")
+def step(entry: Mapping[str, Any]) -> str:
+    """One step of the ledger as a sentence; its evidence stands with the effect."""
+    t, revision = entry.get("t", entry.get("at")), entry.get("revision")
+    when = f"**{clock_text(t)}** " if isinstance(t, float | int) else ""
+    served = "" if revision is None else f" (revision {revision})"
+    about = str(entry.get("effect", "?"))
+    # What is suspected says its effect's name again, which stands before it.
+    why = str(entry.get("why", "")).removeprefix(f"{about}: ").replace("\n", " ")
+    return f"{when}{effect(about)}: {entry.get('step', '?')}{f': {why}' if why else ''}{served}"

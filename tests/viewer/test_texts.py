@@ -87,8 +87,7 @@ def test_the_ledger_tells_each_effect_and_each_step() -> None:
     assert "The torque arrives 0.71 s late." in text
     assert "- Time constant 0.71 s (0.66 to 0.76)" in text
     assert "- 88 % of what could be explained, p = 1e-06" in text
-    assert "| Vehicle time [s] | Step | Effect |" in text
-    assert "| 812.4 | promoted | Torque lag |" in text
+    assert "- **812.4 s** Torque lag: promoted" in text
     assert "p < 1e-300" in ledger_text(EffectsLedger(effects=({**LAG, "p_value": 0.0},)))
     assert "None:" in ledger_text(EffectsLedger())
 
@@ -99,8 +98,8 @@ def test_people_read_names_and_units_and_never_a_key() -> None:
     assert names.channel("depth") == "Depth [m]"
     assert names.channel("thruster_3_pwm") == "Thruster 3 pwm [µs]"
     assert names.channel("winch") == "Winch"
-    step = {"t": 3.0, "step": "left out", "effect": "wave", "parameters": {"period_s": 4.0}}
-    assert names.step(step)["Parameters"] == "period 4 s"
+    step = {"t": 3.0, "step": "suspected", "effect": "torque_lag", "why": "torque_lag: it lags", "revision": 7}
+    assert names.step(step) == "**3.0 s** Torque lag: suspected: it lags (revision 7)"
     for key in LABELS:
         assert "_" not in names.parameter(key, 1.0)
 

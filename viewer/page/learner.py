@@ -137,7 +137,7 @@ class Learner:
                     str(found.get("sentence") or names.effect(str(found.get("effect")))) for found in ledger.effects
                 ],
                 "found": [f"{found.get('state')}, not in force: {found.get('sentence')}" for found in ledger.found],
-                "history": [" · ".join(names.step(entry).values()) for entry in ledger.history[-10:]],
+                "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
         return head | self._parts | {"away": None, "health": health.model_dump(mode="json")}
 
