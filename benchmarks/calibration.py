@@ -10,7 +10,6 @@ of the logs. The noise is shared between water and torque's sensor, as in the tr
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 from collections.abc import Iterable
@@ -18,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from benchmarks.provenance import provenance
+from benchmarks.provenance import provenance, publish
 from benchmarks.trace_cases import AUTOCORRELATIONS
 from benchmarks.trace_judge import interval
 from benchmarks.trace_table import as_run
@@ -107,10 +106,7 @@ def run(args: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
     with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
         document["records"] = [record for found in pool.map(examine, cases) for record in found]
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "calibration.json").write_text(json.dumps(document) + "\n", encoding="utf-8")
-    (args.out / "calibration.md").write_text(report(document), encoding="utf-8")
-    print(report(document))
+    publish(args.out, "calibration", document, report(document))
     return 0
 
 

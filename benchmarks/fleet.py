@@ -10,7 +10,6 @@ over the wire is stated per message and, at the vehicle's own pace, per vehicle 
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
 import threading
 import time
@@ -25,7 +24,7 @@ import psutil
 import zenoh
 
 from benchmarks.bus import PARTNERS, PATIENCE, process
-from benchmarks.provenance import provenance
+from benchmarks.provenance import provenance, publish
 from service.session import connecting, free_endpoint, open_session
 from service.wire import IterationHistory, Keys, decode
 from simulator.player import wait_for_learner
@@ -194,10 +193,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     command = f"python -m benchmarks.fleet --vehicles {args.vehicles} --speed {args.speed:g}"
     result = provenance(command, "eclipse-zenoh") | measure(args.vehicles, args.speed)
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "fleet.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-    (args.out / "fleet.md").write_text(report(result), encoding="utf-8")
-    print(report(result))
+    publish(args.out, "fleet", result, report(result))
     return 0
 
 

@@ -1,12 +1,15 @@
-"""Where and when a figure was measured: no figure is published without it."""
+"""Where and when a figure was measured: no figure is published without it; and the two files of a study."""
 
 from __future__ import annotations
 
 import importlib.metadata
+import json
 import os
 import platform
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 
 def provenance(command: str, *packages: str) -> dict[str, object]:
@@ -20,6 +23,14 @@ def provenance(command: str, *packages: str) -> dict[str, object]:
         "python": platform.python_version(),
         "versions": {name: importlib.metadata.version(name) for name in ("numpy", "scipy", *packages)},
     }
+
+
+def publish(folder: Path, name: str, document: Mapping[str, Any], text: str) -> None:
+    """Writes a study for programs (`name.json`) and for people (`name.md`), and prints the latter."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    print(text)
 
 
 def _processor() -> str:

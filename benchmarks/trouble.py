@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.provenance import provenance
+from benchmarks.provenance import provenance, publish
 from incsvr.samples import Array
 from service.cli import main
 from simulator.recordings import Recording, write
@@ -194,10 +194,7 @@ def run(args: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
     with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
         document["records"] = list(pool.map(examine, cases))
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "trouble.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-    (args.out / "trouble.md").write_text(report(document), encoding="utf-8")
-    print(report(document))
+    publish(args.out, "trouble", document, report(document))
     return 0
 
 
