@@ -38,7 +38,7 @@ def pictures(recording: Path, folder: Path) -> None:
         for iteration in ITERATIONS:
             screen.show("Learning", iteration)
             _save(screen, folder / f"iteration-{iteration:02d}.png")
-        for page in ("Before and after", "Signals", "Health"):
+        for page in ("Before and after", "Signals", "Effects", "Health"):
             screen.show(page)
             _save(screen, folder / f"{page.lower().replace(' ', '-')}.png")
     draw(recording.parent, folder / "experiment.png")
