@@ -59,8 +59,9 @@ def drawn(seed: int, hidden: bool) -> Mission:
     random = np.random.default_rng([seed, *b"live"])
     kind, vehicle, effect = (str(random.choice(names)) for names in (KINDS, VEHICLES, EFFECTS))
     onset = float(round(random.uniform(FIRST, LATEST)))
-    chosen = {"effect": effect, "onset": onset} if hidden else {}
-    return Mission(kind, vehicle, seed, duration=HOUR, **chosen)  # type: ignore[arg-type]
+    if not hidden:
+        return Mission(kind, vehicle, seed, duration=HOUR)
+    return Mission(kind, vehicle, seed, effect, onset=onset, duration=HOUR)
 
 
 def configured(recording: Recording, inertia: float, mode: str) -> Config:
@@ -81,7 +82,7 @@ def examine(case: tuple[str, int]) -> Record:
     began = time.perf_counter()
     try:
         record = _act(seed) if group == "act" else _mission(seed, group == "hidden")
-    except Exception as error:
+    except Exception as error:  # the other cases go on, and the table says which failed
         where = traceback.format_exc(limit=-3)
         record = {"failed": f"{type(error).__name__}: {error}", "where": where}
     return {"group": group, "seed": seed, "seconds": round(time.perf_counter() - began, 1)} | record

@@ -11,6 +11,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -98,7 +99,7 @@ class Answers:
         """Answers what operators have decided, from the thread that learns."""
         while self._decided:
             verb, key, query = self._decided.popleft()
-            self._reply(query, key, lambda asked, verb=verb: decided(verb, _effect(asked)))  # type: ignore[misc]
+            self._reply(query, key, partial(_decision, decided, verb))
             del query
 
     def _answer_all(self) -> None:
@@ -227,6 +228,10 @@ class Answers:
         if "at" in asked:
             return self._history.at(_number("at", asked["at"]))
         return self._history.revision(_count("revision", asked["revision"], 2**62))
+
+
+def _decision(decided: Callable[[Verb, str], bytes], verb: Verb, query: zenoh.Query) -> bytes:
+    return decided(verb, _effect(query))
 
 
 def _effect(query: zenoh.Query) -> str:

@@ -23,12 +23,12 @@ from incsvr.samples import Samples
 from service import wire
 from service.answers import Answers, Verb
 from service.archive import archive_of
-from service.bulletin import Bulletin
 from service.company import Company
 from service.config import Config
 from service.effects import TracedEffects, configured
 from service.estimates import estimate
 from service.health import HealthWatch
+from service.health_publisher import HealthPublisher
 from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
 from service.ledger import findings
@@ -75,7 +75,7 @@ class Host:
         if self._live is not None:
             self._say(self._live)
         self._outgoing = Outgoing(session, self.keys, self._archive)
-        self._bulletin = Bulletin(session, config, self._outgoing)
+        self._health_publisher = HealthPublisher(session, config, self._outgoing)
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
@@ -149,7 +149,7 @@ class Host:
         self._estimate()
         health = self.watch.report(self.node)
         ros = mapped is not None and self._config.inputs.preset == "ros2"
-        self._bulletin.say(health, now, mapped.rate_key() if ros and mapped is not None else None)
+        self._health_publisher.publish(health, now, mapped.rate_key() if ros and mapped is not None else None)
         return (self._live is not None and self._live.waits) or (store is not None and store.due)
 
     def _estimate(self) -> None:
@@ -199,7 +199,7 @@ class Host:
         """All but the publishers: to undeclare those may take ten seconds, and ends with the session."""
         self.ingest.close()
         self.answers.close()
-        self._bulletin.close()
+        self._health_publisher.close()
         self._company.close()
 
     def _save(self) -> None:

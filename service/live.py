@@ -214,10 +214,14 @@ class LiveTracing:
         """Effect → the trace that holds it and could be promoted, a proven one rather than a suspected one."""
         offered: dict[str, tuple[Role, Content]] = {}
         standing = self.standing
-        for role, content in (("proven", standing.proven), ("suspected", standing.shadow)):
+        ordered: tuple[tuple[Role, Content | None], ...] = (
+            ("proven", standing.proven),
+            ("suspected", standing.shadow),
+        )
+        for role, content in ordered:
             if content is not None:
                 for name in self._effects(content).compensation.names:
-                    offered.setdefault(name, (role, content))  # type: ignore[arg-type]  # both are roles
+                    offered.setdefault(name, (role, content))
         return offered
 
     def _failed(self, node: LearnerNode, before: Standing, why: str) -> None:

@@ -1,4 +1,4 @@
-"""When health is said, and what of it is logged: on the bus, to the tools of ROS 2, to whoever reads the log."""
+"""Publishes health on the bus and for the tools of ROS 2, and logs what changed in it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ HEALTH_PERIOD = 1.0
 """Health is published this often [s], and whenever its level or its reasons change."""
 
 
-class Bulletin:
-    """The health of one learner as it goes out; from one thread alone."""
+class HealthPublisher:
+    """Publishes and logs the health of one learner; from one thread alone."""
 
     def __init__(self, session: zenoh.Session, config: Config, outgoing: Outgoing) -> None:
         self._session, self._config, self._outgoing = session, config, outgoing
@@ -33,7 +33,7 @@ class Bulletin:
         self._next_health = self._next_log = 0.0
         self._rejected = 0
 
-    def say(self, health: wire.Health, now: float, ros_rate: str | None) -> None:
+    def publish(self, health: wire.Health, now: float, ros_rate: str | None) -> None:
         """Publishes health when it is due or has changed, and logs what became of the learning and what was rejected.
 
         Args:
