@@ -25,6 +25,7 @@ from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
+    from incsvr.plant.body import Coupled
     from service.window import Window
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
@@ -42,6 +43,7 @@ class Batches:
         memory: what an earlier `to_dict` gave, to go on from there.
         compensation: the traced effects that samples are freed of.
         window: keeps the newest raw data, so that the samples can begin anew with other effects.
+        coupled: the axis in its body, of whose other velocities samples are freed.
     """
 
     def __init__(
@@ -51,11 +53,12 @@ class Batches:
         memory: Mapping[str, Any] | None = None,
         compensation: Compensation | None = None,
         window: Window | None = None,
+        coupled: Coupled | None = None,
     ) -> None:
-        self._settings, self._size, self._compensation = settings, size, compensation
+        self._settings, self._size, self._compensation, self._coupled = settings, size, compensation, coupled
         self._window = window
         self._lock = threading.Lock()
-        self._synchroniser = Synchroniser(settings, compensation)
+        self._synchroniser = Synchroniser(settings, compensation, coupled)
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
         self._refused: dict[str, int] = {}
@@ -66,7 +69,7 @@ class Batches:
         if memory is not None:
             # Under other settings the streams begin anew: what they held was cut to the old ones.
             if memory["synchroniser"]["settings"] == self._synchroniser.to_dict()["settings"]:
-                self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], compensation)
+                self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], compensation, coupled)
                 self._turns = int(memory["turns"])
             self._refused = {reason: -count for reason, count in self._synchroniser.rejected.items()}
             self._take(_samples(memory["waiting"]))
@@ -120,7 +123,7 @@ class Batches:
 
     def freed(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
         """The window's samples from `since` to `until` [s], as they are with these effects; nothing changes."""
-        samples = play(Synchroniser(self._settings, compensation), self.recent())
+        samples = play(Synchroniser(self._settings, compensation, self._coupled), self.recent())
         return samples.take((samples.time >= since) & (samples.time <= until))
 
     def begin_anew(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
@@ -133,7 +136,7 @@ class Batches:
             if self._restarts != clock_restarts:
                 raise BadInput("the vehicle's clock began anew meanwhile")
             streams = {} if self._window is None else self._window.streams()
-            synchroniser = Synchroniser(self._settings, compensation)
+            synchroniser = Synchroniser(self._settings, compensation, self._coupled)
             samples = play(synchroniser, streams)
             samples = samples.take(samples.time > after)
             for reason, count in self._synchroniser.rejected.items():

@@ -31,6 +31,8 @@ def _section(section: BaseModel, values: dict[str, Any], indent: str, usual: Bas
         value, default = getattr(section, name), None if usual is None else getattr(usual, name)
         if usual is not None and value == default:
             continue
+        if name == "inertia" and getattr(section, "mass_matrix", None) is not None:
+            continue  # it follows from the matrix, of each axis its own
         if isinstance(value, BaseModel):
             lines += ["", f"# {(type(value).__doc__ or '').partition(chr(10))[0]}", f"{name}:"]
             lines += _section(value, values[name], indent + "  ", default)

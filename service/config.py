@@ -18,6 +18,10 @@ from pydantic import Field, ValidationError, model_validator
 
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings as LearnerSettings
+from incsvr.plant.attitude import ATTITUDE
+from incsvr.plant.axes import AXES, VELOCITIES, stream_of
+from incsvr.plant.body import Coupled
+from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import SignalSettings
 from service.inputs.presets.defaults import defaults
 from service.inputs.settings import Inputs
@@ -85,9 +89,43 @@ class Config(Section):
         """What the learner is told."""
         return LearnerSettings(rate_range=self.vehicle.rate_range, **self.learner.model_dump())
 
+    def coupled(self) -> Coupled | None:
+        """The axis in its body, with the velocities and angles that samples wait for; None takes it by itself."""
+        known = {*self.signals.channels}
+        axis = AXES[self.vehicle.axis]
+        heard = tuple(name for name in VELOCITIES if stream_of(axis, name) in known)
+        return self._in_its_body((*heard, *(name for name in ATTITUDE if name in known)))
+
+    def _in_its_body(self, recorded: tuple[str, ...]) -> Coupled | None:
+        vehicle = self.vehicle
+        if vehicle.mass_matrix is None and vehicle.weight is None:
+            return None
+        axis = AXES[vehicle.axis]
+        alone = tuple(vehicle.inertia if name == axis.name else 0.0 for name in AXES)
+        return Coupled(axis, mass_matrix(vehicle.mass_matrix or alone), recorded, vehicle.restoring)
+
+    def _hearing(self, learners: tuple[Config, ...]) -> Config:
+        """The same, where samples wait for all that the body asks for and something brings: a learner of another axis
+        of the vehicle in this process, or `inputs.channels`."""
+        coupled = self._in_its_body((*VELOCITIES, *ATTITUDE))
+        if coupled is None:
+            return self
+        brought = {*self.inputs.channels, *(name for other in learners for name in self.hears(other))}
+        channels = dict.fromkeys((*self.signals.channels, *(name for name in coupled.streams if name in brought)))
+        channels.pop(coupled.axis.rate, None)  # its own, which the file may name for the learner of another axis
+        return self.model_copy(update={"signals": self.signals.model_copy(update={"channels": tuple(channels)})})
+
+    def hears(self, other: Config) -> tuple[str, ...]:
+        """Under what name the velocity of another learner of the same vehicle comes to this one, if it is another."""
+        if other.vehicle.name != self.vehicle.name or other.vehicle.axis == self.vehicle.axis:
+            return ()
+        return (stream_of(AXES[self.vehicle.axis], AXES[other.vehicle.axis].rate),)
+
     def each(self) -> tuple[Config, ...]:
         """The configuration of every learner in this process: this one, then those of `also`."""
         base = self.model_dump(exclude={"also"})
+        if self.vehicle.mass_matrix is not None:
+            del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own
         rest = tuple(_validated(_merged(base, entry), {}) for entry in self.also)
         prefixes = [self.prefix, *(config.prefix for config in rest)]
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
@@ -95,7 +133,8 @@ class Config(Section):
             raise BadInput(
                 f"two learners share the prefix {min(twice)}; give every entry of `also` a prefix of its own"
             )
-        return (self, *rest)
+        learners = (self, *rest)
+        return tuple(learner._hearing(learners) for learner in learners)
 
 
 def add_config_arguments(parser: argparse.ArgumentParser) -> None:

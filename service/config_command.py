@@ -50,7 +50,7 @@ def _checked(path: Path, user: str | None) -> str:
             Hearing(mapping(each))
         effects = configured(each)
         for recording in each.validation.values():
-            read_validation(recording, each.signal_settings(), effects)
+            read_validation(recording, each, effects)
     said = f"{path}: good; the learner serves {', '.join(prefixes)} {bus}"
     if user is None and os.geteuid() == 0 and config.bus.zenoh_file is not None:
         said += "; root reads every key, --user incsvr asks whether the unit's user can"

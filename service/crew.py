@@ -27,7 +27,7 @@ class Crew:
     """Works for learners from `with` to its end; then they have said goodbye, saved and closed.
 
     Args:
-        hosts: the learners.
+        hosts: the learners; each tells the velocity of its axis to those of the same vehicle that wait for it.
         stroke: called by the thread that learns, for a watchdog that is to miss it where that thread hangs.
         period: how often at least it is called [s]; None where no watchdog watches.
     """
@@ -36,6 +36,8 @@ class Crew:
         self, hosts: Sequence[Host], stroke: Callable[[], None] = lambda: None, period: float | None = None
     ) -> None:
         self._hosts, self._stroke, self._period = hosts, stroke, period
+        for host in first_of_each_axis(hosts):
+            host.tell_velocity_to(hosts)
         self._stop, self._batch = threading.Event(), threading.Event()
         self._threads = [
             threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)
@@ -56,15 +58,22 @@ class Crew:
         self._batch.set()
         for thread in self._threads:
             thread.join()
+        self._each(lambda host: host.ingest.hear())
         self._each(Host.close)
 
     def _take_in(self) -> None:
-        def drain(host: Host) -> None:
-            if host.ingest.drain():
+        def hear(host: Host) -> None:
+            if host.ingest.hear():
+                self._batch.set()
+
+        def learn(host: Host) -> None:
+            if host.ingest.learn():
                 self._batch.set()
 
         while not self._stop.wait(POLL):
-            self._each(drain)
+            # What one hears may be another's, too: each is told all of it before its samples are made.
+            self._each(hear)
+            self._each(learn)
 
     def _train(self) -> None:
         while not self._stop.is_set():
@@ -101,10 +110,19 @@ class Crew:
         while not self._stop.wait(TICK):
             self._each(tick)
 
-    def _each(self, work: Callable[[Host], None]) -> None:
+    def _each(self, work: Callable[[Host], object]) -> None:
         """Does it for every learner; what fails for one is said and does not end the work for the others."""
         for host in self._hosts:
             try:
                 work(host)
             except Exception:
                 log.exception("%s: a fault of this program", host.keys.prefix)
+
+
+def first_of_each_axis(hosts: Sequence[Host]) -> list[Host]:
+    """Of several learners of the same axis of a vehicle, the first one: all hear the same."""
+    found: dict[tuple[str, str], Host] = {}
+    for host in hosts:
+        vehicle = host.node.config.vehicle
+        found.setdefault((vehicle.name, vehicle.axis), host)
+    return list(found.values())

@@ -10,6 +10,10 @@ from service.node import LearnerNode, NothingLearned
 from service.stand_in import Ahead, StandIn
 
 EFFECTS = "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
+COUPLED = (
+    "what the body's other velocities and its attitude take is not in a forecast yet, so there is none with "
+    "vehicle.mass_matrix or vehicle.weight; ask for the damping"
+)
 
 
 def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.ForecastReply:
@@ -20,7 +24,7 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
 
     Raises:
         NothingLearned: ask again later.
-        BadInput: the question is none, or effects are in force.
+        BadInput: the question is none, or effects are in force, or other velocities have a part in the torque.
     """
     stand_in, served, smoothing = _ready(node), node.served, node.batches.smoothing
     believed = node.said.paused is None
@@ -95,7 +99,7 @@ def _last(node: LearnerNode, ahead: Ahead, why: str) -> wire.Estimate:
 
 def _ready(node: LearnerNode) -> StandIn:
     if node.stand_in is None or node.served.effects:
-        raise BadInput(EFFECTS)
+        raise BadInput(EFFECTS if node.config.coupled() is None else COUPLED)
     if not node.served.model.is_trained:
         raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
     return node.stand_in

@@ -3,7 +3,7 @@
 ERROR: what was learned cannot be kept, or an iteration failed. STALE: a stream is silent for longer than its limit.
 WARN: samples were rejected or lost, the torque hardly moves the vehicle, it moves where the model only extrapolates,
 the yaw rate stands still, an earlier state was set aside, a traced effect had to be left out, learning is starved or
-paused. Ages are wall time; the clock is injected.
+paused. OK may come with a note: what is taken for zero. Ages are wall time; the clock is injected.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.learning.excitation import MANOEUVRE
-from incsvr.plant.axes import AXES
+from incsvr.plant.axes import AXES, stream_of
+from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
@@ -83,8 +84,22 @@ class HealthWatch:
         self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
         self.notices: tuple[str, ...] = ()
         self.effect_channels: tuple[str, ...] = ()
+        self._body: tuple[str, ...] = ()
+        self._notes: tuple[str, ...] = ()
         self.asks = False
         self.queries = 0
+
+    def among(self, coupled: Coupled | None) -> None:
+        """The axis is learned in this body: what samples need of it, and what is taken for zero."""
+        if coupled is None:
+            return
+        self._body = coupled.streams
+        if coupled.missing:
+            unknown = ", ".join(f"channel {stream_of(coupled.axis, name)}" for name in coupled.missing)
+            self._notes = (
+                f"taken for zero in the vehicle's body, because nothing brings it: {unknown}; publish it and name it "
+                "in signals.channels, or have a learner of that axis in this process",
+            )
 
     def received(self, name: str, t: Array, value: Array) -> None:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
@@ -163,10 +178,12 @@ class HealthWatch:
             *(("ERROR", sentence) for sentence in self._errors(now)),
             *(("STALE", sentence) for sentence in self._stale(now)),
             *(("WARN", sentence) for sentence in self._warnings(now, node, rejected)),
+            *(("OK", sentence) for sentence in self._notes),
         ]
         silent = any(level == "STALE" for level, _ in graded)
         if learning.state == "paused" or (learning.state == "starved" and not silent):  # else the silence says it all
-            graded.insert(len([1 for level, _ in graded if level != "WARN"]), ("WARN", learning.sentence))
+            graver = sum(level in ("ERROR", "STALE") for level, _ in graded)
+            graded.insert(graver, ("WARN", learning.sentence))
         served, axis = node.served, AXES[node.config.vehicle.axis]
         with self._lock:
             streams = {
@@ -240,10 +257,12 @@ class HealthWatch:
                         stale.append(f"no {called} has come yet")
                 elif now - at > self._limits.stale_after:
                     stale.append(f"the last {called} came {now - at:.1f} s ago")
-            for name in self.effect_channels:
+            needed = dict.fromkeys(self.effect_channels, "the traced effects")
+            needed = dict.fromkeys(self._body, "what it takes of the torque") | needed
+            for name, what in needed.items():
                 at = self._stream(name).at
                 if now - (self._started if at is None else at) > max(self._limits.stale_after, JUMP):
-                    stale.append(f"{name} does not come, and without it no sample can be freed of the traced effects")
+                    stale.append(f"{name} does not come, and without it no sample can be freed of {what}")
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:

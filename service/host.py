@@ -12,14 +12,16 @@ from __future__ import annotations
 import logging
 import time
 import uuid
+from collections.abc import Sequence
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from incsvr.samples import Samples
+from incsvr.samples import Array, Samples
 from service import wire
 from service.answers import Answers, Verb
 from service.archive import archive_of
@@ -65,13 +67,13 @@ class Host:
         self.node, self._live = self._taken_up()
         self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
         effects = self._effects if self._live is None else self._live.effects
-        settings = config.signal_settings()
         self.node.validate_on(
-            {name: read_validation(path, settings, effects) for name, path in config.validation.items()}
+            {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
         self._company = Company(session, self.keys, self.node.boot, time.monotonic)
         self._archive = archive_of(config, self.node.boot, learners)
         self._watch_over(effects)
+        self.watch.among(config.coupled())
         if self._live is not None:
             self._say(self._live)
         self._outgoing = Outgoing(session, self.keys, self._archive)
@@ -130,6 +132,18 @@ class Host:
             effects=effects,
         )
         return node, live
+
+    def tell_velocity_to(self, others: Sequence[Host]) -> None:
+        """The velocity that this learner hears goes to those of the same vehicle whose samples wait for it."""
+        for other in others:
+            for name in other._config.hears(self._config):
+                if name in other._config.signals.channels:
+                    self.ingest.onward.append(partial(other._hear, name))
+
+    def _hear(self, name: str, t: Array, value: Array) -> bool:
+        """A velocity from another learner of this process; True where a batch waits."""
+        self.watch.received(name, t, value)
+        return self.node.push(name, t, value)
 
     def tick(self) -> bool:
         """Publishes health when it is due or has changed, and says in the log what was rejected.
@@ -288,7 +302,7 @@ class Host:
         found = {}
         for name, path in self._config.validation.items():
             try:
-                found[name] = read_validation(path, self._config.signal_settings(), effects)
+                found[name] = read_validation(path, self._config, effects)
             except BadInput as error:
                 log.warning("%s: %s", self.keys.prefix, error)
         return found

@@ -17,7 +17,7 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from incsvr.samples import Array
-from incsvr.signals import REQUIRED
+from incsvr.signals import REQUIRED, YAW_RATE
 from service.archive import Archive
 from service.health import HealthWatch
 from service.inputs.forms.own import Refused, parse
@@ -49,6 +49,8 @@ _ENCODINGS = {
         zenoh.Encoding.ZENOH_STRING,
     )
 }
+
+Listener = Callable[[Array, Array], bool]
 
 
 def places(learners: int) -> int:
@@ -97,6 +99,9 @@ class Ingest:
     """The subscriptions of one learner of so many in the process; `drain` empties them.
 
     Without `required`, yaw rate and torque come from elsewhere.
+
+    Attributes:
+        onward: who else in this process is told each yaw rate that comes, stamps and values; True where a batch waits.
     """
 
     def __init__(
@@ -110,6 +115,8 @@ class Ingest:
         archive: Archive | None = None,
     ) -> None:
         self._node, self._watch, self._places, self._archive = node, watch, places(learners), archive
+        self.onward: list[Listener] = []
+        self._heard: list[tuple[str, Array, Array]] = []
         most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
         self._queues = [
             _Queue(name, session.declare_subscriber(key, RingChannel(self._places)), most_bytes)
@@ -120,7 +127,11 @@ class Ingest:
 
     def drain(self) -> bool:
         """Takes what has come, from one thread alone; True where a batch waits to be learned."""
-        batch_waits = False
+        batch_waits = self.hear()
+        return self.learn() or batch_waits
+
+    def hear(self) -> bool:
+        """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
         for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
@@ -129,8 +140,19 @@ class Ingest:
                 self._take(sample, payload, queue.name, taken)
                 if size > LARGE:
                     self._fill()  # to read it took long
-            for stream, (t, value) in taken.items():
-                batch_waits |= self._pass_on(stream, t, value)
+            self._heard += [(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
+        batch_waits = False
+        for stream, stamps, values in self._heard:
+            self._watch.received(stream, stamps, values)
+            for listener in self.onward if stream == YAW_RATE else ():
+                batch_waits |= listener(stamps, values)
+        return batch_waits
+
+    def learn(self) -> bool:
+        """Passes on what was read to the learner; True where a batch waits."""
+        batch_waits, heard, self._heard = False, self._heard, []
+        for each in heard:
+            batch_waits |= self._node.push(*each)
         return batch_waits
 
     def close(self) -> None:
@@ -166,15 +188,12 @@ class Ingest:
         stamps += t
         values += value
 
-    def _pass_on(self, stream: str, t: list[Any], value: list[Any]) -> bool:
-        try:
-            stamps, values = np.array(t, dtype=np.float64), np.array(value, dtype=np.float64)
-        except OverflowError:  # an integer beyond all floats
-            stamps, values = _floats(t), _floats(value)
-        if not stamps.size:
-            return False
-        self._watch.received(stream, stamps, values)
-        return self._node.push(stream, stamps, values)
+
+def _arrays(t: list[Any], value: list[Any]) -> tuple[Array, Array]:
+    try:
+        return np.array(t, dtype=np.float64), np.array(value, dtype=np.float64)
+    except OverflowError:  # an integer beyond all floats
+        return _floats(t), _floats(value)
 
 
 def _floats(items: list[Any]) -> Array:

@@ -239,6 +239,11 @@ class LiveTracing:
         return begins if known is None else max(begins, float(known))
 
     def _job(self, work: Work, newest: float) -> dict[str, Any]:
+        coupled, smoothing = self._config.coupled(), self._config.signals.smoothing
+        body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
+        return body | self._work_of(work, newest)
+
+    def _work_of(self, work: Work, newest: float) -> dict[str, Any]:
         if work == "trace" or self.standing.tried is None:
             return {
                 "work": work,

@@ -13,11 +13,12 @@ import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
+from incsvr.samples import Array
 from service.archive import Archive
 from service.arrivals import Arrivals
 from service.config import Config
 from service.health import HealthWatch
-from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, places
+from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.settings import Inputs, Source
@@ -32,6 +33,9 @@ SLOWER = 4
 
 class MappedIngest:
     """The subscriptions of one learner of so many in the process; `drain` empties them.
+
+    Attributes:
+        onward: as of `Ingest`, while what comes may be learned from.
 
     Args:
         config: whose `inputs` is the mapping.
@@ -53,6 +57,8 @@ class MappedIngest:
         archive: Archive | None = None,
     ) -> None:
         self._node, self._watch = node, watch
+        self.onward: list[Listener] = []
+        self._heard: list[tuple[str, Array, Array]] = []
         self.hearing = Hearing(mapping(config), parameters)
         self._began, self._lock = time.monotonic(), threading.Lock()
         most_bytes = SLOWER * max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
@@ -63,7 +69,12 @@ class MappedIngest:
 
     def drain(self) -> bool:
         """Takes what has come, from one thread alone; True where a batch waits to be learned."""
-        batch_waits = self._channels.drain()
+        batch_waits = self.hear()
+        return self.learn() or batch_waits
+
+    def hear(self) -> bool:
+        """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
+        batch_waits = self._channels.hear()
         # Told together, because the cost lies in the calls.
         came: dict[str, tuple[list[float], list[float]]] = {}
         learned: dict[str, tuple[list[float], list[float]]] = {}
@@ -85,9 +96,19 @@ class MappedIngest:
                 self._watch.received(name, np.array(t), np.array(value))
         # A sample is complete when both others have passed it, and takes what is there of the channels: they go first.
         for name in sorted(learned, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0)):
-            t, value = learned[name]
-            if t:
-                batch_waits |= self._node.push(name, np.array(t), np.array(value))
+            stamps, values = (np.array(each) for each in learned[name])
+            if stamps.size:
+                self._heard.append((name, stamps, values))
+                for listener in self.onward if name == RATE else ():
+                    batch_waits |= listener(stamps, values)
+        return batch_waits
+
+    def learn(self) -> bool:
+        """Passes on what was read to the learner; True where a batch waits."""
+        batch_waits = self._channels.learn()
+        heard, self._heard = self._heard, []
+        for each in heard:
+            batch_waits |= self._node.push(*each)
         return batch_waits
 
     @property

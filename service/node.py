@@ -102,10 +102,12 @@ class LearnerNode:
         signals = config.signal_settings()
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
         window = Window(signals, config.tracing.window) if config.tracing.on else None
-        self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window)
-        #: None where effects are known that a forecast would have to hold.
+        coupled = config.coupled()
+        self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled)
+        #: None where effects or other velocities are known that a forecast would have to hold.
         known_before = (memory or {}).get("forecast")
-        self.stand_in = None if effects is not None else StandIn(signals, known_before)
+        alone = effects is None and coupled is None
+        self.stand_in = StandIn(signals, known_before) if alone else None
         self._clock_restarts = 0
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)

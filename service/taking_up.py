@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,11 +21,15 @@ BESIDE = ("-journal", "-wal", "-shm")
 def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     """What a state must agree with to be taken up; `effects` names the traced effects that samples are freed of."""
     settings = config.learner
+    coupled = config.coupled()
+    inertia: Any = config.vehicle.inertia
+    if coupled is not None:  # what samples are freed of, as JSON gives it back
+        inertia = json.loads(json.dumps(coupled.to_dict()))
     return {
         "form": [FORM, learner.FORM],
         "vehicle": config.vehicle.name,
         "prefix": config.prefix,
-        "inertia": config.vehicle.inertia,
+        "inertia": inertia,
         "policy": settings.policy,
         "gamma": settings.gamma,
         "C": settings.C,

@@ -23,9 +23,11 @@ from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.plant.axes import AXES
+from incsvr.plant.body import Coupled
 from incsvr.samples import Array
 from incsvr.shadow import as_run, compare
 from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
 
@@ -52,11 +54,13 @@ def main(folder: Path) -> int:
 
 
 def answered(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
-    """What a piece of work answers.
+    """What a piece of work answers, of the axis as if by itself: what its body takes is taken from the torque before.
 
     Raises:
         BadInput: the data cannot answer.
     """
+    if "body" in job:
+        streams, _ = freed(Coupled.from_dict(job["body"]), streams, job["smoothing"])
     return _compared(job, streams) if job["work"] == "prove" else _traced(job, streams)
 
 

@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Samples
-from incsvr.signals import REQUIRED, SignalSettings, synchronise
+from incsvr.plant.axes import AXES, BODY_YAW_RATE, YAW
+from incsvr.samples import Array, Samples
+from incsvr.signals import REQUIRED, synchronise
+from service.config import Config
 from service.effects import TracedEffects
 
 
-def read_validation(path: Path, settings: SignalSettings, effects: TracedEffects | None = None) -> Samples:
+def read_validation(path: Path, config: Config, effects: TracedEffects | None = None) -> Samples:
     """The damping samples of a recording (CSV with t, yaw_rate and torque), made as the learner makes its own.
 
-    Freed of the same effects, of which the recording must hold the channels.
+    Freed of the same effects and other velocities, of which the recording must hold the channels. Of another axis than
+    yaw its own columns are taken, such as sway and sway_force, where the recording is of the whole vehicle.
 
     Raises:
         BadInput: naming the file and the cure.
@@ -28,9 +31,10 @@ def read_validation(path: Path, settings: SignalSettings, effects: TracedEffects
             table: Any = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8-sig", dtype=np.float64)
     except (OSError, ValueError, UserWarning) as error:
         raise BadInput(f"{path}: this is no recording ({str(error).splitlines()[0]})") from None
-    columns = {name: np.atleast_1d(table[name]) for name in table.dtype.names or ()}
+    columns = _of_axis({name: np.atleast_1d(table[name]) for name in table.dtype.names or ()}, config.vehicle.axis)
+    settings, coupled = config.signal_settings(), config.coupled()
     compensation = None if effects is None else effects.compensation
-    further = () if compensation is None else settings.channels
+    further = () if compensation is None and coupled is None else settings.channels
     for name in ("t", *REQUIRED, *further):
         if name in further and name not in columns:
             raise BadInput(f"{path}: there is no column {name}, for which samples wait; leave this recording out")
@@ -40,9 +44,18 @@ def read_validation(path: Path, settings: SignalSettings, effects: TracedEffects
     for name in (*REQUIRED, *further):
         sampled = ~np.isnan(columns[name])
         streams[name] = (columns["t"][sampled], columns[name][sampled])
-    samples, rejected = synchronise(settings, streams, compensation)
+    samples, rejected = synchronise(settings, streams, compensation, coupled)
     if not len(samples):
         raise BadInput(
             f"{path}: no sample could be made of it (rejected: {dict(rejected)}); is it longer than its gaps?"
         )
     return samples
+
+
+def _of_axis(columns: dict[str, Array], name: str) -> dict[str, Array]:
+    """The columns of a whole vehicle with those of this axis under the two names of a learner."""
+    axis = AXES[name]
+    if axis == YAW or not {axis.rate, axis.effort} <= columns.keys():
+        return columns
+    turning = {BODY_YAW_RATE: columns[YAW.rate]} if YAW.rate in columns else {}
+    return {**columns, **turning, YAW.rate: columns[axis.rate], YAW.effort: columns[axis.effort]}

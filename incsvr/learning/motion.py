@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.plant import Damping, free_run, tabulated
-from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
+from incsvr.signals.coupled import motion_at
 from incsvr.signals.holding import MISSING
 from incsvr.signals.settings import SETTLES
-from incsvr.signals.smoothing import smooth
 
 SHORTEST = 1.0
 """A motion shorter than this [s] shows nothing of a vehicle."""
@@ -41,18 +40,9 @@ class Motion:
     linear: Array | None = None
 
     def among(self, coupled: Coupled, streams: Mapping[str, tuple[Array, Array]], smoothing: float) -> Motion:
-        """The motion with what the measured other velocities take of the torque, through a filter this wide [s]."""
-        motion = {}
-        for name in coupled.velocities:
-            stamps, values = streams[stream_of(coupled.axis, name)]
-            filtered = smooth(stamps, values, self.torque_time, smoothing=smoothing, gap=2.0 * smoothing)
-            raw = np.interp(self.torque_time, stamps, values)  # at the ends of a recording the filter has no window
-            slope = np.gradient(raw, self.torque_time)
-            known = filtered.complete
-            motion[name] = np.where(known, filtered.value, raw), np.where(known, filtered.slope, slope)
-        if not motion:
-            return self
-        outside, linear = coupled.driving(motion)
+        """The motion with what the body's other velocities and its attitude take, through a filter this wide [s]."""
+        motion, angles = motion_at(coupled, streams, self.torque_time, smoothing)
+        outside, linear = coupled.driving(motion, angles, self.torque_time.size)
         return replace(self, torque=self.torque - outside, linear=linear)
 
     def error(self, simulate: Callable[[Array, Array, float], Array]) -> Array:

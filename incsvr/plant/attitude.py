@@ -15,6 +15,9 @@ from incsvr.samples import Array
 
 Point = tuple[float, float, float]
 
+ATTITUDE = ("roll", "pitch")
+"""φ and θ [rad], as recordings and streams call them."""
+
 
 def rotation(roll: float, pitch: float, yaw: float) -> Array:
     """R(Θ), (3, 3): from the body to the world (Fossen, Eq. 2.18)."""

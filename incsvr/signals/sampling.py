@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.plant import damping_moment
-from incsvr.plant.axes import stream_of
-from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, DECLARED_INERTIA, Coupled
+from incsvr.plant.body import DECLARED_INERTIA, Coupled
 from incsvr.samples import Array, Samples
 from incsvr.signals import raw
+from incsvr.signals.coupled import taken
 from incsvr.signals.holding import held, stepped
 from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
@@ -74,7 +74,7 @@ def _alike(
     else:
         torque = smooth(*streams[TORQUE], at, smoothing=smoothing, gap=gap)
     yaw_rate = smooth(*streams[YAW_RATE], at, smoothing=smoothing, gap=gap)
-    others = {} if coupled is None else _others(coupled, at, streams, smoothing, gap)
+    others = {} if coupled is None else taken(coupled, at, streams, smoothing, gap)
     if others:  # what is left of the torque acts on the axis as if it were by itself
         torque = replace(torque, value=torque.value - np.sum(list(others.values()), axis=0))
     damping, parts = damping_moment(torque.value, yaw_rate.slope, settings.inertia), dict[str, Array]()
@@ -99,22 +99,6 @@ def _alike(
         parts,
         _raw(at, streams, torque, yaw_rate),
     )
-
-
-def _others(coupled: Coupled, at: Array, streams: Held, smoothing: float, gap: float) -> dict[str, Array]:
-    """What the other velocities take of the torque (m,) each [N m], through the very filter of torque and rate.
-
-    A product is filtered, not multiplied of filtered velocities: filtering commutes with the equation of motion alone.
-    """
-    time, rate = streams[YAW_RATE]
-    others = {name: streams[stream_of(coupled.axis, name)] for name in coupled.velocities}
-    filtered = {name: smooth(*stream, at, smoothing=smoothing, gap=gap) for name, stream in others.items()}
-    at_rate = {name: np.interp(time, *each) if each[0].size else np.zeros_like(time) for name, each in others.items()}
-    product = smooth(time, coupled.coriolis(rate, at_rate), at, smoothing=smoothing, gap=gap).value
-    known = np.all([each.complete for each in filtered.values()], axis=0)
-    found = {CORIOLIS: np.where(known, product, np.nan)}
-    inertial = coupled.coupled_inertia({name: each.slope for name, each in filtered.items()})
-    return found if inertial is None else {**found, COUPLED_INERTIA: inertial}
 
 
 def _raw(at: Array, streams: Held, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:

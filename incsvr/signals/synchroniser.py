@@ -215,11 +215,13 @@ class Synchroniser:
         }
 
     @staticmethod
-    def from_dict(data: Mapping[str, Any], compensation: Compensation | None = None) -> Synchroniser:
-        """The synchroniser whose to_dict gave `data`, with the same compensation."""
+    def from_dict(
+        data: Mapping[str, Any], compensation: Compensation | None = None, coupled: Coupled | None = None
+    ) -> Synchroniser:
+        """The synchroniser whose to_dict gave `data`, with the same compensation in the same body."""
         given = {name: value for name, value in data["settings"].items() if name != "form"}
         settings = SignalSettings(**{**given, "channels": tuple(given["channels"])})
-        synchroniser = Synchroniser(settings, compensation)
+        synchroniser = Synchroniser(settings, compensation, coupled)
         if synchroniser._ledger is not None:
             synchroniser._ledger.restore(data["ledger"])
         synchroniser._go_on(int(data["next"]))

@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.plant.attitude import Restoring, kinematics, rotation
-from incsvr.plant.axes import AXES
+from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
 from incsvr.plant.inertia import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
 from incsvr.samples import Array
@@ -101,15 +101,14 @@ def test_the_parts_of_equation_5_add_up_to_what_the_whole_body_takes(axis: str) 
     others = tuple(name for k, name in enumerate(names) if k != own)
     coupled = Coupled(AXES[axis], mass, others, weights)
     motion = {name: (velocity[:, k], acceleration[:, k]) for k, name in enumerate(names)}
-    parts = coupled.parts(velocity[:, own], motion, (roll, pitch))
+    parts = coupled.parts(velocity[:, own], motion, {"roll": roll, "pitch": pitch})
     assert set(parts) == {COUPLED_INERTIA, CORIOLIS, RESTORING}
     taken = mass[own, own] * acceleration[:, own] + np.sum(list(parts.values()), axis=0)
     whole = acceleration @ mass.T + weights.force(roll, pitch)
     whole += np.array([coriolis_matrix(mass, each) @ each for each in velocity])
     np.testing.assert_allclose(taken, whole[:, own], atol=1e-9)
-    outside, slope = coupled.driving(motion)
-    free = np.sum([parts[COUPLED_INERTIA], parts[CORIOLIS]], axis=0)
-    np.testing.assert_allclose(outside + slope * velocity[:, own], free, atol=1e-9)
+    outside, slope = coupled.driving(motion, {"roll": roll, "pitch": pitch}, 20)
+    np.testing.assert_allclose(outside + slope * velocity[:, own], np.sum(list(parts.values()), axis=0), atol=1e-9)
 
 
 def test_only_what_the_axis_equation_holds_is_asked_for() -> None:
@@ -117,6 +116,25 @@ def test_only_what_the_axis_equation_holds_is_asked_for() -> None:
     sway = Coupled(AXES["sway"], diagonal, ("surge", "heading"))
     assert (sway.velocities, sway.missing, sway.inertia) == (("surge",), ("yaw_rate",), 2500.0)
     assert Coupled(AXES["heave"], diagonal, ()).missing == ("surge", "sway", "roll_rate", "pitch_rate")
+
+
+def test_only_angles_that_weight_and_buoyancy_answer_to_are_asked_for() -> None:
+    """Centres one above the other turn no vehicle about its upright axis; one ahead of the other does."""
+    above = Restoring(400.0, 400.0, (0.0, 0.0, 0.02), (0.0, 0.0, 0.0))
+    mass = mass_matrix((20.0, 25.0, 20.0, 0.5, 0.6, 0.7))
+
+    def of(axis: str, weights: Restoring) -> Coupled:
+        return Coupled(AXES[axis], mass, ("surge", "roll"), weights)
+
+    assert of("yaw", above).streams == ("surge",)
+    assert (of("roll", above).angles, of("roll", above).missing[-1]) == (("roll",), "pitch")
+    assert of("surge", above).angles == ()
+    ahead = Restoring(400.0, 400.0, (0.05, 0.0, 0.02), (0.0, 0.0, 0.0))
+    assert (of("yaw", ahead).streams, of("yaw", ahead).missing) == (
+        ("surge", "roll"),
+        ("sway", "roll_rate", "pitch_rate", "pitch"),
+    )
+    assert Coupled(AXES["sway"], mass, ("yaw_rate", "surge")).streams == ("surge", BODY_YAW_RATE)
 
 
 @pytest.mark.parametrize(

@@ -32,9 +32,10 @@ FormType = TypeVar("FormType", bound=wire.Form)
 
 @dataclass(frozen=True)
 class Bench:
-    """A learner on the bus and a client beside it."""
+    """A learner on the bus, the first of its process, and a client beside it."""
 
     host: Host
+    hosts: list[Host]
     session: zenoh.Session
     keys: wire.Keys
     stop: Callable[[], None]
@@ -95,11 +96,12 @@ def start() -> Iterator[StartBench]:
             config = configured(**settings)
             endpoint = free_endpoint()
             server = stack.enter_context(open_session(listening(endpoint)))
-            host = Host(server, config)
+            learners = config.each()
+            hosts = [Host(server, each, len(learners)) for each in learners]
             crew = stack.enter_context(ExitStack())
-            crew.enter_context(Crew([host]))
+            crew.enter_context(Crew(hosts))
             client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
-            return Bench(host, client, host.keys, crew.close)
+            return Bench(hosts[0], hosts, client, hosts[0].keys, crew.close)
 
         yield begin
 

@@ -10,6 +10,7 @@ import yaml
 
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
+from incsvr.plant.axes import BODY_YAW_RATE
 from incsvr.signals import SignalSettings
 from service.cli import main
 from service.commented import commented
@@ -41,6 +42,23 @@ def test_every_value_says_what_it_is() -> None:
         ("prefix: a b\n", "line 1: prefix"),
         ("\n\nvehicle: {inertia: heavy}\n", "line 3: vehicle.inertia"),
         ("vehicle:\n  rate_range: [0.3, -0.3]\n", "line 1: vehicle: rate_range needs its lower end first"),
+        (
+            "vehicle:\n  mass_matrix: [1, 2, 3]\n",
+            "line 2: vehicle.mass_matrix: the mass matrix has 3 entries; give its",
+        ),
+        (
+            "vehicle:\n  mass_matrix: [1, 2, 3, 4, 5, x]\n",
+            "line 2: vehicle.mass_matrix.5: Input should be a valid number",
+        ),
+        (
+            "vehicle:\n  mass_matrix: [1, 2, 3, 4, 5, 0]\n",
+            "line 1: vehicle: mass_matrix has 0 for yaw, the axis that is",
+        ),
+        (
+            "vehicle:\n  mass_matrix: [1, 2, 3, 4, 5, 6]\n  inertia: 7\n",
+            "and mass_matrix has 6 for yaw; leave out inertia",
+        ),
+        ("vehicle:\n  buoyancy: 300\n", "line 1: vehicle: buoyancy says nothing without a weight; give weight [N]"),
         ("signals:\n  gap: 1.0\n", "line 1: signals: gap is longer than twice the smoothing"),
         ("bus:\n  listen: tcp/0.0.0.0:7447\n", "line 2: bus.listen: this listens on all interfaces"),
         *(
@@ -124,3 +142,29 @@ def test_a_missing_file_and_a_wrong_zenoh_file_are_named(tmp_path: Path) -> None
 def test_the_example_configurations_are_good() -> None:
     for path in sorted((ROOT / "deploy").glob("*.yaml")):
         read(path)
+
+
+def test_a_mass_matrix_says_the_inertia_of_each_axis(tmp_path: Path) -> None:
+    rows = [[60.0 + 20.0 * row if row == column else 0.0 for column in range(6)] for row in range(6)]
+    rows[1][5] = rows[5][1] = 3.0
+    path = tmp_path / "config.yaml"
+    also = [{"prefix": f"rov/{axis}", "vehicle": {"axis": axis}} for axis in ("surge", "sway")]
+    vehicle = {"name": "rov", "mass_matrix": rows}
+    path.write_text(
+        yaml.safe_dump({"prefix": "rov/yaw", "vehicle": vehicle, "signals": {"channels": ["surge"]}, "also": also})
+    )
+    config = read(path)
+    yaw, surge, sway = config.each()
+    assert [each.vehicle.inertia for each in (yaw, surge, sway)] == [160.0, 60.0, 80.0]
+    assert [each.signals.channels for each in (yaw, surge, sway)] == [
+        ("surge", "sway"), ("sway", BODY_YAW_RATE), ("surge", BODY_YAW_RATE),
+    ]  # fmt: skip
+    coupled = sway.coupled()
+    assert coupled is not None
+    assert (coupled.coupled_to, coupled.missing) == (("yaw_rate",), ("heave", "roll_rate"))
+    assert read_text(commented(yaw, brief=True), tmp_path).vehicle == yaw.vehicle
+
+
+def read_text(text: str, folder: Path) -> Config:
+    (folder / "again.yaml").write_text(text)
+    return read(folder / "again.yaml")

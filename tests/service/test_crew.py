@@ -29,7 +29,7 @@ def test_a_learner_that_lost_its_bus_ends_neither_the_learning_of_others_nor_its
         hosts = [Host(lost, first), Host(session, second)]
         with Crew(hosts):
             client = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
-            bench = Bench(hosts[1], client, hosts[1].keys, lambda: None)
+            bench = Bench(hosts[1], hosts, client, hosts[1].keys, lambda: None)
             reports = bench.follow(bench.keys.iteration, wire.IterationReport)
             lost.close()
             for name, (t, value) in leng.recording("T1", 1).streams().items():

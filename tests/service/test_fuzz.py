@@ -64,7 +64,7 @@ def bench() -> Iterator[Bench]:
     with open_session(listening(endpoint)) as server, open_session(connecting(endpoint), PATIENCE) as client:
         host = Host(server, configured())
         with Crew([host]) as crew:
-            bench = Bench(host, client, host.keys, lambda: crew.__exit__(None, None, None))
+            bench = Bench(host, [host], client, host.keys, lambda: crew.__exit__(None, None, None))
             models = bench.follow(bench.keys.model, wire.ModelSnapshot)
             teach(bench.session, bench.keys, 4, 0.0, 40.0)
             assert models.get(timeout=PATIENCE).iteration == 1

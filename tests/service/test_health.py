@@ -65,6 +65,26 @@ def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: Lear
     assert watch.report(node).level == "OK"
 
 
+def test_a_velocity_that_does_not_come_stops_the_learning_and_is_named(watch: HealthWatch, clock: Clock) -> None:
+    config = configured(vehicle__mass_matrix=[60.0, 80.0, 0.0, 0.0, 0.0, 350.0], signals__channels=["surge", "sway"])
+    node = LearnerNode(config, boot="b")
+    watch.among(config.coupled())
+    streams = moving(0.0, 20.0)
+    feed(watch, node, {"surge": streams["yaw_rate"]} | streams)
+    assert watch.report(node).level == "OK"  # it may still come
+    clock.now += 11.0
+    feed(watch, node, {"surge": moving(20.0, 31.0)["yaw_rate"]} | moving(20.0, 31.0))
+    health = watch.report(node)
+    assert health.reasons == (
+        "sway does not come, and without it no sample can be freed of what it takes of the torque",
+    )
+    assert (health.level, health.counters["samples"]) == ("STALE", 0)
+    assert (health.learning.state, health.learning.why) == (
+        "starved",
+        "samples wait 10 s for sway, which signals.channels names and which does not come",
+    )
+
+
 def test_a_silent_stream_is_stale(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
     assert watch.report(node).level == "OK"  # it may still come
     clock.now += 3.0

@@ -79,7 +79,7 @@ def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
             crew = stack.enter_context(ExitStack())
             crew.enter_context(Crew([host]))
             client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
-            return Vessel(host, client, host.keys, crew.close, endpoint)
+            return Vessel(host, [host], client, host.keys, crew.close, endpoint)
 
         yield begin
 

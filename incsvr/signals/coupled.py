@@ -1,0 +1,117 @@
+"""What a body's other velocities and its attitude take of an axis's torque, each a stream with a clock of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import stream_of
+from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
+from incsvr.samples import Array
+from incsvr.signals.settings import TORQUE, YAW_RATE
+from incsvr.signals.smoothing import WIDTHS, smooth
+
+HEARD = 1.0
+"""Longest pause between two values of another velocity, or of an angle, across which it is known [s]: a Doppler log
+gives one to ten a second, and a hull's speed hardly changes within one."""
+
+Streams = Mapping[str, tuple[Array, Array]]
+"""Each stream's name → its stamps [s] and values."""
+
+
+def taken(coupled: Coupled, at: Array, streams: Streams, smoothing: float, gap: float) -> dict[str, Array]:
+    """What they take (m,) each [N m] at the instants `at` (m,) [s], through the very filter of torque and rate.
+
+    A product is filtered, not multiplied of filtered velocities: filtering commutes with the equation of motion alone.
+    All are carried to the stamps of the axis's own velocity before, so that a slow stream is no hindrance. NaN where
+    one of them is not known.
+    """
+    time, rate = streams[YAW_RATE]
+    known = _known(coupled, streams, at, WIDTHS * smoothing, max(gap, HEARD))
+    others = {name: _at(time, streams[stream_of(coupled.axis, name)]) for name in coupled.velocities}
+
+    def filtered(values: Array) -> Array:
+        return np.where(known, smooth(time, values, at, smoothing=smoothing, gap=gap).value, np.nan)
+
+    found = {CORIOLIS: filtered(coupled.coriolis(rate, others))}
+    rises = {
+        name: np.where(known, smooth(time, others[name], at, smoothing=smoothing, gap=gap).slope, np.nan)
+        for name in coupled.coupled_to
+    }
+    inertial = coupled.coupled_inertia(rises)
+    if inertial is not None:
+        found[COUPLED_INERTIA] = inertial
+    restoring = coupled.restoring({name: _at(time, streams[name]) for name in coupled.angles}, time.size)
+    if restoring is not None:
+        found[RESTORING] = filtered(restoring)
+    return found
+
+
+def motion_at(
+    coupled: Coupled, streams: Streams, at: Array, smoothing: float
+) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
+    """The other velocities with their accelerations, and the angles, at the instants `at` (m,) [s], (m,) each.
+
+    Through a filter this wide [s]; at the ends of a recording, where it has no window, as they are.
+    """
+    motion = {}
+    for name in coupled.velocities:
+        stamps, values = streams[stream_of(coupled.axis, name)]
+        filtered = smooth(stamps, values, at, smoothing=smoothing, gap=2.0 * smoothing)
+        raw = np.interp(at, stamps, values)
+        slope, known = np.gradient(raw, at), filtered.complete
+        motion[name] = np.where(known, filtered.value, raw), np.where(known, filtered.slope, slope)
+    return motion, {name: _at(at, streams[name]) for name in coupled.angles}
+
+
+def freed(coupled: Coupled, streams: Streams, smoothing: float) -> tuple[Streams, dict[str, Array]]:
+    """The streams with what they take taken from the torque, so that the axis moves as if by itself, and each part.
+
+    Values of the torque at which one of them is not known are left out. The axis's own velocity enters as measured.
+
+    Args:
+        coupled: the axis in its body.
+        streams: of a run, with those of the body.
+        smoothing: standard deviation of the filter of the other velocities [s].
+
+    Returns:
+        the streams, and the parts (n,) each [N m] at the stamps of the torque.
+
+    Raises:
+        BadInput: the others are never known while the torque is.
+    """
+    time, torque = streams[TORQUE]
+    known = _known(coupled, streams, time, 0.0, HEARD)
+    if known.sum() < 2:
+        raise BadInput(
+            f"the streams {', '.join(coupled.streams)}, which the mass matrix asks for, do not come while the torque "
+            f"does, or less often than every {HEARD:g} s; record them, or leave out the mass matrix"
+        )
+    at = time[known]
+    motion, angles = motion_at(coupled, streams, at, smoothing)
+    parts = coupled.parts(_at(at, streams[YAW_RATE]), motion, angles)
+    left = torque[known] - np.sum(list(parts.values()), axis=0)
+    return {**streams, TORQUE: (at, left)}, parts
+
+
+def _at(at: Array, stream: tuple[Array, Array]) -> Array:
+    """A stream on lines between its values."""
+    return np.interp(at, *stream) if stream[0].size else np.zeros_like(at)
+
+
+def _known(coupled: Coupled, streams: Streams, at: Array, reach: float, longest: float) -> NDArray[np.bool_]:
+    """At which instants each stream has values from `reach` before to `reach` after, none further apart [s]."""
+    known = np.ones(at.size, dtype=bool)
+    for name in coupled.streams:
+        stamps = streams[name][0]
+        if stamps.size < 2:
+            return np.zeros(at.size, dtype=bool)
+        first = np.searchsorted(stamps, at - reach, side="right") - 1
+        last = np.searchsorted(stamps, at + reach, side="left")
+        known &= (first >= 0) & (last < stamps.size)
+        pauses = np.concatenate(([0], np.cumsum(np.diff(stamps) > longest)))
+        known &= pauses[np.maximum(first, 0)] == pauses[np.minimum(last, stamps.size - 1)]
+    return known

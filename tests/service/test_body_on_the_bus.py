@@ -1,0 +1,156 @@
+"""Learners of the axes of one body in one process, over a real bus: each is told what velocities the others hear."""
+
+from __future__ import annotations
+
+import queue
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+
+from incsvr.plant.axes import AXES
+from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
+from incsvr.samples import Array
+from incsvr.signals import SignalSettings, synchronise
+from service import wire
+from service.status import text
+from simulator.recordings import Recording, of_axis
+from tests.service.conftest import PATIENCE, Bench, StartBench, configured
+from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
+
+AXES_HERE = ("surge", "sway", "yaw")
+BATCH = 40
+COMMON = {
+    "vehicle__name": "rov",
+    "vehicle__rate_limit": 5.0,
+    "vehicle__rate_range": (-1.0, 1.0),
+    "vehicle__mass_matrix": MASS.tolist(),
+    "learner__batch": BATCH,
+    "learner__epsilon": 0.5,
+    "signals__torque": "measured",
+}
+THREE = {
+    **COMMON,
+    "prefix": "rov/yaw",
+    "also": [{"prefix": f"rov/{axis}", "vehicle": {"axis": axis}} for axis in ("surge", "sway")],
+}
+
+
+@pytest.fixture(scope="module")
+def run() -> Recording:
+    return whole_vehicle(910_000, 3000)
+
+
+def send(bench: Bench, run: Recording, axes: tuple[str, ...]) -> None:
+    """Five seconds of each stream in a message, of one axis after the other."""
+    for start in np.arange(0.0, float(run.time[-1]), 5.0).tolist():
+        part = (run.time >= start) & (run.time < start + 5.0)
+        t = tuple(run.time[part].tolist())
+        for axis in axes:
+            keys = wire.Keys(f"rov/{axis}")
+            for stream, name in ((keys.torque, AXES[axis].effort), (keys.rate, AXES[axis].rate)):
+                payload = wire.measurement(t, tuple(run.columns[name][part].tolist()))
+                bench.session.put(stream, payload, congestion_control=zenoh.CongestionControl.BLOCK)
+
+
+def reports(bench: Bench, axis: str) -> queue.Queue[wire.IterationReport]:
+    return bench.follow(f"rov/{axis}/iteration", wire.IterationReport)
+
+
+def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartBench, run: Recording) -> None:
+    bench = start(**THREE)
+    heard = {axis: reports(bench, axis) for axis in AXES_HERE}
+    send(bench, run, AXES_HERE)
+    for k, axis in enumerate(AXES_HERE):
+        host = next(each for each in bench.hosts if each.keys.prefix == f"rov/{axis}")
+        learner = host.node.config
+        streams = of_axis(run, AXES[axis]).streams()
+        settings, coupled = learner.signal_settings(), learner.coupled()
+        assert coupled is not None
+        assert coupled.inertia == learner.vehicle.inertia == MASS[PLACES[k]]
+        wanted = {name: streams[name] for name in ("yaw_rate", "torque", *settings.channels)}
+        samples, _ = synchronise(settings, wanted, None, coupled)
+        batch = heard[axis].get(timeout=PATIENCE).batch
+        assert list(batch.damping) == samples.damping[:BATCH].tolist()
+        assert set(batch.parts) == {DECLARED_INERTIA, CORIOLIS}
+        assert np.std(batch.parts[CORIOLIS]) > 0.1 * np.std(np.sum(list(batch.parts.values()), axis=0))
+        last = len(samples) // BATCH - 1
+        for _ in range(last):
+            report = heard[axis].get(timeout=PATIENCE)
+        rate = np.linspace(*(host.node.served.model.trained_range or (0.0, 0.0)), 21)
+        true = LINEAR[k] * rate + QUADRATIC[k] * rate * np.abs(rate)
+        wrong = host.node.served.model.predict(rate).damping - true
+        assert np.sqrt(np.mean(wrong**2)) < 0.06 * np.max(np.abs(true))
+        ledger, _ = bench.get(host.keys.effects)
+        assert ledger is not None
+        split = wire.decode(wire.EffectsLedger, ledger).batch
+        assert split is not None
+        assert split.parts.keys() == report.batch.parts.keys()
+
+
+def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recording) -> None:
+    bench = start(**COMMON, prefix="rov/yaw", signals__channels=("surge",), health__stale_after=1000.0)
+    heard = reports(bench, "yaw")
+    health = bench.health()
+    (note,) = health.reasons
+    assert health.level == "OK"
+    assert "nothing brings it: channel sway; publish it" in note
+    assert "Taken for zero in the vehicle's body" in text("rov/yaw", health, None)
+    send(bench, run, ("yaw",))
+    surge = run.columns["surge"]
+    for start_of in np.arange(0, surge.size, 100).tolist():
+        part = slice(start_of, start_of + 100)
+        payload = wire.measurement(tuple(run.time[part].tolist()), tuple(surge[part].tolist()))
+        bench.session.put("rov/yaw/channel/surge", payload, congestion_control=zenoh.CongestionControl.BLOCK)
+    batch = heard.get(timeout=PATIENCE).batch
+    assert not np.any(batch.parts[CORIOLIS])  # a product of surge with a sway of zero
+    assert bench.health().reasons[-1] == note
+
+
+def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording, tmp_path: Path) -> None:
+    first = start(**THREE, state=tmp_path)
+    heard = reports(first, "yaw")
+    send(first, run, AXES_HERE)
+    heard.get(timeout=PATIENCE)
+    first.stop()
+    revision = first.host.node.served.revision
+    again = start(**THREE, state=tmp_path)
+    assert again.host.node.served.revision >= revision > 0
+    assert again.health().counters["iterations"] > 0
+    again.stop()
+    other = start(**{**THREE, "vehicle__mass_matrix": (MASS * 1.5).tolist()}, state=tmp_path)
+    assert other.host.node.served.revision == 0
+    assert any("was learned with inertia" in reason for reason in other.health().reasons)
+
+
+def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
+    """A centre of gravity ahead of that of buoyancy turns a vehicle that heels: −(x_g W − x_b B) cos θ sin φ."""
+    config = configured(
+        vehicle__mass_matrix=[0.0, 0.0, 0.0, 0.0, 0.0, 12.0],
+        vehicle__weight=300.0,
+        vehicle__centre_of_gravity=(0.1, 0.0, 0.0),
+        vehicle__rate_limit=5.0,
+        inputs__channels={"roll": {"topic": "imu", "field": "roll", "form": "json"}},
+    )
+    (learner,) = config.each()
+    coupled = learner.coupled()
+    assert learner.signals.channels == ("roll",)
+    assert coupled is not None
+    assert (coupled.streams, coupled.missing) == (("roll",), ("pitch",))
+    time: Array = 0.05 * np.arange(1200, dtype=np.float64)
+    rate, roll = 0.3 * np.sin(0.5 * time), 0.4 * np.sin(0.2 * time)
+    slow = slice(None, None, 10)  # roll comes at 2 Hz
+    torque = 12.0 * 0.15 * np.cos(0.5 * time) + 5.0 * rate - 30.0 * np.sin(roll)
+    streams = {"yaw_rate": (time, rate), "torque": (time, torque), "roll": (time[slow], roll[slow])}
+    samples, _ = synchronise(learner.signal_settings(), streams, None, coupled)
+    np.testing.assert_allclose(samples.damping, 5.0 * samples.yaw_rate, atol=0.05)
+    np.testing.assert_allclose(samples.parts[RESTORING], -30.0 * np.sin(0.4 * np.sin(0.2 * samples.time)), atol=0.1)
+
+
+def test_yaw_alone_asks_for_nothing() -> None:
+    config = configured(also=[{"prefix": "leng/surge", "vehicle": {"axis": "surge"}}])
+    for learner in config.each():
+        assert learner.coupled() is None
+        assert learner.signals.channels == ()
+    assert config.signal_settings() == SignalSettings()
