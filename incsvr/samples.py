@@ -50,6 +50,13 @@ class Samples:
             {name: values[index] for name, values in self.raw.items()},
         )
 
+    def known(self, names: Sequence[str]) -> NDArray[np.bool_]:
+        """(n,) where every one of these channels was sampled."""
+        there = np.ones(len(self), dtype=bool)
+        for name in names:
+            there &= np.isfinite(self.channels.get(name, np.full(len(self), np.nan)))
+        return there
+
     @staticmethod
     def empty() -> Samples:
         nothing = np.empty(0)

@@ -19,8 +19,8 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
 from service import wire
+from service.asked import Asked, asked, listed, names
 from service.estimates import forecast_reply
 from service.health import HealthWatch
 from service.history import History
@@ -35,10 +35,6 @@ JSON = zenoh.Encoding.APPLICATION_JSON
 RING = 256
 #: Likewise for anything else.
 SLOW_RING = 64
-#: 400 kB of answer.
-MAX_RATES = 5_000
-#: Whoever asks for a rate beyond [rad/s] has another unit.
-MAX_RATE = 1e3
 MAX_REPORTS = 200
 #: An answer with several reports ends after so many bytes; the next question goes on from there.
 MAX_REPORT_BYTES = 400_000
@@ -57,6 +53,8 @@ class Answers:
         self, session: zenoh.Session, keys: wire.Keys, node: LearnerNode, watch: HealthWatch, history: History
     ) -> None:
         self._node, self._watch, self._history = node, watch, history
+        #: What the velocities of a question for damping may be called.
+        self._velocities = names(node.config)
         self._damping_ring: Any = session.declare_queryable(keys.damping, RingChannel(RING), complete=True)
         self._damping_key = keys.damping
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING)
@@ -156,17 +154,18 @@ class Answers:
             log.warning("an answer to %s could not be sent: %s", key, error)
 
     def _damping(self, query: zenoh.Query) -> bytes:
-        _parameters(query, "rate", "at", "revision")
-        return wire.encode(self._node.predict(_rates(query)))
+        _parameters(query, *self._velocities, "at", "revision")
+        return wire.encode(self._node.predict(_asked(query, self._velocities)))
 
     def _damping_then(self, query: zenoh.Query) -> bytes:
         """The damping as an earlier revision has it."""
-        asked, rates = _parameters(query, "rate", "at", "revision"), _rates(query)
-        row = self._published(asked)
+        parameters = _parameters(query, *self._velocities, "at", "revision")
+        velocities = _asked(query, self._velocities)
+        row = self._published({name: text for name, text in parameters.items() if name not in self._velocities})
         snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
         if not len(snapshot.support):
             raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
-        return wire.encode(damping(snapshot.model(), rates, snapshot.iteration, snapshot.revision))
+        return wire.encode(damping(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
 
     def _model(self, query: zenoh.Query) -> bytes:
         asked = _parameters(query, "at", "revision")
@@ -220,7 +219,7 @@ class Answers:
 
     def _published(self, asked: Mapping[str, str]) -> Row:
         """What was served at a time, or published as a revision."""
-        further = asked.keys() - {"at", "revision", "rate"}
+        further = asked.keys() - {"at", "revision"}
         if "at" in asked and "revision" in asked:
             raise BadInput("ask either at= a time or for a revision=, not for both")
         if further:
@@ -260,29 +259,25 @@ def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:
     return asked
 
 
-def _rates(query: zenoh.Query) -> Array:
-    """The asked yaw rates [rad/s], from the parameter `rate` or from the payload."""
-    text = query.parameters.get("rate")
-    if text is None:
-        if query.payload is None:
-            raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
-        if len(query.payload) > MAX_QUESTION:
-            raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask in several queries")
-        rates = np.array(wire.decode(wire.DampingQuery, query.payload.to_bytes()).rate)
-    elif query.payload is not None and len(query.payload):
-        raise BadInput("ask for the rates either of rate= or of the payload, not for both")
-    else:
-        if text.count(",") >= MAX_RATES:
-            raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
-        try:
-            rates = np.array([float(part) for part in text.split(",")])
-        except ValueError:
-            raise BadInput(f"rate={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in rad/s") from None
-    if rates.size > MAX_RATES:
-        raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
-    if not (np.abs(rates) <= MAX_RATE).all():
-        raise BadInput(f"a rate is NaN, infinite or beyond {MAX_RATE:g} rad/s; ask for finite rates in rad/s")
-    return rates
+def _asked(query: zenoh.Query, velocities: Mapping[str, str]) -> Asked:
+    """The velocities that are asked for, from the parameters or from the payload.
+
+    Args:
+        velocities: what each may be called → `rate` for the own one, else the stream of a further one.
+    """
+    parameters = {name: query.parameters.get(name) for name in velocities}
+    given = {name: text for name, text in parameters.items() if text is not None}
+    if given:
+        if query.payload is not None and len(query.payload):
+            raise BadInput("ask for the rates either of rate= or of the payload, not for both")
+        return asked([(velocities[name], listed(name, text)) for name, text in given.items()])
+    if query.payload is None:
+        raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
+    if len(query.payload) > MAX_QUESTION:
+        raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask in several queries")
+    said = wire.decode(wire.DampingQuery, query.payload.to_bytes())
+    named = [(velocities.get(name, name), np.array(values)) for name, values in said.others.items()]
+    return asked([("rate", np.array(said.rate)), *named])
 
 
 def _number(name: str, text: str) -> float:

@@ -44,6 +44,7 @@ class Batches:
         compensation: the traced effects that samples are freed of.
         window: keeps the newest raw data, so that the samples can begin anew with other effects.
         coupled: the axis in its body, of whose other velocities samples are freed.
+        inputs: channels that damping is learned over: samples without one of them are left out and counted.
     """
 
     def __init__(
@@ -54,7 +55,9 @@ class Batches:
         compensation: Compensation | None = None,
         window: Window | None = None,
         coupled: Coupled | None = None,
+        inputs: tuple[str, ...] = (),
     ) -> None:
+        self._inputs = inputs
         self._settings, self._size, self._compensation, self._coupled = settings, size, compensation, coupled
         self._window = window
         self._lock = threading.Lock()
@@ -64,6 +67,7 @@ class Batches:
         self._refused: dict[str, int] = {}
         self._turns, self._turn, self._leads = 0, "", 0.0
         self._recent_rates: deque[float] = deque(maxlen=10)
+        self._newest = Samples.empty()
         self._clock_restarts = 0
         self.samples_seen = 0
         if memory is not None:
@@ -192,6 +196,12 @@ class Batches:
         with self._lock:
             return tuple(self._recent_rates)
 
+    @property
+    def newest(self) -> Samples:
+        """The newest few samples with their further velocities; empty where damping is learned over one."""
+        with self._lock:
+            return self._newest
+
     def to_dict(self) -> dict[str, Any]:
         """All that is on its way, as plain data."""
         with self._lock:
@@ -218,12 +228,20 @@ class Batches:
         self._leads = lead
 
     def _take(self, samples: Samples) -> None:
+        for name in self._inputs if len(samples) else ():
+            known = samples.known((name,))
+            missing = int(np.count_nonzero(~known))
+            if missing:
+                self._refused[f"no_{name}"] = self._refused.get(f"no_{name}", 0) + missing
+                samples = samples.take(known)
         if not len(samples):
             return
         self._waiting.append(samples)
         self._waiting_count += len(samples)
         self.samples_seen += len(samples)
         self._recent_rates.extend(samples.yaw_rate[-10:].tolist())
+        if self._inputs:
+            self._newest = Samples.concatenate((self._newest, samples)).take(slice(-10, None))
         excess = self._waiting_count - WAITING_BATCHES * self._size
         if excess > 0:
             self._refused["overload"] = self._refused.get("overload", 0) + excess

@@ -75,6 +75,27 @@ class Config(Section):
             )
         return self
 
+    @model_validator(mode="after")
+    def _learnable(self) -> Self:
+        inputs, own = self.learner.inputs, AXES[self.vehicle.axis].rate
+        if inputs == ("yaw_rate",):  # the own velocity alone, whatever the axis
+            return self
+        if inputs[0] != own:
+            raise ValueError(f"learner.inputs begins with the axis's own velocity, {own}; it is {', '.join(inputs)}")
+        if len(set(inputs)) < len(inputs):
+            raise ValueError(f"learner.inputs names a velocity twice: {', '.join(inputs)}")
+        foreign = [name for name in inputs if name not in VELOCITIES]
+        if foreign:
+            raise ValueError(f"learner.inputs: {foreign[0]} is no velocity; they are {', '.join(VELOCITIES)}")
+        if inputs[1:] and self.tracing.on:
+            raise ValueError("tracing.live works over one velocity; set it to off, or learner.inputs to one")
+        return self
+
+    @property
+    def further_inputs(self) -> tuple[str, ...]:
+        """The streams of the further velocities that damping is learned over."""
+        return tuple(stream_of(AXES[self.vehicle.axis], name) for name in self.learner.inputs[1:])
+
     def signal_settings(self) -> SignalSettings:
         """What the synchroniser is told."""
         vehicle = self.vehicle
@@ -82,16 +103,25 @@ class Config(Section):
             inertia=vehicle.inertia,
             rate_limit=vehicle.rate_limit,
             torque_limit=vehicle.torque_limit,
-            **self.signals.model_dump(),
+            **self.signals.model_dump()
+            | {"channels": tuple(dict.fromkeys((*self.signals.channels, *self.further_inputs)))},
         )
 
     def learner_settings(self) -> LearnerSettings:
         """What the learner is told."""
-        return LearnerSettings(rate_range=self.vehicle.rate_range, **self.learner.model_dump())
+        axis, learner = AXES[self.vehicle.axis], self.learner
+        return LearnerSettings(
+            rate_range=self.vehicle.rate_range,
+            own=axis.rate,
+            others=self.further_inputs,
+            fastest={stream_of(axis, name): value for name, value in learner.fastest.items()},
+            near={stream_of(axis, name): value for name, value in learner.near.items()},
+            **learner.model_dump(exclude={"inputs", "fastest", "near"}),
+        )
 
     def coupled(self) -> Coupled | None:
         """The axis in its body, with the velocities and angles that samples wait for; None takes it by itself."""
-        known = {*self.signals.channels}
+        known = {*self.signals.channels, *self.further_inputs}
         axis = AXES[self.vehicle.axis]
         heard = tuple(name for name in VELOCITIES if stream_of(axis, name) in known)
         return self._in_its_body((*heard, *(name for name in ATTITUDE if name in known)))

@@ -10,6 +10,10 @@ from service.node import LearnerNode, NothingLearned
 from service.stand_in import Ahead, StandIn
 
 EFFECTS = "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
+SEVERAL = (
+    "the further velocities over which damping is learned are not in a forecast yet, so there is none where "
+    "learner.inputs has several; ask for the damping"
+)
 COUPLED = (
     "what the body's other velocities and its attitude take is not in a forecast yet, so there is none with "
     "vehicle.mass_matrix or vehicle.weight; ask for the damping"
@@ -99,6 +103,8 @@ def _last(node: LearnerNode, ahead: Ahead, why: str) -> wire.Estimate:
 
 def _ready(node: LearnerNode) -> StandIn:
     if node.stand_in is None or node.served.effects:
+        if node.config.further_inputs:
+            raise BadInput(SEVERAL)
         raise BadInput(EFFECTS if node.config.coupled() is None else COUPLED)
     if not node.served.model.is_trained:
         raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")

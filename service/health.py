@@ -305,11 +305,12 @@ class HealthWatch:
             warnings.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
         rates, served = node.batches.recent_rates, node.served.model
         if rates and served.is_trained:
-            outside = served.predict(np.array(rates)).extrapolated
-            if 2 * np.count_nonzero(outside) > outside.size:
+            over_several = served.several is not None
+            said = served.at(node.batches.newest) if over_several else served.predict(np.array(rates))
+            if 2 * np.count_nonzero(said.extrapolated) > said.extrapolated.size:
                 low, high = served.trained_range or (0.0, 0.0)
                 warnings.append(
                     f"the vehicle turns at {rates[-1]:.3g} rad/s, where the model extrapolates "
-                    f"(learned {low:.3g} to {high:.3g} rad/s)"
+                    f"(learned {low:.3g} to {high:.3g} rad/s{', among other velocities' if over_several else ''})"
                 )
         return warnings

@@ -26,6 +26,7 @@ from incsvr.plant.axes import AXES
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Said, Vehicle
 from service import wire
+from service.asked import Asked
 from service.batches import Batches
 from service.config import Config
 from service.effects import TracedEffects
@@ -102,11 +103,11 @@ class LearnerNode:
         signals = config.signal_settings()
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
         window = Window(signals, config.tracing.window) if config.tracing.on else None
-        coupled = config.coupled()
-        self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled)
+        coupled, others = config.coupled(), self._settings.others
+        self.batches = Batches(signals, self._settings.batch, known.on_the_way, compensation, window, coupled, others)
         #: None where effects or other velocities are known that a forecast would have to hold.
         known_before = (memory or {}).get("forecast")
-        alone = effects is None and coupled is None
+        alone = effects is None and coupled is None and not others
         self.stand_in = StandIn(signals, known_before) if alone else None
         self._clock_restarts = 0
         self.recent_batches = RecentBatches()
@@ -214,7 +215,7 @@ class LearnerNode:
     ) -> _Iterated:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
         model = guarded.learner.model
-        predicted = model.predict(batch.yaw_rate).damping if model.is_trained else None
+        predicted = model.at(batch).damping if model.is_trained else None
         began = self._clock()
         state, iteration = learner.step(self._settings, guarded.learner, batch)
         if iteration.model.is_trained:
@@ -241,7 +242,7 @@ class LearnerNode:
     def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> _Iterated:
         """To what was served before the last batch, because of this one, which is put aside."""
         model = iteration.model
-        predicted = model.predict(batch.yaw_rate).damping if model.is_trained else None
+        predicted = model.at(batch).damping if model.is_trained else None
         served = replace(self.served, model=model, revision=self._published + 1, iteration=iteration.number)
         told = report(
             iteration,
@@ -270,16 +271,17 @@ class LearnerNode:
         if new.motion is not None:
             self.recent_batches.learned(*new.motion, self.batches.smoothing)
 
-    def predict(self, rates: Array) -> wire.DampingReply:
-        """The damping at (n,) finite rates [rad/s].
+    def predict(self, asked: Asked) -> wire.DampingReply:
+        """The damping at what is asked.
 
         Raises:
             NothingLearned: ask again later.
+            BadInput: it is asked over other velocities than damping was learned over.
         """
         served = self.served
         if not served.model.is_trained:
             raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
-        return damping(served.model, rates, served.iteration, served.revision)
+        return damping(served.model, asked, served.iteration, served.revision)
 
     @property
     def learned(self) -> float:

@@ -16,6 +16,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.samples import Array, Samples
 from service import wire
+from service.asked import Asked
 from service.batches import sampled
 
 
@@ -46,6 +47,7 @@ def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
             damping=tuple(model.support_damping.tolist()),
             weight=tuple(model.weight.tolist()),
             count=tuple(model.count.tolist()),
+            others={name: tuple(values.tolist()) for name, values in model.others_at_support.items()},
         ),
         inertia=inertia,
         effects=served.effects,
@@ -56,6 +58,20 @@ def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
         water=wire.WaterMade(**asdict(model.water)),
         spread=wire.NoiseByRate(**asdict(model.spread)),
         widening=model.widening,
+        over=_over(model),
+    )
+
+
+def _over(model: Model) -> wire.OverSeveral | None:
+    """What a model over several velocities holds beside its vectors."""
+    several = model.several
+    if several is None:
+        return None
+    return wire.OverSeveral(
+        inputs=(several.own, *several.others),
+        fastest=tuple(several.fastest.tolist()),
+        drag=tuple(several.drag.tolist()),
+        trained_ranges=several.ranges,
     )
 
 
@@ -72,11 +88,18 @@ def textbook(served: Served, boot: str) -> wire.Coefficients:
     )
 
 
-def damping(model: Model, rates: Array, iteration: int, revision: int) -> wire.DampingReply:
-    """What a trained model of this iteration and revision says of (n,) rates [rad/s]."""
-    prediction = model.predict(rates)
+def damping(model: Model, asked: Asked, iteration: int, revision: int) -> wire.DampingReply:
+    """What a trained model of this iteration and revision says of what is asked.
+
+    Raises:
+        BadInput: it is asked over other velocities than the model's.
+    """
+    velocity = asked.of(model)
+    prediction = model.predict(velocity[:, 0]) if model.several is None else model.over(velocity)
+    others = () if model.several is None else model.several.others
     return wire.DampingReply(
-        rate=tuple(rates.tolist()),
+        rate=tuple(velocity[:, 0].tolist()),
+        others={name: tuple(values.tolist()) for name, values in zip(others, velocity[:, 1:].T, strict=True)},
         damping=tuple(prediction.damping.tolist()),
         sigma=tuple(prediction.sigma.tolist()),
         extrapolated=tuple(prediction.extrapolated.tolist()),
@@ -137,7 +160,7 @@ def report(
 
 
 def _error_on(name: str, samples: Samples, model: Model) -> wire.Validation:
-    residual = model.predict(samples.yaw_rate).damping - samples.damping
+    residual = model.at(samples).damping - samples.damping
     return wire.Validation(
         name=name,
         mae=float(np.mean(np.abs(residual))),
@@ -152,4 +175,8 @@ def _finite(value: float) -> float | None:
 
 
 def _points(samples: Samples) -> wire.Points:
-    return wire.Points(rate=tuple(samples.yaw_rate.tolist()), damping=tuple(samples.damping.tolist()))
+    return wire.Points(
+        rate=tuple(samples.yaw_rate.tolist()),
+        damping=tuple(samples.damping.tolist()),
+        others={name: tuple(values.tolist()) for name, values in samples.channels.items()},
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
@@ -16,7 +17,12 @@ from service.wire import DampingReply
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("rates", metavar="RATE", nargs="+", type=float, help="yaw rates [rad/s]")
+    parser.add_argument(
+        "rates",
+        metavar="RATE",
+        nargs="+",
+        help="yaw rates [rad/s]; of further velocities that damping is learned over NAME=VALUE, such as surge=0.5",
+    )
     parser.add_argument("--wait", type=float, default=5.0, help="how long to try [s] (default 5)")
     add_config_arguments(parser)
     add_json_argument(parser)
@@ -25,11 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     axis = AXES[config.vehicle.axis]
-    for rate in args.rates:
-        if not math.isfinite(rate):
-            raise BadInput(said(axis, f"{rate} is no yaw rate; give finite numbers in rad/s"))
     try:
-        reply = ask(config, args.rates, args.wait)
+        reply = ask(config, *velocities(args.rates, axis), args.wait)
     except NoAnswer as error:
         print(f"incsvr query: {error}", file=sys.stderr)
         return 1
@@ -41,26 +44,58 @@ HEADS = (("yaw rate [rad/s]", 16), ("damping [N m]", 13), ("± sigma [N m]", 13)
 """Of the columns, and how wide these are at least."""
 
 
-def ask(config: Config, rates: list[float], patience_s: float) -> DampingReply:
+def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dict[str, list[float]]]:
+    """The own velocities of a command line, and further ones by name.
+
+    Raises:
+        BadInput: a word is no finite number and names none.
+    """
+    rates: list[float] = []
+    others: dict[str, list[float]] = {}
+    for word in words:
+        name, equals, text = word.rpartition("=")
+        own = not equals or name in ("rate", axis.rate)
+        for part in text.split(","):
+            try:
+                value = float(part)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value):
+                what = "yaw rate" if own else f"value of channel {name}"
+                unit = " in rad/s" if own else ""
+                raise BadInput(said(axis, f"{part} is no {what}; give finite numbers{unit}"))
+            (rates if own else others.setdefault(name, [])).append(value)
+    if not rates:
+        raise BadInput(said(axis, f"give a yaw rate beside {next(iter(others))}, such as 0.1 in rad/s"))
+    return rates, others
+
+
+def ask(config: Config, rates: list[float], others: Mapping[str, list[float]], patience_s: float) -> DampingReply:
     """The learner's answer; while it restarts the question is asked again.
+
+    Args:
+        others: further velocities by name, each one value or as many as there are rates.
 
     Raises:
         NoAnswer: nobody answers within the time, or nothing has been learned until then.
         BadInput: the learner refuses the question.
     """
     with reaching(config, patience_s) as client:
-        asked = ",".join(repr(rate) for rate in rates)
-        return client.ask(f"{client.keys.damping}?rate={asked}", DampingReply)
+        named = {"rate": rates, **others}
+        asked = ";".join(f"{name}={','.join(map(repr, values))}" for name, values in named.items())
+        return client.ask(f"{client.keys.damping}?{asked}", DampingReply)
 
 
 def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
     heads = [(said(axis, head), width) for head, width in HEADS]
+    heads[1:1] = [(name, 10) for name in reply.others]
     lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
-    for rate, damping, sigma, extrapolated in zip(
-        reply.rate, reply.damping, reply.sigma, reply.extrapolated, strict=True
+    for rate, *others, damping, sigma, extrapolated in zip(
+        reply.rate, *reply.others.values(), reply.damping, reply.sigma, reply.extrapolated, strict=True
     ):
         note = "   extrapolated" if extrapolated else ""
-        cells = zip((f"{rate:.4f}", f"{damping:.2f}", f"{sigma:.2f}"), heads, strict=True)
+        velocity = (f"{rate:.4f}", *(f"{other:.4f}" for other in others))
+        cells = zip((*velocity, f"{damping:.2f}", f"{sigma:.2f}"), heads, strict=True)
         lines.append("   ".join(f"{cell:>{max(width, len(head))}s}" for cell, (head, width) in cells) + note)
     return "\n".join([*lines, f"iteration {reply.iteration}, revision {reply.revision}"])

@@ -82,6 +82,11 @@ def _believable(model: Model, settings: Settings) -> None:
         raise BadInput("its model holds what is no number")
     if (model.gamma, model.C, model.epsilon) != (settings.gamma, settings.C, settings.epsilon):
         raise BadInput("its model was learned under other settings")
+    others = () if model.several is None else model.several.others
+    if model.is_trained and others != settings.others:
+        raise BadInput(f"its model was learned over {', '.join(others) or 'the own velocity alone'}")
+    if model.several is not None and not model.several.possible(model.support_rate):
+        raise BadInput("its model's further velocities cannot be")
     if (model.count <= 0.0).any() or (np.abs(model.weight) > settings.C * model.count * (1.0 + ROUNDING)).any():
         raise BadInput("its model holds a weight beyond C times the samples that it stands for")
     if not 0.0 <= model.correlation < 1.0 or min(model.water.to_list()) < 0.0:
@@ -98,7 +103,8 @@ def _goes_on(state: State, settings: Settings) -> None:
     Two samples alone are too few to tell what moved them, and are taken for evidence.
     """
     rate = np.array(settings.rate_range)
-    damping = state.model.evaluate(rate) if state.model.is_trained else np.zeros(2)
-    two = Samples(np.array([0.0, 1.0]), rate, damping)
+    two = Samples(np.array([0.0, 1.0]), rate, np.zeros(2), {name: np.ones(2) for name in settings.others})
+    if state.model.is_trained:
+        two = replace(two, damping=state.model.learned(two))
     learner.step(settings, state, two)
     learner.step(settings, replace(state, recent=Recent.empty()), two)

@@ -65,6 +65,7 @@ def _of_a_body(entries: tuple[float, ...]) -> tuple[float, ...]:
 
 MassMatrix = Annotated[tuple[float, ...], BeforeValidator(_row_by_row), AfterValidator(_of_a_body)]
 Metres = Annotated[float, Field(ge=-100.0, le=100.0)]
+Positive = Annotated[float, Field(gt=0.0, le=1e6)]
 Seconds = Annotated[float, Field(gt=0.0, le=1e6)]
 
 
@@ -213,6 +214,30 @@ class Learner(Section):
     near_rate: float = Field(default=0.01, gt=0.0, le=10.0, description="a of the inclusion criterion [rad/s]")
     near_damping: float = Field(default=5.0, gt=0.0, le=1e6, description="b of the inclusion criterion [N m]")
     bins: int = Field(default=20, ge=1, le=1000, description="bins of the forgetting criterion")
+    inputs: tuple[Name, ...] = Field(
+        default=("yaw_rate",),
+        min_length=1,
+        max_length=6,
+        description="velocities that damping is learned over, the axis's own first; docs/several_velocities.md",
+    )
+    fastest: dict[Name, Positive] = Field(
+        default={}, description="fastest value of a further input, by which it is scaled; else as it was driven"
+    )
+    near: dict[Name, Positive] = Field(
+        default={}, description="a of the inclusion criterion of a further input; else near_rate as a part of fastest"
+    )
+
+    @model_validator(mode="after")
+    def _over_several(self) -> Self:
+        further = self.inputs[1:]
+        if further and self.solver == "passes":
+            raise ValueError("the passes of Eq. 8 are for one velocity; set solver to exact or leave one input")
+        for name, given in (("fastest", self.fastest), ("near", self.near)):
+            foreign = [each for each in given if each not in further]
+            if foreign:
+                known = ", ".join(further) or "none"
+                raise ValueError(f"{name} names {foreign[0]}, which is no further input (they are: {known})")
+        return self
 
 
 class HealthLimits(Section):
@@ -283,8 +308,10 @@ class Simulation(Section):
     """What `incsvr simulate` plays: Leng's experiment and the faults of its sensors."""
 
     seed: int = Field(default=1, ge=0, le=2**32 - 1, description="the same seed plays the same")
-    runs: tuple[Literal["V1", "T1", "V2", "T2"], ...] = Field(
-        default=("T1", "T2"), min_length=1, description="in this order"
+    runs: tuple[Literal["V1", "T1", "V2", "T2", "planar"], ...] = Field(
+        default=("T1", "T2"),
+        min_length=1,
+        description="in this order; planar is another vehicle, whose damping couples surge, sway and yaw",
     )
     underway: int | None = Field(
         default=None,

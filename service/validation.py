@@ -34,7 +34,7 @@ def read_validation(path: Path, config: Config, effects: TracedEffects | None = 
     columns = _of_axis({name: np.atleast_1d(table[name]) for name in table.dtype.names or ()}, config.vehicle.axis)
     settings, coupled = config.signal_settings(), config.coupled()
     compensation = None if effects is None else effects.compensation
-    further = () if compensation is None and coupled is None else settings.channels
+    further = config.further_inputs if compensation is None and coupled is None else settings.channels
     for name in ("t", *REQUIRED, *further):
         if name in further and name not in columns:
             raise BadInput(f"{path}: there is no column {name}, for which samples wait; leave this recording out")
@@ -45,6 +45,7 @@ def read_validation(path: Path, config: Config, effects: TracedEffects | None = 
         sampled = ~np.isnan(columns[name])
         streams[name] = (columns["t"][sampled], columns[name][sampled])
     samples, rejected = synchronise(settings, streams, compensation, coupled)
+    samples = samples.take(samples.known(config.further_inputs))
     if not len(samples):
         raise BadInput(
             f"{path}: no sample could be made of it (rejected: {dict(rejected)}); is it longer than its gaps?"

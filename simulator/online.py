@@ -194,17 +194,23 @@ def samples_of(
     signals: SignalSettings,
     compensation: Compensation | None,
     coupled: Coupled | None = None,
+    inputs: tuple[str, ...] = (),
 ) -> tuple[Samples, Mapping[str, int]]:
     """The samples of a recording, free of what effects and other velocities take, and refused messages by reason.
+
+    Args:
+        inputs: channels over which damping is learned; samples without one of them are left out.
 
     Raises:
         BadInput: there is none.
     """
-    with_channels = compensation is not None or coupled is not None
+    with_channels = compensation is not None or coupled is not None or bool(inputs)
+    signals = replace(signals, channels=tuple(dict.fromkeys((*signals.channels, *inputs))))
     if coupled is not None:
         others = (stream_of(coupled.axis, name) for name in coupled.velocities)
         signals = replace(signals, channels=tuple(dict.fromkeys((*signals.channels, *others))))
     samples, rejected = synchronise(signals, wanted_streams(recording, signals, with_channels), compensation, coupled)
+    samples = samples.take(samples.known(inputs))
     if len(samples) == 0:
         reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
         raise BadInput(

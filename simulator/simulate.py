@@ -8,7 +8,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config import from_arguments
-from simulator import leng, underway
+from simulator import leng, planar, underway
 from simulator.player import Faults, messages
 from simulator.recordings import sequence, write
 from simulator.replay import add_player_arguments, play_to_learner
@@ -28,7 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     scenario = config.simulation
-    runs = [leng.recording(name, scenario.seed) for name in scenario.runs]
+    runs = [
+        planar.recording(scenario.seed, vehicle=planar.DEFAULT)
+        if name == "planar"
+        else leng.recording(name, scenario.seed)
+        for name in scenario.runs
+    ]
     act = None if scenario.underway is None else underway.play(scenario.underway)
     if act is not None:
         runs.append(act.recording)

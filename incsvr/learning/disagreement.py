@@ -17,7 +17,7 @@ from math import sqrt
 import numpy as np
 
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.samples import Array, Samples
 
 CELLS = 5
 """Groups of a batch to each side, over the vehicle's rates."""
@@ -52,14 +52,14 @@ class Disagreement:
             return 1.0
         return sqrt(self.excess / self.claimed)
 
-    def after(self, model: Model, rate: Array, damping: Array, fastest: float) -> Disagreement:
+    def after(self, model: Model, samples: Samples, fastest: float) -> Disagreement:
         """With samples that a trained model has not learned from.
 
         Args:
-            rate, damping: (n,) of them [rad/s], [N m].
+            samples: (n,) of them.
             fastest: the vehicle's largest |r| [rad/s].
         """
-        said = model.predict(rate)
+        said, rate, damping = model.at(samples), samples.yaw_rate, samples.damping
         cell = 2 * np.minimum((CELLS * np.abs(rate) / fastest).astype(np.intp), CELLS - 1) + (rate > 0.0)
         sizes = np.bincount(cell[~said.extrapolated], minlength=2 * CELLS)
         known = (~said.extrapolated) & (sizes[cell] >= FEWEST_SAMPLES)

@@ -25,7 +25,9 @@ __all__ = ["Solution", "coordinate_descent", "solve"]
 LARGEST = 1e30  # root of the sum of squares of any input: nothing physical, and no product of two overflows
 
 
-def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: ArrayLike) -> Solution:
+def solve(
+    x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: ArrayLike, vanishing: bool = False
+) -> Solution:
     """Solves Eq. 7 exactly. The same input gives the same bytes.
 
     Args:
@@ -34,6 +36,7 @@ def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: Ar
         gamma: γ of the kernel, > 0 [s²/rad²].
         C: the bound on |θᵢ| [N m], > 0; one number, or (n,) with one for each sample.
         epsilon: half the height of the tube [N m], ≥ 0; one number, or (n,).
+        vanishing: with the kernel that is zero at rest (`rbf_at_rest`).
 
     Raises:
         BadInput: unequal lengths, a value that is not finite, a parameter out of its range, more samples than have a
@@ -42,7 +45,7 @@ def solve(x: ArrayLike, y: ArrayLike, *, gamma: float, C: ArrayLike, epsilon: Ar
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
     best: Solution | None = None
     if (np.abs(y) > tube).any():
-        LT = factor(x, gamma)
+        LT = factor(x, gamma, vanishing)
         for iterate in path(LT, y, bound, tube):
             crossed = cross(LT, y, bound, tube, iterate.theta, iterate.between)
             for theta in (crossed, iterate.theta):

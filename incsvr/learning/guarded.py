@@ -17,6 +17,7 @@ import numpy as np
 
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
+from incsvr.learning.several.freeing import as_one_curve
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Curve, Served, Vehicle, Verdict, check
 from incsvr.signals.checks import State as Checks
@@ -64,7 +65,9 @@ def judge(
     """What the checks say of a batch; where it pauses learning, the batch before is taken back, in an iteration."""
     learner, before = guarded.learner, guarded.before
     older = None if before is None else curve(before.model)
-    checks, verdict = check(guarded.checks, vehicle, batch, curve(learner.model), older)
+    # The checks know one curve.
+    alone = as_one_curve(learner.model, batch) if learner.model.several is not None else batch
+    checks, verdict = check(guarded.checks, vehicle, alone, curve(learner.model), older)
     if not verdict.suspect or before is None:
         return Guarded(learner, checks, before), verdict, None
     number = learner.iterations + 1
@@ -101,7 +104,7 @@ def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) ->
     """The iteration that leads back to what was learned before the last batch."""
     model, nothing = before.model, Samples.empty()
     stamps = np.full(model.support_rate.size, batch.time[0])
-    support = Samples(stamps, model.support_rate, model.support_damping)
+    support = Samples(stamps, model.support_rate, model.support_damping, model.others_at_support)
     return Iteration(
         number=number,
         time_span=verdict.span,

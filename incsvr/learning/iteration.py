@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -29,6 +30,10 @@ class Settings:
         rate_range: the vehicle's lowest and highest yaw rate [rad/s].
         policy: which samples are kept: "paper" or "weighted".
         solver: "exact", or "passes" of Eq. 8 with a warm start.
+        own: the axis's own velocity, as recordings call it.
+        others: further velocities that damping is learned over, channels of the samples; none by default.
+        fastest: of each of them, by which it is scaled, in its unit; those left out follow what was driven.
+        near: a of the inclusion of each of them, in its unit; those left out follow `near_rate`.
     """
 
     gamma: float = 10.0
@@ -42,6 +47,10 @@ class Settings:
     rate_range: tuple[float, float] = (-0.25, 0.25)
     policy: Literal["paper", "weighted"] = "paper"
     solver: Literal["exact", "passes"] = "exact"
+    own: str = "yaw_rate"
+    others: tuple[str, ...] = ()
+    fastest: Mapping[str, float] = field(default_factory=dict)
+    near: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("gamma", "C", "capacity", "batch", "near_rate", "near_damping", "bins"):

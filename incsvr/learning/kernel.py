@@ -35,3 +35,17 @@ def rbf(x: Array, z: Array, gamma: float) -> Array:
     exponent *= -gamma
     np.exp(exponent, out=exponent)
     return exponent
+
+
+def rbf_at_rest(x: Array, z: Array, gamma: float) -> Array:
+    """κ(xᵢ, zⱼ) − κ(xᵢ, 0) κ(0, zⱼ): every sum of these is zero where all velocities are, and nothing else is asked.
+
+    It is the Gaussian process of `rbf` once it is known that f(0) = 0 (Rasmussen and Williams, 2006, Eq. 2.24), so that
+    it is a kernel, and at most 1.
+
+    Args:
+        x, z: (n, d) and (m, d) scaled velocities.
+        gamma: as in `rbf`.
+    """
+    rest = np.zeros_like(x[:1], shape=(1, *x.shape[1:]))
+    return np.asarray(rbf(x, z, gamma) - rbf(x, rest, gamma) * rbf(rest, z, gamma))

@@ -28,11 +28,15 @@ from incsvr.learning.excitation import Water
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies import paper, weighted
+from incsvr.learning.several import paper as several_paper
+from incsvr.learning.several import weighted as several_weighted
+from incsvr.learning.several.freeing import by_itself
 from incsvr.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
 
 FORM = 3  # of the plain data; a state of another form is refused
+Memory = paper.Memory | weighted.Memory | several_paper.Memory | several_weighted.Memory
 FEWEST = 5
 """A policy learns from no less than this part of a batch: from fewer samples no noise can be told."""
 
@@ -60,17 +64,19 @@ class Waiting:
 
     def to_dict(self) -> dict[str, Any]:
         samples = self.samples
+        others = {name: values.tolist() for name, values in samples.channels.items()}
         return {
             "time": samples.time.tolist(),
             "yaw_rate": samples.yaw_rate.tolist(),
             "damping": samples.damping.tolist(),
             "place": self.place.tolist(),
-        }
+        } | ({"others": others} if others else {})
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Waiting:
         time, rate, damping = (np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping"))
-        return Waiting(Samples(time, rate, damping), np.array(data["place"], dtype=np.intp))
+        others = {name: np.array(values, dtype=np.float64) for name, values in data.get("others", {}).items()}
+        return Waiting(Samples(time, rate, damping, others), np.array(data["place"], dtype=np.intp))
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +97,7 @@ class State:
     iterations: int
     model: Model
     policy: str
-    memory: paper.Memory | weighted.Memory
+    memory: Memory
     recent: Recent
     waiting: Waiting
     water: Water
@@ -116,7 +122,8 @@ class State:
         if data.get("form") != FORM or data.get("policy") not in _POLICIES:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
         policy = data["policy"]
-        memory = _POLICIES[policy].Memory.from_dict(data["memory"])
+        over_several = "fastest" in data["memory"]  # which no policy over one velocity remembers
+        memory = _policy(policy, over_several).Memory.from_dict(data["memory"])
         recent, waiting = Recent.from_dict(data["recent"]), Waiting.from_dict(data["waiting"])
         return State(
             data["iterations"],
@@ -131,12 +138,18 @@ class State:
 
 
 _POLICIES = {"paper": paper, "weighted": weighted}
+_OVER_SEVERAL = {"paper": several_paper, "weighted": several_weighted}
+
+
+def _policy(name: str, over_several: bool) -> Any:
+    """The policy of this name, over one velocity or over several."""
+    return _OVER_SEVERAL[name] if over_several else _POLICIES[name]
 
 
 def start(settings: Settings) -> State:
     """The state before the first iteration: nothing learned."""
     model = Model.untrained(settings.gamma, settings.C, settings.epsilon)
-    memory = _POLICIES[settings.policy].start(settings)
+    memory = _policy(settings.policy, bool(settings.others)).start(settings)
     return State(0, model, settings.policy, memory, Recent.empty(), Waiting.empty(), Water(), Disagreement())
 
 
@@ -165,17 +178,24 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
             raise BadInput(f"{name} holds values beyond {LARGEST:g}: reject such samples before they reach the learner")
     if state.policy != settings.policy:
         raise BadInput(f'the state was learned under policy "{state.policy}"; set it or start from an empty state')
-    batch = Samples(batch.time, batch.yaw_rate, batch.damping)  # the curve knows no further channels
+    if set(state.memory.served.channels) != set(settings.others):
+        known = ", ".join(state.memory.served.channels) or "the own velocity alone"
+        raise BadInput(f"the state was learned over {known}; set learner.inputs so or start from an empty state")
+    batch = _with_its_velocities(settings, batch)
     before, number = state.model, state.iterations + 1
-    driven, rate, recent = sift(batch, state.recent)
-    waiting = state.waiting.with_batch(Samples(batch.time, rate, batch.damping), driven)
-    water = state.water.after(batch, driven)
-    samples, policy, disagreement = waiting.samples, _POLICIES[settings.policy], state.disagreement
+    alone = batch
+    if isinstance(state.memory, several_paper.Memory | several_weighted.Memory):
+        alone = by_itself(settings, state.memory.fastest, state.memory.served, batch)
+    driven, rate, recent = sift(alone, state.recent)
+    waiting = state.waiting.with_batch(replace(batch, yaw_rate=rate), driven)
+    water = state.water.after(alone, driven)
+    samples, policy = waiting.samples, _policy(settings.policy, bool(settings.others))
+    disagreement = state.disagreement
     if len(samples) and FEWEST * len(samples) >= min(settings.batch, len(batch)):
-        predicted = before.evaluate(samples.yaw_rate) if before.is_trained else None
+        predicted = before.learned(samples) if before.is_trained else None
         if before.is_trained:
             fastest = max(abs(end) for end in settings.rate_range)
-            disagreement = disagreement.after(before, samples.yaw_rate, samples.damping, fastest)
+            disagreement = disagreement.after(before, samples, fastest)
         memory, iteration = policy.learn(settings, number, state.memory, before, samples, predicted, waiting.place)
         waiting = Waiting.empty()
     else:
@@ -205,4 +225,18 @@ def _mean_error(model: Model, batch: Samples) -> float | None:
     """Mean |d(x) − y| of a batch [N m], d the curve that was served, continuation and all; None before one was."""
     if not model.is_trained:
         return None
-    return float(np.mean(np.abs(model.predict(batch.yaw_rate).damping - batch.damping)))
+    return float(np.mean(np.abs(model.at(batch).damping - batch.damping)))
+
+
+def _with_its_velocities(settings: Settings, batch: Samples) -> Samples:
+    """A batch with the channels that damping is learned over, and no further ones.
+
+    Raises:
+        BadInput: it lacks one of them.
+    """
+    for name in settings.others:
+        if name not in batch.channels or not np.isfinite(batch.channels[name]).all():
+            raise BadInput(
+                f"a batch lacks {name} at some samples, over which damping is learned; leave such samples out"
+            )
+    return Samples(batch.time, batch.yaw_rate, batch.damping, {name: batch.channels[name] for name in settings.others})

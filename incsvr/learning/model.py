@@ -14,8 +14,9 @@ from incsvr.errors import BadInput
 from incsvr.learning.excitation import Water
 from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Prediction, Table
+from incsvr.learning.several.surface import Several, Surface
 from incsvr.learning.spread import Spread
-from incsvr.samples import Array
+from incsvr.samples import Array, Samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,7 @@ class Model:
         water: the motion that was no evidence, because the water made it.
         spread: how the noise follows the yaw rate.
         widening: by how much fresh samples have disagreed with the curve, in its own doubt; at least 1.
+        several: the further velocities that damping was learned over; None where it was over the own one alone.
     """
 
     gamma: float
@@ -48,6 +50,7 @@ class Model:
     water: Water = field(default_factory=Water)
     spread: Spread = field(default_factory=lambda: Spread(1.0))
     widening: float = 1.0
+    several: Several | None = None
 
     @staticmethod
     def untrained(gamma: float, C: float, epsilon: float) -> Model:
@@ -65,19 +68,60 @@ class Model:
             return None
         return float(self.support_rate.min()), float(self.support_rate.max())
 
+    @property
+    def others_at_support(self) -> dict[str, Array]:
+        """The further velocities of the vectors, by name; none of a model over one."""
+        if self.several is None:
+            return {}
+        return dict(zip(self.several.others, self.several.velocity[:, 1:].T, strict=True))
+
     def evaluate(self, rate: Array) -> Array:
         """The bare sum f(rate) [N m] at (n,) rates, without continuation: what training compares samples with."""
         return rbf(rate, self.support_rate, self.gamma) @ self.weight
 
+    def learned(self, samples: Samples) -> Array:
+        """What training compares (n,) samples with, at their velocities [N m]."""
+        if self.several is None:
+            return self.evaluate(samples.yaw_rate)
+        return self.several.value(self.several.at(samples), self.gamma, self.weight)
+
     def predict(self, rate: ArrayLike) -> Prediction:
         """Damping, its uncertainty and whether it is extrapolated at (n,) rates, or one [rad/s].
+
+        Of a model over several velocities it is a slice: the others are as usual where it learned.
 
         Raises:
             BadInput: nothing is learned yet, or a rate is not finite.
         """
+        self._must_be_trained()
+        rates = np.array(rate, dtype=np.float64, ndmin=1)
+        if self.several is None:
+            return self._table.predict(rates)
+        return self._surface.predict(self.several.beside(rates))
+
+    def at(self, samples: Samples) -> Prediction:
+        """The same at the velocities of (n,) samples."""
+        if self.several is None:
+            return self.predict(samples.yaw_rate)
+        return self.over(self.several.at(samples))
+
+    def over(self, velocity: Array) -> Prediction:
+        """The same at (n, d) velocities, the own one first, of a model over several.
+
+        Raises:
+            BadInput: nothing is learned yet, or a velocity is not finite.
+        """
+        self._must_be_trained()
+        return self._surface.predict(velocity)
+
+    def _must_be_trained(self) -> None:
         if not self.is_trained:
             raise BadInput("nothing is learned yet; ask again after the first iteration")
-        return self._table.predict(np.array(rate, dtype=np.float64, ndmin=1))
+
+    @cached_property
+    def _surface(self) -> Surface:
+        assert self.several is not None
+        return Surface.of(self, self.several)
 
     @cached_property
     def _table(self) -> Table:
@@ -99,7 +143,7 @@ class Model:
             "water": self.water.to_list(),
             "spread": self.spread.to_dict(),
             "widening": self.widening,
-        }
+        } | ({} if self.several is None else {"several": self.several.to_dict()})
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Model:
@@ -117,4 +161,5 @@ class Model:
             water=Water.from_list(data["water"]),
             spread=Spread.from_dict(data["spread"]),
             widening=data["widening"],
+            several=Several.from_dict(data["several"]) if "several" in data else None,
         )

@@ -125,7 +125,7 @@ class Table:
         beyond = Continuation.fit(
             x,
             rbf(x, x, model.gamma) @ model.weight,
-            _worth(model) * model.count / np.maximum(model.sigma * model.spread.at(x), 1e-9) ** 2,
+            worth(model) * model.count / np.maximum(model.sigma * model.spread.at(x), 1e-9) ** 2,
             ends=(low, high),
             at_ends=(float(f[0]), float(f[-1])),
             doubt=(float(doubt[0]), float(doubt[-1])),
@@ -186,7 +186,7 @@ def _doubt(model: Model, nodes: Array, kernel: Array) -> Array:
     level = model.sigma * model.spread.at(x)
     ratio = (np.maximum(level, 1e-6 * scale) / scale) ** 2
     gram = rbf(x, x, model.gamma)
-    gram[np.diag_indices(x.size)] += ratio / (_worth(model) * model.count)
+    gram[np.diag_indices(x.size)] += ratio / (worth(model) * model.count)
     explained = (kernel.T * cho_solve(cho_factor(gram), kernel.T)).sum(axis=0)
     noise = scale**2 * np.maximum(1.0 - explained, 0.0)
     learned = float(model.count @ x**2) / float(model.count.sum())
@@ -195,7 +195,7 @@ def _doubt(model: Model, nodes: Array, kernel: Array) -> Array:
     return np.asarray(model.widening * own)
 
 
-def _worth(model: Model) -> float:
+def worth(model: Model) -> float:
     """How many independent samples one of a vector is worth: noise that is correlated counts less, and the loss |e| of
     an SVR takes π/2 times as many as least squares."""
     return (1.0 - model.correlation) / (1.0 + model.correlation) * 2.0 / pi

@@ -81,7 +81,10 @@ def of_rate(rate: str) -> Axis:
     return next(axis for axis in AXES.values() if axis.rate == rate)
 
 
-_SYMMETRIC = ({"surge", "heave", "pitch_rate"}, {"sway", "roll_rate", "yaw_rate"})
+LATERAL = frozenset(("sway", "roll_rate", "yaw_rate"))
+"""Velocities that change their sign where port and starboard change places; the others do not."""
+
+_SYMMETRIC = (frozenset(VELOCITIES) - LATERAL, LATERAL)
 
 
 def accelerating(axis: Axis, recorded: tuple[str, ...]) -> tuple[str, ...]:

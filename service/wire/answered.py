@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Annotated
 
 from pydantic import Field
@@ -18,6 +19,7 @@ class DampingReply(Form):
     extrapolated: tuple[bool, ...]
     iteration: int
     revision: int
+    others: dict[str, Numbers] = Field(default={}, exclude_if=operator.not_)  # the further velocities, as asked
 
 
 class ErrorReply(Form):
@@ -28,6 +30,7 @@ class ErrorReply(Form):
 
 
 class DampingQuery(Form):
-    """The payload of a damping query, in place of the parameter `rate`."""
+    """The payload of a damping query, in place of the parameters: the own velocity, and others by their names."""
 
     rate: Annotated[Numbers, Field(min_length=1)]
+    others: dict[str, Annotated[Numbers, Field(min_length=1)]] = Field(default={})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import Field, model_validator
 
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
+from incsvr.learning.several.surface import Several
 from incsvr.learning.spread import KNOTS, UNSEEN, Spread
 from service.wire.form import Form, Numbers
 
@@ -18,15 +20,20 @@ SETS = ("old", "new", "support", "forgotten", "discarded_tube", "discarded_near"
 
 
 class Points(Form):
-    """Samples: yaw rate [rad/s] and damping [N m], of equal length."""
+    """Samples: yaw rate [rad/s] and damping [N m], of equal length; where damping is learned over several velocities
+    the others as well, by their names."""
 
     rate: Numbers = ()
     damping: Numbers = ()
+    others: dict[str, Numbers] = Field(default={}, exclude_if=operator.not_)
 
     @model_validator(mode="after")
     def _equal_length(self) -> Self:
         if len(self.rate) != len(self.damping):
             raise ValueError(f"rate has {len(self.rate)} and damping {len(self.damping)} values")
+        for name, values in self.others.items():
+            if len(values) != len(self.rate):
+                raise ValueError(f"rate has {len(self.rate)} and {name} {len(values)} values")
         return self
 
     def __len__(self) -> int:
@@ -45,6 +52,20 @@ class Kernel(Form):
 
     name: Literal["rbf"] = "rbf"
     gamma: float
+
+
+class OverSeveral(Form):
+    """What a model over several velocities holds beside its vectors.
+
+    With uᵢ = νᵢ/fastestᵢ and κ over u times the first of `fastest`, d(ν) = Σ dragⱼ φⱼ(u) + Σ weightⱼ κ₀(νⱼ, ν), where
+    κ₀(x, z) = κ(x, z) − κ(x, 0) κ(0, z), φ are the terms of docs/several_velocities.md, and of the further velocities
+    none counts as faster than the fastest vector.
+    """
+
+    inputs: tuple[str, ...]  # the own velocity first
+    fastest: Numbers  # of each, in its unit
+    drag: Numbers  # N m
+    trained_ranges: dict[str, tuple[float, float]]  # of each further one
 
 
 class Validation(Form):
@@ -94,6 +115,7 @@ class ModelSnapshot(Form):
     water: WaterMade = WaterMade()
     spread: NoiseByRate = NoiseByRate()
     widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
+    over: OverSeveral | None = Field(default=None, exclude_if=lambda over: over is None)
 
     def model(self) -> Model:
         """The model to predict with: damping, its uncertainty, and where it extrapolates."""
@@ -112,7 +134,15 @@ class ModelSnapshot(Form):
             water=Water(**self.water.model_dump()),
             spread=Spread(**self.spread.model_dump()),
             widening=self.widening,
+            several=self._several(),
         )
+
+    def _several(self) -> Several | None:
+        if self.over is None:
+            return None
+        own, *others = self.over.inputs
+        velocity = np.column_stack([self.support.rate, *(self.support.others[name] for name in others)])
+        return Several(own, tuple(others), velocity, np.array(self.over.fastest), np.array(self.over.drag))
 
 
 class Batch(Form):

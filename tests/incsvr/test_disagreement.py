@@ -8,7 +8,7 @@ import pytest
 from incsvr.learning.disagreement import HORIZON, Disagreement
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.samples import Array, Samples
 from tests.incsvr.learning import drag, run, stream
 
 
@@ -17,13 +17,17 @@ def model() -> Model:
     return run(Settings(policy="weighted"), stream(31, 700))[0].model
 
 
+def _samples(rate: Array, damping: Array) -> Samples:
+    return Samples(np.arange(rate.size, dtype=np.float64), rate, damping)
+
+
 def after(model: Model, error: float, batches: int = 20, seed: int = 1) -> Disagreement:
     """Batches of which each is off by one moment of this deviation [N m], beside noise of 4 N m."""
     rng, found = np.random.default_rng(seed), Disagreement()
     for _ in range(batches):
         rate: Array = rng.uniform(-0.24, 0.24, 50)
         damping = drag(rate) + 4.0 * rng.normal(size=50) + error * rng.normal()
-        found = found.after(model, rate, damping, 0.25)
+        found = found.after(model, _samples(rate, damping), 0.25)
     return found
 
 
@@ -43,11 +47,11 @@ def test_it_is_forgotten(model: Model) -> None:
     rng = np.random.default_rng(2)
     for _ in range(40):
         rate: Array = rng.uniform(-0.24, 0.24, 50)
-        found = found.after(model, rate, drag(rate) + 4.0 * rng.normal(size=50), 0.25)
+        found = found.after(model, _samples(rate, drag(rate) + 4.0 * rng.normal(size=50)), 0.25)
     assert found.widening < 1.5
 
 
 def test_few_samples_and_rates_that_were_never_learned_say_nothing(model: Model) -> None:
     nothing = Disagreement()
-    assert nothing.after(model, np.full(50, 0.6), np.zeros(50), 0.25) == nothing
-    assert nothing.after(model, np.array([0.1, 0.1]), np.array([500.0, 500.0]), 0.25) == nothing
+    assert nothing.after(model, _samples(np.full(50, 0.6), np.zeros(50)), 0.25) == nothing
+    assert nothing.after(model, _samples(np.array([0.1, 0.1]), np.array([500.0, 500.0])), 0.25) == nothing

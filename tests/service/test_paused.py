@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.samples import Array
+from service.asked import Asked
 from service.health import HealthWatch
 from service.node import LearnerNode, Outcome
 from simulator import leng
@@ -39,7 +40,7 @@ def health(node: LearnerNode) -> Any:
 
 
 def error(node: LearnerNode) -> float:
-    predicted = np.array(node.predict(RATES).damping)
+    predicted = np.array(node.predict(Asked(RATES)).damping)
     return float(np.mean(np.abs(predicted - leng.damping(RATES))))
 
 

@@ -125,10 +125,10 @@ def test_after_kill_9_it_goes_on_after_the_last_published_revision(endpoint: str
 
 @contextmanager
 def client_after(
-    endpoint: str, state: Path
+    endpoint: str, state: Path, *words: str
 ) -> Iterator[tuple[subprocess.Popen[bytes], zenoh.Session, queue.Queue[str]]]:
     """A learner that is ready, and a client of it."""
-    with serving(endpoint, state) as process, client(endpoint) as (session, alive):
+    with serving(endpoint, state, *words) as process, client(endpoint) as (session, alive):
         assert "PUT" in alive.get(timeout=PATIENCE)
         yield process, session, alive
 

@@ -18,21 +18,22 @@ TOLERANCE = 1e-16  # of κ(x, x) = 1, left out of the series
 LEFT = 2e-15  # of κ(x, x) = 1, left out by the pivots; with less they would take up rounding
 
 
-def factor(x: Array, gamma: float) -> Array:
+def factor(x: Array, gamma: float, vanishing: bool = False) -> Array:
     """Lᵀ of shape (rank, n), C-contiguous, with L Lᵀ = K to rounding; memory is n·rank.
 
     Args:
         x: (n,) or (n, d), n ≥ 1.
         gamma: γ of the kernel.
+        vanishing: of `rbf_at_rest` in place of `rbf`.
 
     Raises:
         BadInput: more than `MOST` samples of which each is a column of its own.
     """
-    if x.ndim == 1:
+    if x.ndim == 1 and not vanishing:
         low, high = float(x.min()), float(x.max())
         if 0.5 * gamma * (high - low) ** 2 <= NARROW:
             return _series(x - 0.5 * (low + high), gamma, 0.5 * (high - low))
-    return _pivoted(x, gamma)
+    return _pivoted(x, gamma, vanishing)
 
 
 def _series(u: Array, gamma: float, half: float) -> Array:
@@ -54,16 +55,23 @@ def _series(u: Array, gamma: float, half: float) -> Array:
     return np.multiply.accumulate(LT, axis=0, out=LT)
 
 
-def _pivoted(x: Array, gamma: float) -> Array:
-    """Cholesky with diagonal pivots; beyond `SMALL` samples K's rows are computed one by one as pivots need them."""
+def _pivoted(x: Array, gamma: float, vanishing: bool) -> Array:
+    """Cholesky with diagonal pivots; beyond `SMALL` samples K's rows are computed one by one as pivots need them.
+
+    What vanishes at rest is the kernel with the origin as its first pivot.
+    """
     n = x.shape[0]
+    rest = rbf(np.zeros_like(x[:1]), x, gamma)[0] if vanishing else None
     if n <= SMALL:
-        lower, pivots, rank, _ = lapack.dpstrf(rbf(x, x, gamma), tol=LEFT, lower=1)
+        kernel = rbf(x, x, gamma)
+        if rest is not None:
+            kernel -= np.multiply.outer(rest, rest)
+        lower, pivots, rank, _ = lapack.dpstrf(kernel, tol=LEFT, lower=1)
         LT = np.empty((rank, n))
         LT[:, pivots - 1] = np.tril(lower[:, :rank]).T
         return LT
     LT = np.empty((16, n))
-    left = np.ones(n)
+    left = np.ones(n) if rest is None else 1.0 - rest * rest
     for rank in range(n):
         pivot = int(left.argmax())
         if left[pivot] <= LEFT:
@@ -76,6 +84,8 @@ def _pivoted(x: Array, gamma: float) -> Array:
         if rank == LT.shape[0]:
             LT = np.concatenate([LT, np.empty((min(rank, MOST - rank, n - rank), n))])
         row = rbf(x[pivot : pivot + 1], x, gamma)[0]
+        if rest is not None:
+            row -= rest[pivot] * rest
         row -= LT[:rank, pivot] @ LT[:rank]
         row /= math.sqrt(left[pivot])
         LT[rank] = row

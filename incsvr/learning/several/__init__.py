@@ -1,0 +1,1 @@
+"""Damping over several velocities, d(ν): what Section V of the paper leaves for later."""

@@ -1,0 +1,111 @@
+"""The textbook's drag of several velocities, to which the sum of kernels is what it lacks.
+
+Fossen (2011, Section 6.4) writes damping to second order as N_i νᵢ + N_{i|j|} νᵢ|νⱼ|; beside it stand the products νᵢνⱼ
+that lift and Munk's moment make where no mass matrix takes them out. A sum of kernels falls back to zero where nothing
+was learned, and on a few dozen vectors in two or three dimensions that is close to everywhere. The kernels therefore
+learn what this drag leaves over (a semiparametric SVR: Smola, Frieß and Schölkopf, NIPS 1998), and the drag alone is
+what goes on outside. It is zero at rest.
+
+A hull whose port is the mirror of its starboard knows which terms there are (Fossen 2011, Eq. 7.22): mirrored, sway,
+roll and yaw change their signs and so do the forces along them, and surge, heave and pitch do not. What a vehicle that
+is not its own mirror has beside them is left to the kernels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement, permutations
+
+import numpy as np
+
+from incsvr.plant.axes import BODY_YAW_RATE, LATERAL
+from incsvr.samples import Array
+
+PRIOR = 0.1
+"""Noise of a sample over the largest moment that any one term may make, before anything is known of either."""
+HUBER = 2.0
+"""Median deviations up to which a sample counts by its square: 1.35 standard deviations of normal noise, where Huber's
+regression loses a twentieth of what least squares know."""
+LEAST = 1e-6
+"""Of C is left at least: where the drag explains everything, nothing is divided by zero."""
+TAMED = 5
+"""Times that the weights are told anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drag:
+    """Which terms the drag of one axis has.
+
+    Attributes:
+        linear: velocities i of νᵢ and νᵢ|νᵢ|; the own one is 0 and stands first.
+        crossed: pairs (i, j) of νᵢ|νⱼ|.
+        products: pairs (i, j), i ≤ j, of νᵢνⱼ.
+    """
+
+    linear: tuple[int, ...]
+    crossed: tuple[tuple[int, int], ...]
+    products: tuple[tuple[int, int], ...]
+
+    @staticmethod
+    def of(own: str, others: Sequence[str]) -> Drag:
+        """Of an axis whose own velocity has this name, over it and the others."""
+        lateral = [name in LATERAL or name == BODY_YAW_RATE for name in (own, *others)]
+        alike = [i for i, side in enumerate(lateral) if side == lateral[0]]
+        pairs = combinations_with_replacement(range(len(lateral)), 2)
+        return Drag(
+            tuple(alike),
+            tuple((i, j) for i, j in permutations(range(len(lateral)), 2) if i in alike),
+            # a product keeps its sign where both or neither do; ν₁² is no drag
+            tuple((i, j) for i, j in pairs if (lateral[i] != lateral[j]) == lateral[0] and (i, j) != (0, 0)),
+        )
+
+    def terms(self, u: Array) -> Array:
+        """(n, p) at (n, d) velocities; those of u/f are these over those of f, for any positive f (d,)."""
+        columns = [u[:, i] for i in self.linear] + [u[:, i] * np.abs(u[:, i]) for i in self.linear]
+        columns += [u[:, i] * np.abs(u[:, j]) for i, j in self.crossed]
+        columns += [u[:, i] * u[:, j] for i, j in self.products]
+        return np.stack(columns, axis=1)
+
+    @property
+    def damps(self) -> Array:
+        """(p,) 1 for the terms that damp the own velocity whatever the others do, ν₁, ν₁|ν₁| and ν₁|νⱼ|; 0 else."""
+        each = [float(i == 0) for i in self.linear]
+        return np.array([*each, *each, *(float(i == 0) for i, _ in self.crossed), *(0.0 for _ in self.products)])
+
+
+def fitted(phi: Array, damping: Array, count: Array) -> Array:
+    """(p,) coefficients [N m] by Huber's regression, with a wide prior that decides what the samples leave open.
+
+    Args:
+        phi: (n, p) terms of velocities that are scaled so that the fastest is 1, n ≥ 1.
+        damping: (n,) [N m].
+        count: (n,) how many samples each stands for.
+    """
+    largest = max(float(np.abs(damping).max()), 1e-300)
+    prior = PRIOR**2 * np.eye(phi.shape[1])
+    weight = count / float(count.mean())
+    best: Array = np.zeros(phi.shape[1])
+    for _ in range(TAMED):
+        pull = (phi * weight[:, None]).T
+        best = np.asarray(np.linalg.solve(pull @ phi + prior, pull @ damping), dtype=np.float64)
+        left = np.abs(damping - phi @ best)
+        level = max(HUBER * float(np.median(left)), 1e-6 * largest)
+        weight = count / float(count.mean()) * level / np.maximum(left, level)
+    return best
+
+
+def share_left(damping: Array, left: Array, count: Array, sigma: float) -> float:
+    """By what C is multiplied for what the drag leaves over: its part of the whole in power, noise apart, LEAST to 1.
+
+    Where the loss is |e| and a function is as large as s, the best C is s² over the noise (the Laplace density beside a
+    Gaussian process of variance s²). The configured C is one for the whole damping.
+
+    Args:
+        damping, left: (n,) [N m], n ≥ 1.
+        count: (n,) how many samples each stands for.
+        sigma: noise of one sample [N m]; NaN where nobody knows it yet.
+    """
+    noise = 0.0 if np.isnan(sigma) else count.size * sigma**2
+    whole = float(count @ damping**2) - noise
+    return min(max((float(count @ left**2) - noise) / whole, LEAST), 1.0) if whole > 0.0 else 1.0

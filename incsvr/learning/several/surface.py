@@ -1,0 +1,202 @@
+"""What a model over several velocities holds beside one of one, and how it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from incsvr.errors import BadInput
+from incsvr.learning.kernel import rbf_at_rest
+from incsvr.learning.prediction import ALONE, BY_THE_WATER, SYSTEMATIC, Prediction, worth
+from incsvr.learning.several.drag import Drag
+from incsvr.learning.several.velocities import distances, points
+from incsvr.samples import Array, Samples
+
+if TYPE_CHECKING:
+    from incsvr.learning.model import Model
+
+APART = 1.25
+"""Times the usual distance between neighbouring vectors from which on a velocity lies outside the driven cloud. On six
+simulated vehicles over three velocities (simulator/planar.py, seeds 910100 to 910105) the error outside is 3.6 times
+that inside after four batches and 2.2 times after twenty; at 2 the worst corners count as driven."""
+USUAL = 0.75
+"""Quantile of the distances from each vector to its nearest that is their usual distance."""
+NARROWEST = 0.02
+"""Least of that distance, as a part of the fastest velocities: vectors that lie on each other are one place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Several:
+    """The further velocities of a model.
+
+    Attributes:
+        own: the axis's own velocity, as recordings call it.
+        others: their names; those of channels.
+        velocity: (m, d) of each vector, the own one first, in their units.
+        fastest: (d,) by which each is scaled, in its unit.
+        drag: (p,) coefficients of the textbook's drag [N m] (`terms`).
+    """
+
+    own: str
+    others: tuple[str, ...]
+    velocity: Array
+    fastest: Array
+    drag: Array
+
+    def terms(self, u: Array) -> Array:
+        """(n, p) terms of the drag at (n, d) scaled velocities."""
+        return Drag.of(self.own, self.others).terms(u)
+
+    @property
+    def usual(self) -> Array:
+        """(d − 1,) the others' median over the vectors: where a question names the own velocity alone."""
+        return np.asarray(np.median(self.velocity[:, 1:], axis=0))
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest learned value of each further velocity."""
+        columns = self.velocity[:, 1:].T
+        return {name: (float(c.min()), float(c.max())) for name, c in zip(self.others, columns, strict=True)}
+
+    def at(self, samples: Samples) -> Array:
+        """(n, d) the velocities of samples."""
+        return points(samples, self.others)
+
+    def beside(self, rate: Array) -> Array:
+        """(n, d) own velocities (n,), each with the usual others."""
+        return np.column_stack((rate, np.broadcast_to(self.usual, (rate.size, len(self.others)))))
+
+    def scaled(self, velocity: Array) -> tuple[Array, Array]:
+        """(n, d) velocities with 1 as the fastest, and as the kernel has them: in the unit of the own one."""
+        u = velocity / self.fastest
+        return u, u * self.fastest[0]
+
+    def within(self, velocity: Array) -> Array:
+        """(n, d) velocities of which the others stay as fast as the fastest vector where they are faster.
+
+        A product of velocities of which the vectors tell little would grow without bound; the own drag may.
+        """
+        limit = np.abs(self.velocity).max(axis=0)
+        limit[0] = np.inf
+        return np.clip(velocity, -limit, limit)
+
+    def value(self, velocity: Array, gamma: float, weight: Array) -> Array:
+        """(n,) damping at (n, d) velocities [N m]: the drag, and the sum of kernels that has the rest."""
+        (u, z), (_, vectors) = self.scaled(self.within(velocity)), self.scaled(self.velocity)
+        return np.asarray(self.terms(u) @ self.drag + rbf_at_rest(z, vectors, gamma) @ weight)
+
+    def possible(self, rate: Array) -> bool:
+        """Whether every number is one that learning can have led to, beside vectors of these own velocities (m,)."""
+        shape = (rate.size, 1 + len(self.others))
+        numbers = np.concatenate((self.velocity.ravel(), self.fastest, self.drag))
+        return (
+            self.velocity.shape == shape
+            and self.fastest.shape == shape[1:]
+            and self.drag.shape == self.terms(np.zeros((1, shape[1])))[0].shape
+            and bool(np.isfinite(numbers).all() and (self.fastest > 0.0).all())
+            and bool((self.velocity[:, 0] == rate).all())
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "own": self.own,
+            "others": list(self.others),
+            "velocity": self.velocity.tolist(),
+            "fastest": self.fastest.tolist(),
+            "drag": self.drag.tolist(),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Several:
+        others = tuple(data["others"])
+        velocity = np.array(data["velocity"], dtype=np.float64).reshape(-1, 1 + len(others))
+        return Several(data["own"], others, velocity, np.array(data["fastest"]), np.array(data["drag"]))
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A model over several velocities made ready for questions.
+
+    Attributes:
+        model: whose it is.
+        several: its further velocities.
+        z: (m, d) the vectors' velocities as the kernel has them.
+        terms: (m, p) of the drag at them.
+        gram: Cholesky factor of K + noise, in parts of the residual's scale.
+        scale: of what the kernels hold, the largest that the drag leaves over at a vector [N m].
+        doubt: (p, p) covariance of the drag's coefficients.
+        reach: distance from the nearest vector beyond which nothing was driven, in fastest velocities.
+    """
+
+    model: Model
+    several: Several
+    z: Array
+    terms: Array
+    gram: tuple[Array, bool]
+    scale: float
+    doubt: Array
+    reach: float
+
+    @staticmethod
+    def of(model: Model, several: Several) -> Surface:
+        u, z = several.scaled(several.velocity)
+        phi = several.terms(u)
+        largest = max(float(np.abs(model.support_damping).max()), 1e-9)
+        level = np.maximum(model.sigma * model.spread.at(model.support_rate), 1e-6 * largest)
+        left = np.abs(model.support_damping - phi @ several.drag)
+        scale = max(float(left.max()), float(level.max()))
+        kernel = rbf_at_rest(z, z, model.gamma)
+        kernel[np.diag_indices(z.shape[0])] += (level / scale) ** 2 / (worth(model) * model.count)
+        gram = cho_factor(kernel)
+        information = phi.T @ cho_solve(gram, phi) / scale**2 + np.eye(phi.shape[1]) / largest**2
+        return Surface(
+            model, several, z, phi, gram, scale, np.asarray(np.linalg.inv(information), dtype=np.float64), _reach(u)
+        )
+
+    def predict(self, velocity: Array) -> Prediction:
+        """At (n, d) velocities in their units.
+
+        The doubt is that of a Gaussian process with explicit basis functions (Rasmussen and Williams, 2006, Eq. 2.41):
+        small among the vectors, the drag's own far from them.
+
+        Raises:
+            BadInput: a velocity is not finite.
+        """
+        if not np.isfinite(velocity).all():
+            raise BadInput("a velocity is not finite; give numbers in m/s and rad/s")
+        model, own = self.model, velocity[:, 0]
+        damping = self.several.value(velocity, model.gamma, model.weight)
+        u, z = self.several.scaled(velocity)
+        phi, kernel = self.several.terms(u), rbf_at_rest(z, self.z, model.gamma)
+        solved = cho_solve(self.gram, kernel.T)
+        at_rest = np.exp(-2.0 * model.gamma * np.sum(z * z, axis=1))
+        left = self.scale**2 * np.maximum(1.0 - at_rest - np.sum(kernel.T * solved, axis=0), 0.0)
+        unexplained = phi - solved.T @ self.terms
+        left += np.sum(unexplained @ self.doubt * unexplained, axis=1)
+        water = model.water
+        learned = float(model.count @ model.support_rate**2) / float(model.count.sum())
+        turned = sqrt(water.moment * water.rate) / max(water.rate + learned, 1e-300)
+        own_doubt = np.sqrt(left + (SYSTEMATIC * model.sigma) ** 2 + (BY_THE_WATER * turned * own) ** 2)
+        noise = ALONE * model.sigma * model.spread.at(own)
+        sigma = np.hypot(noise, model.widening * own_doubt)
+        return Prediction(damping, np.asarray(sigma), self._outside(velocity), np.asarray(noise))
+
+    def _outside(self, velocity: Array) -> NDArray[np.bool_]:
+        """(n,) whether (n, d) velocities lie outside the cloud that was driven."""
+        fastest = self.several.fastest
+        return np.asarray(distances(velocity / fastest, self.several.velocity / fastest).min(axis=1) > self.reach)
+
+
+def _reach(u: Array) -> float:
+    """How far the cloud of (m, d) scaled vectors goes beyond each of them."""
+    if u.shape[0] < 2:
+        return NARROWEST
+    apart = distances(u, u)
+    np.fill_diagonal(apart, np.inf)
+    return APART * max(float(np.quantile(apart.min(axis=1), USUAL)), NARROWEST)

@@ -1,0 +1,97 @@
+"""At which velocities a question for damping asks: the own one, and others where damping is learned over several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.model import Model
+from incsvr.samples import Array
+from service.config import Config
+
+MAX_RATES = 5_000
+"""400 kB of answer."""
+MAX_RATE = 1e3
+"""Whoever asks for a velocity beyond [rad/s], [m/s] has another unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """The velocities of a question.
+
+    Attributes:
+        rate: (n,) of the axis itself, n ≥ 1.
+        others: further ones by name, each (n,) or a single value for all.
+    """
+
+    rate: Array
+    others: Mapping[str, Array] = field(default_factory=dict)
+
+    def of(self, model: Model) -> Array:
+        """(n, d) velocities for a trained model. Of several, one that is not named is as usual where it learned.
+
+        Raises:
+            BadInput: a name that the model does not know, or values of different number.
+        """
+        several = model.several
+        known = () if several is None else several.others
+        for name in self.others:
+            if name not in known:
+                over = ", ".join((several.own, *known)) if several is not None else "the own velocity alone"
+                raise BadInput(f"{name[:80]}= is asked, but damping is learned over {over}; leave it out")
+        if several is None:
+            return self.rate[:, None]
+        usual = dict(zip(known, several.usual.tolist(), strict=True))
+        columns = [self.rate, *(self.others.get(name, np.array([usual[name]])) for name in known)]
+        most = max(column.size for column in columns)
+        if any(column.size not in (1, most) for column in columns):
+            sizes = ", ".join(f"{n} {c.size}" for n, c in zip((several.own, *known), columns, strict=True))
+            raise BadInput(f"give every velocity the same number of values, or one for all; there are of {sizes}")
+        return np.column_stack([np.broadcast_to(column, most) for column in columns])
+
+
+def names(config: Config) -> dict[str, str]:
+    """What a velocity may be called in a question → `rate` for the own one, else the stream of a further one."""
+    own, *further = config.learner.inputs
+    if not further:
+        return {"rate": "rate"}
+    streams = dict(zip(further, config.further_inputs, strict=True))
+    return {"rate": "rate", own: "rate"} | streams | {stream: stream for stream in streams.values()}
+
+
+def asked(values: Sequence[tuple[str, Array]]) -> Asked:
+    """A question with the values of `rate` and of further velocities.
+
+    Raises:
+        BadInput: one is missing or given twice, there are too many, or one is no velocity of a vehicle.
+    """
+    found = dict(values)
+    if len(found) < len(values):
+        raise BadInput("a velocity is given under two names; give it once")
+    if "rate" not in found:
+        raise BadInput(f"give the own velocity as well, such as rate=0.1 beside {next(iter(found))}=")
+    for name, each in values:
+        if each.size > MAX_RATES:
+            raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
+        if not (np.abs(each) <= MAX_RATE).all():
+            what, unit = ("a rate", "rad/s") if name == "rate" else (f"a value of {name[:80]}", "its unit")
+            raise BadInput(f"{what} is NaN, infinite or beyond {MAX_RATE:g} {unit}; ask for finite rates in {unit}")
+    return Asked(found.pop("rate"), found)
+
+
+def listed(name: str, text: str) -> Array:
+    """The numbers of a parameter, such as -0.2,0,0.2.
+
+    Raises:
+        BadInput: these are none.
+    """
+    if text.count(",") >= MAX_RATES:
+        raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        unit = "rad/s" if name in ("rate", "yaw_rate") else "its unit"
+        raise BadInput(f"{name}={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in {unit}") from None

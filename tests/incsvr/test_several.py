@@ -1,0 +1,227 @@
+"""Damping over several velocities: the kernel that is zero at rest, the drag, which samples stay, what is learned."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.learning import dual, guarded
+from incsvr.learning.kernel import rbf, rbf_at_rest
+from incsvr.learning.learner import Iteration, Settings, State, start, step
+from incsvr.learning.several.density import forgetting
+from incsvr.learning.several.drag import Drag, fitted
+from incsvr.learning.several.freeing import by_itself
+from incsvr.learning.several.paper import near_distances
+from incsvr.learning.solver.factor import SMALL, factor
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks import Vehicle
+from simulator import leng, planar
+from simulator.online import samples_of
+from tests.incsvr.learning import batches, rms, run, stream
+
+OTHERS = ("surge", "sway")
+POLICIES = ("paper", "weighted")
+
+
+@cache
+def vehicle(seed: int = 910103) -> tuple[planar.Planar, Samples, Samples]:
+    """A simulated vehicle with coupled damping, its samples, and those of another run of it."""
+    body = planar.Planar.drawn(seed)
+    signals = replace(leng.SIGNALS, inertia=body.inertia)
+    runs = [planar.recording(seed, 400.0, run) for run in (1, 2)]
+    there, here = (samples_of(each, signals, None, None, OTHERS)[0] for each in runs)
+    return body, there, here
+
+
+@cache
+def learned(policy: str, others: tuple[str, ...] = OTHERS, capacity: int = 60) -> tuple[State, list[Iteration]]:
+    return run(Settings(policy=policy, others=others, capacity=capacity), vehicle()[1])  # type: ignore[arg-type]
+
+
+def truth(samples: Samples) -> Array:
+    u, v = samples.channels["surge"], samples.channels["sway"]
+    return planar.truth(vehicle()[0], u, v, samples.yaw_rate, with_munk=True)
+
+
+@pytest.mark.parametrize("n", [60, SMALL + 40])
+def test_the_kernel_at_rest_is_the_gaussian_one_that_knows_the_origin(n: int) -> None:
+    x = 0.3 * np.random.default_rng(1).normal(size=(n, 3))
+    whole = rbf(np.vstack((np.zeros(3), x)), np.vstack((np.zeros(3), x)), 10.0)
+    known = whole[1:, 1:] - np.outer(whole[1:, 0], whole[0, 1:]) / whole[0, 0]
+    kernel = rbf_at_rest(x, x, 10.0)
+    np.testing.assert_allclose(kernel, known, atol=1e-14)
+    assert not rbf_at_rest(np.zeros((1, 3)), x, 10.0).any()
+    low_rank = factor(x, 10.0, vanishing=True)
+    np.testing.assert_allclose(low_rank.T @ low_rank, kernel, atol=1e-12)
+
+
+def test_the_exact_solver_certifies_its_solution_over_that_kernel() -> None:
+    rng = np.random.default_rng(2)
+    x = 0.3 * rng.normal(size=(110, 3))
+    y = 60.0 * x[:, 0] * np.abs(x[:, 1]) + 4.0 * rng.normal(size=110)
+    found = dual.solve(x, y, gamma=10.0, C=100.0, epsilon=0.1, vanishing=True)
+    assert found.certified_error < 1e-3
+    np.testing.assert_allclose(rbf_at_rest(x, x, 10.0) @ found.weight, found.fitted, atol=1e-8)
+    residual = y - found.fitted
+    outside, free = np.abs(residual) > 0.1 + 1e-6, np.abs(np.abs(residual) - 0.1) <= 1e-6
+    np.testing.assert_allclose(found.weight[outside], 100.0 * np.sign(residual[outside]), rtol=1e-9)
+    assert np.all(found.weight[~outside & ~free] == 0.0)
+
+
+@pytest.mark.parametrize(("own", "others"), [("yaw_rate", OTHERS), ("sway", ("surge", "body_yaw_rate")),
+                                             ("surge", ("sway", "body_yaw_rate"))])  # fmt: skip
+def test_the_drag_knows_that_port_is_the_mirror_of_starboard(own: str, others: tuple[str, ...]) -> None:
+    u = np.random.default_rng(3).uniform(-1.0, 1.0, (20, 3))
+    lateral = np.array([-1.0 if name != "surge" else 1.0 for name in (own, *others)])
+    drag = Drag.of(own, others)
+    there, mirrored = drag.terms(u), drag.terms(u * lateral)
+    np.testing.assert_array_equal(mirrored, lateral[0] * there)
+    assert not drag.terms(np.zeros((1, 3))).any()
+    assert drag.damps.size == there.shape[1]
+    assert np.linalg.matrix_rank(drag.terms(np.random.default_rng(4).normal(size=(200, 3)))) == there.shape[1]
+
+
+def test_the_drag_is_found_though_a_tenth_is_wild() -> None:
+    rng = np.random.default_rng(5)
+    drag, true = Drag.of("yaw_rate", OTHERS), rng.normal(size=10) * 50.0
+    phi = drag.terms(rng.uniform(-1.0, 1.0, (400, 3)))
+    y = phi @ true + rng.normal(size=400)
+    y[::10] += 300.0
+    assert np.abs(fitted(phi, y, np.ones(400)) - true).max() < 5.0
+
+
+def test_forgetting_takes_the_oldest_where_vectors_are_dense() -> None:
+    rng = np.random.default_rng(6)
+    sparse, dense = rng.uniform(-1.0, 1.0, (30, 2)), np.array([0.5, -0.5]) + 0.05 * rng.normal(size=(50, 2))
+    u = np.vstack((dense[:25], sparse, dense[25:]))
+    stays = forgetting(u, capacity=50)
+    assert stays.sum() == 50
+    assert stays[25:55].mean() > 0.85
+    assert stays[:25].sum() < stays[55:].sum()
+    assert forgetting(u[:50], capacity=50).all()
+
+
+def test_a_sample_is_near_where_it_is_near_in_every_velocity() -> None:
+    """A new sample beside a vector in all but its sway says something new."""
+    settings = Settings(others=OTHERS, fastest={"surge": 1.0, "sway": 0.5}, near={"sway": 0.03}, batch=2)
+    assert near_distances(settings, np.array([0.25, 1.0, 0.5])) == [0.01, pytest.approx(0.04), 0.03]
+    state, _ = step(settings, start(settings), vehicle()[1].take(slice(0, 50)))
+    vector = state.memory.served.take(slice(0, 1))
+    here = {name: values.item() for name, values in vector.channels.items()}
+    beside = {"surge": [here["surge"] + 0.039] * 2, "sway": [here["sway"] + 0.02, here["sway"] + 0.5]}
+    two = Samples(np.array([900.0, 901.0]), np.repeat(vector.yaw_rate, 2), np.repeat(vector.damping, 2) + 4.0,
+                  {name: np.array(values) for name, values in beside.items()})  # fmt: skip
+    _, iteration = step(settings, state, two)
+    assert iteration.discarded_near.time.tolist() == [900.0]
+    assert iteration.new.time.tolist() == [901.0]
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_an_outlier_is_thrown_out(policy: str) -> None:
+    state, _ = learned(policy)
+    batch = vehicle()[2].take(slice(100, 150))
+    wild = replace(batch, damping=batch.damping + np.where(np.arange(50) == 20, 150.0, 0.0))
+    _, iteration = step(Settings(policy=policy, others=OTHERS), state, wild)  # type: ignore[arg-type]
+    assert batch.time[20] in iteration.outliers.time
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: str) -> None:
+    unseen = vehicle()[2]
+    surface, curve = (learned(policy, others)[0].model for others in (OTHERS, ()))
+    said = surface.at(unseen)
+    error, alone = rms(said.damping - truth(unseen)), rms(curve.at(unseen).damping - truth(unseen))
+    assert error < 0.3 * alone
+    assert surface.support_rate.size <= 60
+    assert surface.certified_error < 0.01
+    assert surface.over(np.zeros((1, 3))).damping.tolist() == [0.0]
+    assert 0.85 < np.mean(np.abs(said.damping - unseen.damping) < 1.96 * said.sigma) <= 1.0
+    inside = ~said.extrapolated
+    assert rms((said.damping - truth(unseen))[inside]) < error < rms((said.damping - truth(unseen))[~inside])
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: str) -> None:
+    model = learned(policy)[0].model
+    assert model.several is not None
+    known = model.several.velocity[:5]
+    far = np.array([[0.1, 5.0, 0.0], [0.1, 0.5, 3.0], [1.5, 0.5, 0.0]])
+    assert not model.over(known).extrapolated.any()
+    said = model.over(far)
+    assert said.extrapolated.all()
+    assert (said.curve_sigma > 2.0 * model.over(known).curve_sigma.max()).all()
+    assert np.isfinite(said.damping).all()
+    assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_a_state_goes_on_through_json_to_the_bit(policy: str) -> None:
+    settings, samples = Settings(policy=policy, others=("sway", "surge")), vehicle()[1]  # type: ignore[arg-type]
+    state, _ = run(settings, samples.take(slice(0, 200)))
+    read = State.from_dict(json.loads(json.dumps(state.to_dict(), allow_nan=False)))
+    for batch in batches(samples.take(slice(200, 350))):
+        state, ours = step(settings, state, batch)
+        read, theirs = step(settings, read, batch)
+        assert ours.model.to_dict() == theirs.model.to_dict()
+    assert state.to_dict() == read.to_dict()
+
+
+def test_of_one_velocity_nothing_has_changed() -> None:
+    """No field is new in what is kept, further channels change no bit, and no further input is the default."""
+    state, iterations = run(Settings(), stream(7, 200))
+    channels = {"surge": np.linspace(0.0, 1.0, 200)}
+    beside, again = run(Settings(), replace(stream(7, 200), channels=channels))
+    assert state.to_dict() == beside.to_dict()
+    assert [each.model.to_dict() for each in iterations] == [each.model.to_dict() for each in again]
+    assert "several" not in json.dumps(state.to_dict())
+    assert "others" not in json.dumps(state.to_dict())
+    assert (
+        state.model.predict(0.1).damping == state.model.at(Samples(np.zeros(1), np.array([0.1]), np.zeros(1))).damping
+    )
+
+
+def test_samples_without_one_of_its_velocities_and_a_state_over_others_are_refused() -> None:
+    samples = vehicle()[1].take(slice(0, 50))
+    with pytest.raises(BadInput, match="a batch lacks sway"):
+        step(
+            Settings(others=OTHERS), start(Settings(others=OTHERS)), replace(samples, channels={"surge": samples.time})
+        )
+    state = learned("paper")[0]
+    for settings in (Settings(), Settings(others=("surge",))):
+        with pytest.raises(BadInput, match="learned over surge, sway"):
+            step(settings, state, samples)
+
+
+def test_what_the_other_velocities_take_is_told_from_the_first_batch_on() -> None:
+    """Or a vehicle that Munk's moment turns would never seem to be damped, and nothing would be learned."""
+    body, samples, _ = vehicle()
+    first = samples.take(slice(0, 100))
+    nothing = Samples(np.empty(0), np.empty(0), np.empty(0), dict.fromkeys(OTHERS, np.empty(0)))
+    freed = by_itself(Settings(others=OTHERS), np.zeros(2), nothing, first)
+    r, rest = first.yaw_rate, np.zeros(len(first))
+    own = planar.truth(body, first.channels["surge"], rest, r, with_munk=False)
+    slope, raw, true = (float(y @ r) / float(r @ r) for y in (freed.damping, first.damping, own))
+    assert abs(slope - true) < 0.5 * abs(raw - true)
+
+
+def test_the_checks_see_a_torque_that_is_reversed_and_no_fault_in_sound_motion() -> None:
+    body, samples, unseen = vehicle()
+    settings = Settings(policy="weighted", others=OTHERS)
+    known = Vehicle(body.inertia, settings.rate_range, leng.SIGNALS.smoothing)
+    state = guarded.begin(settings)
+    for batch in batches(samples):
+        state, verdict, _ = guarded.learn(settings, known, state, batch)
+        assert verdict.learn, verdict.findings
+    turned = {name: -values if name.startswith("torque") else values for name, values in unseen.raw.items()}
+    inertial = unseen.raw["torque"] - unseen.damping
+    reversed_torque = replace(unseen, damping=-unseen.raw["torque"] - inertial, raw=turned)
+    verdicts = []
+    for batch in batches(reversed_torque.take(slice(0, 200))):
+        state, verdict, _ = guarded.learn(settings, known, state, batch)
+        verdicts.append(verdict)
+    assert not any(verdict.learn for verdict in verdicts[1:])
