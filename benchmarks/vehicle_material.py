@@ -62,7 +62,7 @@ class Material:
         return Material(
             split.inertia, axis, fitted, unseen, there, replace(here, origin=there.origin),
             tuple(name for name in VELOCITIES if name in there.channels),
-            coupling.declared(split.mass_matrix, axis, [*fitted, *unseen]),
+            coupling.declared(split.mass_matrix, None, axis, [*fitted, *unseen]),
         )  # fmt: skip
 
     def curve(self, damping: Callable[[Array], Array]) -> TracedModel:

@@ -19,7 +19,7 @@ HEAD = """\
 def commented(config: Config, head: str = HEAD, brief: bool = False) -> str:
     """The configuration as YAML, each value with its meaning, unit and bounds, below some lines that begin it.
 
-    `brief` leaves out what is as it is by default.
+    `brief` leaves out what is as it is by default, but the inertia: an inertia that nobody says is none.
     """
     usual = Config() if brief else None
     return head + "\n".join(_section(config, config.model_dump(mode="json"), "", usual)) + "\n"
@@ -29,7 +29,7 @@ def _section(section: BaseModel, values: dict[str, Any], indent: str, usual: Bas
     lines = []
     for name, field in type(section).model_fields.items():
         value, default = getattr(section, name), None if usual is None else getattr(usual, name)
-        if usual is not None and value == default:
+        if usual is not None and value == default and name not in ("vehicle", "inertia"):
             continue
         if name == "inertia" and getattr(section, "mass_matrix", None) is not None:
             continue  # it follows from the matrix, of each axis its own

@@ -154,8 +154,8 @@ class Config(Section):
     def each(self) -> tuple[Config, ...]:
         """The configuration of every learner in this process: this one, then those of `also`."""
         base = self.model_dump(exclude={"also"})
-        if self.vehicle.mass_matrix is not None:
-            del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own
+        if self.vehicle.mass_matrix is not None or not self.vehicle.inertia_said:
+            del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own; or nobody said it
         rest = tuple(_validated(_merged(base, entry), {}) for entry in self.also)
         prefixes = [self.prefix, *(config.prefix for config in rest)]
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
@@ -165,6 +165,23 @@ class Config(Section):
             )
         learners = (self, *rest)
         return tuple(learner._hearing(learners) for learner in learners)
+
+
+def check_inertia(config: Config) -> None:
+    """Refuses to learn a vehicle by Leng's inertia because nobody said its own.
+
+    Raises:
+        BadInput: naming the learner and how to get one.
+    """
+    for learner in config.each():
+        vehicle, axis = learner.vehicle, AXES[learner.vehicle.axis]
+        lengs = vehicle.name == Vehicle().name and vehicle.axis == Vehicle().axis and learner.inputs.own
+        if not vehicle.inertia_said and not lengs:
+            raise BadInput(
+                f"{learner.prefix}: the {'mass' if axis.along else 'inertia'} is not known, and that of Leng is no "
+                "other vehicle's; give vehicle.inertia with added mass, or vehicle.mass_matrix (`incsvr fit LOG "
+                "--inertia estimate --write FILE` writes what open-loop runs tell)"
+            )
 
 
 def add_config_arguments(parser: argparse.ArgumentParser) -> None:

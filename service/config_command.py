@@ -8,7 +8,7 @@ from pathlib import Path
 
 from service.bus_check import check_bus, check_files
 from service.commented import commented
-from service.config import add_config_arguments, from_arguments, read
+from service.config import add_config_arguments, check_inertia, from_arguments, read
 from service.effects import configured
 from service.inputs.hearing import Hearing
 from service.mapped_ingest import mapping
@@ -42,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
 def _checked(path: Path, user: str | None) -> str:
     """One sentence on a configuration in which nothing is wrong, after everything that it names was opened."""
     config = read(path)
+    check_inertia(config)
     check_files(config, path, user)
     prefixes = [each.prefix for each in config.each()]
     bus = check_bus(config.bus, prefixes)

@@ -14,6 +14,7 @@ from service.config import Config
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
+    from incsvr.plant.body import Coupled
 
 FOLLOWED = ("drag_drift", "drag_step")
 """Effects of the damping over time: the learned damping follows the vehicle by itself."""
@@ -52,21 +53,33 @@ def configured(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""
     if config.effects is None:
         return None
-    return read_effects(config.effects, config.vehicle.inertia, config.signals.channels)
+    return read_effects(config.effects, config.vehicle.inertia, config.signals.channels, config.coupled())
 
 
-def read_effects(path: Path, inertia: float, channels: tuple[str, ...]) -> TracedEffects:
+def read_effects(
+    path: Path, inertia: float, channels: tuple[str, ...], coupled: Coupled | None = None
+) -> TracedEffects:
     """The effects in a file that `incsvr trace --json FILE` wrote.
 
     Args:
         path: the file.
         inertia: I, as it is configured [kg m²].
         channels: the channels that samples wait for.
+        coupled: the axis in its body, as it is configured; None where it is taken by itself.
 
     Raises:
         BadInput: naming the file and the cure.
     """
-    return taken_up(_trace(path), inertia, channels, str(path))
+    found = _trace(path)
+    of_body = (found.get("coupled") or {}).get("mass_matrix")
+    if of_body != (None if coupled is None else coupled.mass.ravel().tolist()):
+        how = "without a mass matrix" if of_body is None else "with a mass matrix"
+        here = "none is" if coupled is None else "one is" if of_body is None else "another one is"
+        raise BadInput(
+            f"{path}: traced {how}, and {here} configured; trace again with the same vehicle.mass_matrix "
+            "(`incsvr trace --config FILE`)"
+        )
+    return taken_up(found, inertia, channels, str(path))
 
 
 def taken_up(found: Mapping[str, Any], inertia: float, channels: tuple[str, ...], source: str) -> TracedEffects:

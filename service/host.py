@@ -137,7 +137,7 @@ class Host:
         """The velocity that this learner hears goes to those of the same vehicle whose samples wait for it."""
         for other in others:
             for name in other._config.hears(self._config):
-                if name in other._config.signals.channels:
+                if name in other._config.signal_settings().channels:
                     self.ingest.onward.append(partial(other._hear, name))
 
     def _hear(self, name: str, t: Array, value: Array) -> bool:

@@ -132,6 +132,7 @@ class Ingest:
 
     def hear(self) -> bool:
         """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
+        read: list[tuple[str, Array, Array]] = []
         for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
@@ -140,12 +141,13 @@ class Ingest:
                 self._take(sample, payload, queue.name, taken)
                 if size > LARGE:
                     self._fill()  # to read it took long
-            self._heard += [(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
+            read += [(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
         batch_waits = False
-        for stream, stamps, values in self._heard:
+        for stream, stamps, values in read:
             self._watch.received(stream, stamps, values)
             for listener in self.onward if stream == YAW_RATE else ():
                 batch_waits |= listener(stamps, values)
+        self._heard += read
         return batch_waits
 
     def learn(self) -> bool:

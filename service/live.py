@@ -249,6 +249,7 @@ class LiveTracing:
                 "work": work,
                 "inertia": self._config.vehicle.inertia,
                 "axis": self._config.vehicle.axis,
+                "rate_limit": self._config.vehicle.rate_limit,
                 "half": newest - 0.5 * self._config.tracing.window,
             }
         role, content = self.standing.tried

@@ -159,6 +159,12 @@ class Vehicle(Section):
         return self
 
     @property
+    def inertia_said(self) -> bool:
+        """Whether somebody said the inertia, or that it is Leng, whose is known."""
+        leng = "name" in self.model_fields_set and self.name == "leng" and self.axis == "yaw"
+        return "inertia" in self.model_fields_set or self.mass_matrix is not None or leng
+
+    @property
     def restoring(self) -> Restoring | None:
         """Weight and buoyancy; None where they are left out."""
         if self.weight is None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service import notify
 from service.company import take_prefix
-from service.config import Config, add_config_arguments, from_arguments
+from service.config import Config, add_config_arguments, check_inertia, from_arguments
 from service.crew import Crew
 from service.host import Host
 from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop
@@ -56,8 +56,10 @@ def serve(config: Config, stop: threading.Event) -> None:
     """Runs every learner of the configuration until `stop` is set, and ends the process.
 
     Raises:
-        BadInput: the port is taken, another learner has the prefix, or the state cannot be kept where it is configured.
+        BadInput: nobody said the inertia, the port is taken, another learner has the prefix, or the state cannot be
+            kept where it is configured.
     """
+    check_inertia(config)
     if config.bus.zenoh_file is not None:
         zenoh_config = from_file(config.bus.zenoh_file)
     elif config.bus.connect is not None:

@@ -6,20 +6,24 @@ Eq. 5 of one axis by itself holds where the paper says so: where the other veloc
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.decoupling import Others, neglected
+from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
-from incsvr.plant.body import DECLARED_INERTIA, Coupled
+from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
 from incsvr.plant.inertia import mass_matrix
-from incsvr.samples import Samples
+from incsvr.samples import Array, Samples
+from incsvr.signals import TORQUE as TORQUE_STREAM
 from incsvr.signals import SignalSettings
+from incsvr.signals.coupled import freed
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.smoothing import smooth
+from service.config import Config
 from simulator.online import samples_of, signals_for
 from simulator.recordings import Recording, sequence
 
@@ -28,6 +32,11 @@ HELP = (
     "between; Coriolis and coupled inertia of the recorded velocities are then no part of the damping"
 )
 
+AS_LEFT = (
+    "what the body takes is taken from the torque before anything is traced, so that effects of the thrust are looked "
+    "for in what is left of it; the axis's own velocity enters as measured"
+)
+TAKEN = (CORIOLIS, COUPLED_INERTIA, RESTORING)
 CURE = "give --mass-matrix, or let `incsvr trace` name what they do"
 
 
@@ -51,10 +60,15 @@ class Told:
         if coupled is None:
             sentence = decoupled(joined, samples, signals)
             return NOTHING if sentence is None else Told(None, {}, (f"{sentence}; {CURE}",))
-        parts = {name: part for name, part in samples.parts.items() if name != DECLARED_INERTIA}
-        torque = _rms(samples.raw[TORQUE] + np.sum(list(parts.values()), axis=0))
+        parts = {name: part for name, part in samples.parts.items() if name in TAKEN}
+        return Told.of_parts(coupled, parts, samples.raw[TORQUE])
+
+    @staticmethod
+    def of_parts(coupled: Coupled, parts: Mapping[str, Array], left: Array) -> Told:
+        """Of what was taken of the torque, (n,) each, and what is left of it (n,) [N m]."""
+        torque = _rms(left + np.sum(list(parts.values()), axis=0))
         share = {name: _rms(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
-        used = ", ".join(f"channel {name}" for name in coupled.velocities) or "no other velocity"
+        used = ", ".join(f"channel {name}" for name in (*coupled.velocities, *coupled.angles)) or "no other velocity"
         taken = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in share.items())
         remarks = [f"the mass matrix is used with {used}; of the torque's RMS: {taken}"]
         if coupled.missing:
@@ -68,7 +82,9 @@ class Told:
             return {}
         return {
             "coupled": {
+                "mass_matrix": self.coupled.mass.ravel().tolist(),
                 "velocities": list(self.coupled.velocities),
+                "angles": list(self.coupled.angles),
                 "taken_for_zero": list(self.coupled.missing),
                 "share_of_torque": dict(self.share),
             }
@@ -78,31 +94,71 @@ class Told:
 NOTHING = Told(None, {}, ())
 
 
-def declared(text: str | None, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
-    """The axis in the body whose mass matrix was given, with the velocities that all recordings hold.
+def declared(text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
+    """The axis in its body, with the velocities and angles that all recordings hold; None where none is declared.
+
+    Args:
+        text: of --mass-matrix; it comes before what is configured.
+        config: of a file; None where there is none.
+        axis: whose equation it is.
+        recordings: all that are read.
 
     Raises:
         BadInput: it is no mass matrix, or has nothing for this axis.
     """
-    if text is None:
+    vehicle = None if config is None else config.vehicle
+    mass, said = None if vehicle is None else vehicle.mass_matrix, "vehicle.mass_matrix"
+    if text is not None:
+        mass, said = _entries(text), f"--mass-matrix {text}"
+    weights = None if vehicle is None else vehicle.restoring
+    if mass is None and (vehicle is None or weights is None):
         return None
+    own = list(AXES).index(axis.name)
+    if mass is None and vehicle is not None:
+        mass = tuple(vehicle.inertia if place == own else 0.0 for place in range(len(AXES)))
+    matrix = mass_matrix(mass or ())
+    if matrix[own, own] <= 0.0:
+        raise BadInput(f"{said}: it has {matrix[own, own]:g} for {axis.name}; give what is to be moved")
+    common = set.intersection(*(set(_sampled(each, each.velocities)) for each in recordings))
+    common |= set.intersection(*(set(_sampled(each, each.columns)) for each in recordings)) & {*ATTITUDE}
+    return Coupled(axis, matrix, tuple(name for name in (*VELOCITIES, *ATTITUDE) if name in common), weights)
+
+
+def _entries(text: str) -> tuple[float, ...]:
     try:
-        mass = mass_matrix([float(entry) for entry in text.split(",")])
+        return tuple(float(entry) for entry in text.split(","))
     except ValueError:
         raise BadInput(
             f"--mass-matrix {text}: give six numbers from surge to yaw, or 36, with commas between"
         ) from None
-    own = list(AXES).index(axis.name)
-    if mass[own, own] <= 0.0:
-        raise BadInput(f"--mass-matrix {text}: it has {mass[own, own]:g} for {axis.name}; give what is to be moved")
-    common = set.intersection(*(set(_sampled(each)) for each in recordings))
-    return Coupled(axis, mass, tuple(name for name in VELOCITIES if name in common))
+
+
+def by_itself(coupled: Coupled, recordings: Sequence[Recording]) -> tuple[list[Recording], dict[str, Array], Told]:
+    """The recordings with what the body takes taken from the torque, each part at its stamps (n,) [N m], and what is
+    told of it.
+
+    Raises:
+        BadInput: what the body asks for does not come while the torque does.
+    """
+    smoothing = signals_for(recordings, coupled.inertia, coupled.axis.fastest).smoothing
+    freed_of, parts, left = [], [], []
+    for recording in recordings:
+        streams, taken = freed(coupled, recording.streams(), smoothing)
+        at, values = streams[TORQUE_STREAM]
+        torque = np.full(recording.time.size, np.nan)
+        torque[np.searchsorted(recording.time, at)] = values
+        freed_of.append(replace(recording, columns={**recording.columns, TORQUE_STREAM: torque}))
+        parts.append(taken)
+        left.append(values)
+    joined = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
+    told = Told.of_parts(coupled, joined, np.concatenate(left))
+    return freed_of, joined, replace(told, remarks=(*told.remarks, AS_LEFT))
 
 
 def decoupled(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
     """By how much the axis is not by itself, as far as the recorded velocities show it; None where it hardly is."""
     motion = {}
-    for name in _sampled(joined):
+    for name in _sampled(joined, joined.velocities):
         values = joined.velocities[name]
         here = np.isfinite(values)
         filtered = smooth(
@@ -134,9 +190,9 @@ def _sentence(found: Others) -> str:
     )
 
 
-def _sampled(recording: Recording) -> tuple[str, ...]:
-    """The other velocities of which a recording holds more than a few values."""
-    return tuple(name for name, values in recording.velocities.items() if np.isfinite(values).sum() > 10)
+def _sampled(recording: Recording, among: Mapping[str, Array]) -> tuple[str, ...]:
+    """Those of some columns of which a recording holds more than a few values."""
+    return tuple(name for name, values in among.items() if np.isfinite(values).sum() > 10)
 
 
 def _rms(values: Any) -> float:

@@ -9,7 +9,9 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.learning.inertia import InertiaEstimate, identify
 from incsvr.learning.motion import held_motions, motions
+from incsvr.plant.body import Coupled
 from incsvr.signals.settings import COMMANDED, TorqueKind
+from service.config import Config
 from service.progress import progress
 from simulator.online import signals_for
 from simulator.recordings import Recording
@@ -32,23 +34,34 @@ CLOSED = (
 
 
 def inertia(
-    wanted: str | None, configured: float | None, runs: Sequence[Recording], torque: TorqueKind | None = None
+    wanted: str | None,
+    config: Config | None,
+    runs: Sequence[Recording],
+    torque: TorqueKind | None = None,
+    coupled: Coupled | None = None,
 ) -> tuple[float, InertiaEstimate | None]:
     """I [kg m²], and how it was estimated where it was.
 
     Args:
         wanted: a number, ESTIMATE, or None for the configured one.
-        configured: [kg m²]; None where nobody gave a configuration.
+        config: of a file; None where there is none.
         runs: to estimate it from.
         torque: what it is, as in SignalSettings; None tells it from the runs.
+        coupled: the axis in its body, whose mass matrix says the inertia.
 
     Raises:
-        BadInput: nobody gave it, it is no positive number, or the runs do not tell it.
+        BadInput: nobody gave it, it is no positive number, or the runs do not tell it; a body is declared as well.
     """
+    if coupled is not None and wanted is not None:
+        raise BadInput(
+            f"--inertia {wanted}: the body that is declared has {coupled.inertia:g}; leave out one of the two"
+        )
+    if coupled is not None:
+        return coupled.inertia, None
     if wanted is None:
-        if configured is None:
+        if config is None or not config.vehicle.inertia_said:
             raise BadInput(MISSING)
-        return configured, None
+        return config.vehicle.inertia, None
     if wanted != ESTIMATE:
         return positive(wanted), None
     signals = signals_for(runs, 1.0, runs[0].axis.fastest, torque)

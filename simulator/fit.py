@@ -25,6 +25,7 @@ from incsvr.plant.words import said
 from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.checks import YOUNG, Vehicle, Verdict, told
+from incsvr.signals.coupled import freed
 from incsvr.signals.settings import COMMANDED, MEASURED
 from incsvr.traced_motion import traced_free_run_rmse
 from service.config import Config
@@ -38,10 +39,6 @@ from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
 from simulator.recordings import Recording, sequence
 
-COUPLED_ALONE = (
-    "--mass-matrix is for the fit alone: effects were traced of the axis by itself, and `incsvr serve` learns it by "
-    "itself; leave out --effects and --write, or the mass matrix"
-)
 CURVE = 101
 """Rates of the trained range at which the curve is told."""
 
@@ -91,18 +88,15 @@ def run(args: argparse.Namespace) -> int:
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[dict[str, Any], str]:
     """The result for programs, and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
-    coupled = coupling.declared(args.mass_matrix, reading.axis, [*runs, *unseen])
-    configured = config.vehicle.inertia if args.config else None
-    inertia, estimate = declared_inertia.inertia(
-        args.inertia, configured if coupled is None else coupled.inertia, runs, args.torque
-    )
-    signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen])
-    if coupled is not None and (effects is not None or args.write is not None):
-        raise BadInput(COUPLED_ALONE)
+    of_file = config if args.config else None
+    coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
+    inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
+    signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen], coupled)
     fit = Fit.of(runs, unseen, signals, learner, args.policy, effects, coupled)
     text = fit.text(estimate)
     if args.write is not None:
-        _write(args, config.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
+        of_body = config if coupled is None else _declared(config, inertia, coupled)
+        _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         text += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
     result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
     if reading.axis != YAW:
@@ -213,6 +207,8 @@ class Fit:
             free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
         else:
             streams = [wanted_streams(one, signals, True) for one in unseen]
+            if coupled is not None:
+                streams = [dict(freed(coupled, each, signals.smoothing)[0]) for each in streams]
             free_run = traced_free_run_rmse(
                 streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
@@ -341,19 +337,37 @@ def _refuse(name: str, verdicts: Sequence[Verdict]) -> None:
 
 
 def _settings(
-    args: argparse.Namespace, config: Config, inertia: float, recordings: Sequence[Recording]
+    args: argparse.Namespace,
+    config: Config,
+    inertia: float,
+    recordings: Sequence[Recording],
+    coupled: Coupled | None,
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
     """As they are configured; where nothing is, such as suit the recordings."""
+    streams = () if coupled is None else coupled.streams
     if args.config:
-        overridden = {"vehicle": config.vehicle.model_copy(update={"inertia": inertia})}
-        wanted = config.model_copy(update=overridden | ({"effects": args.effects} if args.effects else {}))
+        wanted = _declared(config, inertia, coupled)
+        if args.effects:
+            wanted = wanted.model_copy(update={"effects": args.effects})
         configured_signals = wanted.signal_settings()
         if args.torque is not None:
             configured_signals = replace(configured_signals, torque=args.torque)
-        return configured_signals, wanted.learner_settings(), configured(wanted)
+        return _waiting(configured_signals, streams), wanted.learner_settings(), configured(wanted)
     signals = signals_for(recordings[: len(args.recordings)], inertia, recordings[0].axis.fastest, args.torque)
     if args.effects is None:
-        return signals, None, None
+        return _waiting(signals, streams), None, None
     common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))
-    effects = read_effects(args.effects, inertia, common)
-    return replace(signals, channels=effects.compensation.reads(common)), None, effects
+    effects = read_effects(args.effects, inertia, common, coupled)
+    return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
+
+
+def _declared(config: Config, inertia: float, coupled: Coupled | None) -> Config:
+    """The configuration of a vehicle with this inertia [kg m²], or in this body."""
+    mass = None if coupled is None else tuple(coupled.mass.ravel().tolist())
+    vehicle = config.vehicle.model_copy(update={"inertia": inertia, "mass_matrix": mass})
+    return config.model_copy(update={"vehicle": vehicle})
+
+
+def _waiting(signals: SignalSettings, streams: Sequence[str]) -> SignalSettings:
+    """The settings of samples that wait for these streams, too."""
+    return replace(signals, channels=tuple(dict.fromkeys((*signals.channels, *streams))))

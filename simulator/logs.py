@@ -62,12 +62,12 @@ class Reading:
         inputs = config.inputs
         if args.preset is not None:
             inputs = inputs.model_copy(update={"preset": args.preset})
-        configured = args.config is not None
+        configured = args.config is not None and "rate_limit" in config.vehicle.model_fields_set
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         return Reading(
             Description(tuple(_of_axis(text, axis) for text in args.column), inputs),
             config.vehicle.rate_limit if configured else axis.fastest,
-            "vehicle.rate_limit in the configuration" if configured else "",
+            "vehicle.rate_limit in the configuration" if configured else "vehicle.rate_limit in a --config FILE",
             axis=axis,
         )
 

@@ -57,6 +57,7 @@ class Messages:
         send: (n,) the vehicle's time at which a message is sent [s], not decreasing.
         t: (n,) the stamp in it [s].
         value: (n,) in the stream's unit.
+        whole_keys: whether the names are whole keys, of whatever learner.
     """
 
     names: tuple[str, ...]
@@ -64,13 +65,15 @@ class Messages:
     send: Array
     t: Array
     value: Array
+    whole_keys: bool = False
 
     def __len__(self) -> int:
         return self.t.size
 
     def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]:
         """Where a stream is sent, and as what."""
-        return keys.stream(self.names[stream]), zenoh.Encoding.APPLICATION_JSON
+        name = self.names[stream]
+        return name if self.whole_keys else keys.stream(name), zenoh.Encoding.APPLICATION_JSON
 
     def payload(self, index: int, sequence: int) -> bytes:
         """What is sent, as the message of its stream with that number."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -17,7 +19,7 @@ from service.wire import Keys
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments
 from simulator.player import Played, Unheard, messages, play, wait_for_learner
-from simulator.recordings import sequence
+from simulator.recordings import Recording, Streams, sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,11 +41,40 @@ def run(args: argparse.Namespace) -> int:
         kept = Kept.read(args.recordings)
         return play_to_learner(args, config, kept, kept.name)
     recording = sequence(Reading.of(args, config).of_all(args.recordings))
-    return play_to_learner(args, config, messages(recording.streams()), recording.name)
+    others = [] if args.axis is not None else _of_other_axes(args, config)
+    if not others:
+        return play_to_learner(args, config, messages(recording.streams()), recording.name)
+    played = replace(messages(_placed(((config.each()[0], recording), *others))), whole_keys=True)
+    return play_to_learner(args, config, played, recording.name, [learner.prefix for learner, _ in others])
 
 
-def play_to_learner(args: argparse.Namespace, config: Config, what: Played, name: str) -> int:
-    """Plays messages to the learner of the configuration with a progress bar; exit status."""
+def _placed(axes: Sequence[tuple[Config, Recording]]) -> Streams:
+    """The streams of each axis by their keys, but velocities that its learner is told by another one."""
+    return {
+        Keys(learner.prefix).stream(name): stream
+        for learner, recording in axes
+        for name, stream in recording.streams().items()
+        if not any(name in learner.hears(other) and name in learner.signal_settings().channels for other, _ in axes)
+    }
+
+
+def _of_other_axes(args: argparse.Namespace, config: Config) -> list[tuple[Config, Recording]]:
+    """The same recordings, read for each learner of another axis of the vehicle; one that they do not hold is said."""
+    found = []
+    for learner in config.each()[1:]:
+        if not config.hears(learner):
+            continue
+        try:
+            found.append((learner, sequence(Reading.of(args, learner).of_all(args.recordings))))
+        except BadInput as error:
+            print(f"incsvr replay: {learner.prefix} is not played: {error}", file=sys.stderr)
+    return found
+
+
+def play_to_learner(
+    args: argparse.Namespace, config: Config, what: Played, name: str, others: Sequence[str] = ()
+) -> int:
+    """Plays messages to the learner of the configuration, and of other prefixes, with a progress bar; exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     stop = told_to_stop()
@@ -56,7 +87,8 @@ def play_to_learner(args: argparse.Namespace, config: Config, what: Played, name
     )
     with open_session(zenoh_config, args.wait, stop) as session:
         if args.wait > 0.0:
-            wait_for_learner(session, keys, args.wait, stop)
+            for each in (keys, *map(Keys, others)):
+                wait_for_learner(session, each, args.wait, stop)
         console = Console(stderr=True)
         with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
             task = bar.add_task(name, total=len(what), t=0.0)

@@ -12,6 +12,7 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW
 from incsvr.plant.words import said
+from incsvr.samples import Array
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
@@ -22,6 +23,7 @@ from service.config import read as read_config
 from service.output import add_json_argument, destination, emit
 from service.progress import progress
 from simulator import coupling, declared_inertia
+from simulator.coupling import Told
 from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
@@ -41,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("commanded", "measured"),
         help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
     )
+    parser.add_argument("--mass-matrix", metavar="M", help=coupling.HELP)
     parser.add_argument("--report", type=destination, metavar="FILE.html", help="one self-contained file to keep")
     add_log_arguments(parser, config=True)
     add_json_argument(parser)
@@ -51,31 +54,40 @@ def run(args: argparse.Namespace) -> int:
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
     try:
-        found = _traced(args, reading, config)
+        found, others = _traced(args, reading, config)
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
     if args.report:
         import_module(REPORT_WRITER).write(found, args.report, axis)
-    emit(args, {**found.to_dict(), "axis": axis.name}, said(axis, text(found)))
+    emit(args, {**found.to_dict(), "axis": axis.name, **others.to_dict()}, said(axis, text(found)))
     return 0
 
 
-def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> Trace:
+def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told]:
     recordings = reading.of_all([*args.recordings, *args.validate])
     distinct(runs_of(recordings))
     fitted = len(args.recordings)
-    configured = config.vehicle.inertia if args.config else None
-    inertia, estimate = declared_inertia.inertia(args.inertia, configured, recordings[:fitted], args.torque)
-    found = traced(recordings[:fitted], recordings[fitted:], inertia, args.torque)
+    of_file = config if args.config else None
+    coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, recordings)
+    inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
+    parts, others = dict[str, Array](), coupling.NOTHING
+    if coupled is not None:
+        recordings, parts, others = coupling.by_itself(coupled, recordings)
+    found = traced(recordings[:fitted], recordings[fitted:], inertia, args.torque, reading.rate_limit)
     if estimate is not None:
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
         found = replace(found, notes=(how, *found.notes))
-    return found.told(reading.axis)
+    pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
+    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures).told(reading.axis), others
 
 
 def traced(
-    fitted: Sequence[Recording], unseen: Sequence[Recording], inertia: float, torque: TorqueKind | None = None
+    fitted: Sequence[Recording],
+    unseen: Sequence[Recording],
+    inertia: float,
+    torque: TorqueKind | None = None,
+    rate_limit: float | None = None,
 ) -> Trace:
     """What the declared model lacks, and what a reader must know of the sensors of these recordings.
 
@@ -83,6 +95,7 @@ def traced(
         fitted, unseen: recordings to fit, and for the proof alone.
         inertia: I₀, declared [kg m²].
         torque: what it is; None tells it from the data.
+        rate_limit: the velocity beyond which a recording is in another unit; None is what no vehicle reaches.
 
     Raises:
         BadInput: where the recordings cannot answer.
@@ -90,7 +103,7 @@ def traced(
     recordings = [*fitted, *unseen]
     with progress("checking the sensors"):
         sensors = examined(recordings, inertia)
-    runs = runs_of(believed(recordings, sensors))
+    runs = [replace(run, rate_limit=rate_limit) for run in runs_of(believed(recordings, sensors))]
     with progress("tracing what the model lacks"):
         found = trace(runs[: len(fitted)], inertia=inertia, validate=runs[len(fitted) :], torque=torque)
     others = coupling.of_recordings(fitted, inertia)

@@ -149,9 +149,8 @@ def _simulated(args: argparse.Namespace, config: Config) -> tuple[str, Samples, 
 
 def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
     """The recordings' samples; what is not configured is scaled to them, and noted in the configuration."""
-    rate_limit = config.vehicle.rate_limit if args.config else RATE_LIMIT
     runs = Reading.of(args, config).of_all(args.recordings)
-    if args.inertia is None and args.config is None:
+    if args.inertia is None and not (args.config and config.vehicle.inertia_said):
         raise BadInput(
             "the inertia is not known; give --inertia I [kg m²], or --config FILE with vehicle.inertia "
             "(`incsvr fit … --inertia estimate` estimates it from open-loop runs)"
@@ -163,7 +162,7 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
         config = config.model_copy(update={"vehicle": config.vehicle.model_copy(update={"inertia": inertia})})
         signals = config.signal_settings()
     else:
-        signals = signals_for(runs, inertia, rate_limit)
+        signals = signals_for(runs, inertia, RATE_LIMIT)
     joined = sequence(runs)
     samples, _ = synchronise(signals, joined.streams())
     scaled = learner_for(samples)

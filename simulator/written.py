@@ -42,6 +42,8 @@ def scaled(base: Config, recording: Recording, signals: SignalSettings, learner:
         "rate_limit": min(float(f"{MARGIN * high:.2g}"), FASTEST),
         "torque_limit": float(f"{MARGIN * torque:.2g}"),
     }
+    if base.vehicle.mass_matrix is not None:
+        del vehicle["inertia"]  # it follows from the matrix
     # Lateness and gap suit a file; on the bus the defaults do. A torque that is a command here is one there.
     chosen = {"torque": COMMANDED} if signals.torque == COMMANDED else {}
     return Config.model_validate(

@@ -30,7 +30,7 @@ def taken(coupled: Coupled, at: Array, streams: Streams, smoothing: float, gap: 
     one of them is not known.
     """
     time, rate = streams[YAW_RATE]
-    known = _known(coupled, streams, at, WIDTHS * smoothing, max(gap, HEARD))
+    known = _known(coupled, streams, at, WIDTHS * smoothing, gap)
     others = {name: _at(time, streams[stream_of(coupled.axis, name)]) for name in coupled.velocities}
 
     def filtered(values: Array) -> Array:
@@ -84,7 +84,7 @@ def freed(coupled: Coupled, streams: Streams, smoothing: float) -> tuple[Streams
         BadInput: the others are never known while the torque is.
     """
     time, torque = streams[TORQUE]
-    known = _known(coupled, streams, time, 0.0, HEARD)
+    known = _known(coupled, streams, time, 0.0, 2.0 * smoothing)
     if known.sum() < 2:
         raise BadInput(
             f"the streams {', '.join(coupled.streams)}, which the mass matrix asks for, do not come while the torque "
@@ -102,16 +102,17 @@ def _at(at: Array, stream: tuple[Array, Array]) -> Array:
     return np.interp(at, *stream) if stream[0].size else np.zeros_like(at)
 
 
-def _known(coupled: Coupled, streams: Streams, at: Array, reach: float, longest: float) -> NDArray[np.bool_]:
-    """At which instants each stream has values from `reach` before to `reach` after, none further apart [s]."""
+def _known(coupled: Coupled, streams: Streams, at: Array, reach: float, gap: float) -> NDArray[np.bool_]:
+    """At which instants each stream has values from `reach` before to `reach` after, none further apart than HEARD or
+    than `gap`, by which it may also begin later or end earlier [s]."""
     known = np.ones(at.size, dtype=bool)
     for name in coupled.streams:
         stamps = streams[name][0]
         if stamps.size < 2:
             return np.zeros(at.size, dtype=bool)
-        first = np.searchsorted(stamps, at - reach, side="right") - 1
-        last = np.searchsorted(stamps, at + reach, side="left")
-        known &= (first >= 0) & (last < stamps.size)
-        pauses = np.concatenate(([0], np.cumsum(np.diff(stamps) > longest)))
-        known &= pauses[np.maximum(first, 0)] == pauses[np.minimum(last, stamps.size - 1)]
+        known &= (stamps[0] - (at - reach) <= gap) & ((at + reach) - stamps[-1] <= gap)
+        first = np.maximum(np.searchsorted(stamps, at - reach, side="right") - 1, 0)
+        last = np.minimum(np.searchsorted(stamps, at + reach, side="left"), stamps.size - 1)
+        pauses = np.concatenate(([0], np.cumsum(np.diff(stamps) > max(gap, HEARD))))
+        known &= pauses[first] == pauses[last]
     return known

@@ -78,7 +78,7 @@ class Pictures:
         before: errors of the declared model with its learned damping, on unseen data.
         after: errors of the model with the effects, on unseen data.
         ledger_time: (n,) stamps of the ledger [s], on the fitted recordings.
-        ledger: part → (n,) torque that it takes [N m].
+        ledger: part → (n,) torque that it takes [N m]; of what was taken from the torque before, at stamps of its own.
         residual_before: (n_b,) block residuals on the fitted recordings [N m].
         residual_after: likewise.
         depends: name → (n_b,) block means of what the residual may depend on: rate, torque, heading, time, channels.

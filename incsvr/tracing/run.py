@@ -30,6 +30,7 @@ class Run:
         torque: (n,) τ, the yaw moment that the actuators are told to apply, positive the way yaw_rate is [N m].
         channels: further streams by name, (n,) each; `heading` in rad.
         rate_name: what the recording calls the velocity that stands in `yaw_rate`, of another axis than yaw.
+        rate_limit: the velocity beyond which it is in another unit; None is what no vehicle of this axis reaches.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Run:
     torque: Array
     channels: Mapping[str, Array] = field(default_factory=dict)
     rate_name: str = YAW.rate
+    rate_limit: float | None = None
 
 
 def stream(run: Run, values: Array) -> tuple[Array, Array]:
@@ -99,9 +101,10 @@ def _check_streams(run: Run) -> None:
             f"{run.name}: the yaw rate comes every {period:g} s, which looks like time stamps in ms; divide t by 1000"
         )
     fastest = float(np.nanpercentile(np.abs(run.yaw_rate), 99))
-    if fastest > of_rate(run.rate_name).fastest:
+    if fastest > (of_rate(run.rate_name).fastest if run.rate_limit is None else run.rate_limit):
         raise BadInput(
-            f"{run.name}: |yaw_rate| reaches {fastest:.3g}, no vehicle turns at that many rad/s; convert degrees"
+            f"{run.name}: |yaw_rate| reaches {fastest:.3g}, no vehicle turns at that many rad/s; convert degrees, or "
+            "raise vehicle.rate_limit if it does"
         )
     heading = run.channels.get("heading")
     if heading is not None and np.isfinite(heading).sum() > 2:

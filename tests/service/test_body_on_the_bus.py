@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import queue
 from pathlib import Path
 
@@ -14,8 +15,12 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
 from service import wire
+from service.cli import main
+from service.crew import Crew
+from service.host import Host
+from service.session import free_endpoint, listening, open_session
 from service.status import text
-from simulator.recordings import Recording, of_axis
+from simulator.recordings import Recording, of_axis, write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
 
@@ -122,6 +127,21 @@ def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording
     other = start(**{**THREE, "vehicle__mass_matrix": (MASS * 1.5).tolist()}, state=tmp_path)
     assert other.host.node.served.revision == 0
     assert any("was learned with inertia" in reason for reason in other.health().reasons)
+
+
+def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path) -> None:
+    run, endpoint = whole_vehicle(910_001, 500), free_endpoint()
+    write(tmp_path / "whole.csv", run)
+    (tmp_path / "config.yaml").write_text(json.dumps(configured(**THREE).model_dump(mode="json", exclude_unset=True)))
+    words = ["--config", str(tmp_path / "config.yaml"), "--connect", endpoint, "--speed", "50"]
+    learners = configured(**THREE).each()
+    with open_session(listening(endpoint)) as server:
+        hosts = [Host(server, each, len(learners)) for each in learners]
+        with Crew(hosts):
+            assert main(["replay", str(tmp_path / "whole.csv"), *words]) == 0
+        for host in hosts:
+            assert host.node.batches.samples_seen > 35
+            assert {stream.received for stream in host.watch.report(host.node).streams.values()} == {500}
 
 
 def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:

@@ -98,9 +98,27 @@ def test_what_is_wrong_in_a_file_is_named_with_its_line(
 
 def test_a_good_file_is_said_to_be_good(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "config.yaml"
-    path.write_text("vehicle: {name: bluerov}\nprefix: bluerov/yaw\nalso: [{prefix: bluerov/pitch}]\n")
+    path.write_text("vehicle: {name: bluerov, inertia: 1}\nprefix: bluerov/yaw\nalso: [{prefix: bluerov/pitch}]\n")
     assert main(["config", "check", str(path)]) == 0
     assert "good; the learner serves bluerov/yaw, bluerov/pitch" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "vehicle: {name: bluerov}\n",
+        "inputs: {preset: ros2}\n",
+        "also: [{prefix: leng/surge, vehicle: {axis: surge}}]\n",
+    ],
+)
+def test_no_other_vehicle_is_learned_by_lengs_inertia(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(text)
+    for command in (["config", "check", str(path)], ["serve", "--config", str(path)]):
+        assert main(command) == 2
+        assert "is not known, and that of Leng is no other vehicle's; give vehicle.inertia" in capsys.readouterr().err
 
 
 def test_variables_go_before_the_file_and_flags_before_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

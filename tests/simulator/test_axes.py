@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.words import said
 from incsvr.samples import Array
+from incsvr.tracing.run import Run, check
 from service.cli import main
 from simulator.recordings import Recording, of_axis, read, write
 from tests.incsvr.test_coriolis import STEP, wandering
@@ -100,6 +102,23 @@ def test_limits_belong_to_the_axis(tmp_path: Path) -> None:
     assert read(tmp_path / "fast.csv", axis=AXES["surge"], rate_limit=AXES["surge"].fastest).axis == AXES["surge"]
     with pytest.raises(BadInput, match="degrees per second"):
         read(tmp_path / "fast.csv")
+
+
+def test_a_limit_is_a_setting(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A spinning vehicle: 8 rad/s is refused until somebody says that it is so."""
+    time: Array = 0.1 * np.arange(600, dtype=np.float64)
+    rate, torque = 8.0 * np.sin(time), 2.0 * np.cos(time)
+    write(tmp_path / "fast.csv", Recording("fast.csv", time, {"yaw_rate": rate, "torque": torque}))
+    run = Run("fast.csv", time, rate, torque)
+    with pytest.raises(BadInput, match="or raise vehicle"):
+        check([run])
+    check([replace(run, rate_limit=10.0)])
+    words = ["trace", str(tmp_path / "fast.csv")]
+    assert main([*words, "--inertia", "1"]) == 2
+    assert "if the vehicle really turns so fast, raise vehicle.rate_limit in a --config FILE" in capsys.readouterr().err
+    (tmp_path / "fast.yaml").write_text("vehicle: {inertia: 1, rate_limit: 10}\n")
+    main([*words, "--config", str(tmp_path / "fast.yaml")])
+    assert "rate_limit" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli import main
+from service.config import read
+from service.tracing_job import answered
 from simulator import leng
 from simulator.coupling import declared
 from simulator.online import samples_of, signals_for
@@ -62,7 +64,7 @@ def test_a_declared_mass_matrix_takes_coriolis_out_of_the_damping(
 
 def test_the_parts_of_a_sample_add_up_to_its_force() -> None:
     run = of_axis(vehicle(900_300), AXES["sway"])
-    coupled = declared(MATRIX, run.axis, [run])
+    coupled = declared(MATRIX, None, run.axis, [run])
     assert coupled is not None
     assert coupled.velocities == ("surge", "yaw_rate")
     assert BODY_YAW_RATE in run.streams()
@@ -92,6 +94,63 @@ def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
     assert "taken for zero, because they are not recorded: channel surge" in told
 
 
+def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
+    files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without the matrix this vehicle's Coriolis force is what is found (tests/simulator/test_axes.py)."""
+    trace, page = str(tmp_path / "trace.json"), tmp_path / "page.html"
+    flags = ["--axis", "sway", "--mass-matrix", MATRIX]
+    assert main(["trace", files[0], "--validate", files[1], *flags, "--json", trace, "--report", str(page)]) == 0
+    told, found = capsys.readouterr().out, json.loads(Path(trace).read_text())
+    assert found["declared"]["inertia"] == MASS
+    assert not [each["effect"] for each in found["effects"] if each["effect"].startswith("coriolis")]
+    assert found["coupled"]["velocities"] == ["surge", "yaw_rate"]
+    assert found["coupled"]["share_of_torque"][CORIOLIS] > 0.15
+    assert "is taken from the force before anything is traced" in told
+    assert "of the force's RMS: Coriolis" in told
+    assert "Coriolis" in page.read_text()
+    unseen = ["--validate", files[1], "--axis", "sway"]
+    assert main(["fit", files[0], *unseen, "--mass-matrix", MATRIX, "--effects", trace]) == 0
+    capsys.readouterr()
+    assert main(["fit", files[0], *unseen, "--inertia", "60", "--effects", trace]) == 2
+    assert "traced with a mass matrix, and none is configured" in capsys.readouterr().err
+
+
+def test_live_tracing_looks_at_the_same(files: list[str]) -> None:
+    run = of_axis(vehicle(900_300), AXES["sway"])
+    body = declared(MATRIX, None, run.axis, [run])
+    assert body is not None
+    smoothing = signals_for([run], MASS, 20.0).smoothing
+    job = {
+        "work": "trace",
+        "inertia": MASS,
+        "axis": "sway",
+        "half": 75.0,
+        "body": body.to_dict(),
+        "smoothing": smoothing,
+    }
+    streams = {name: each for name, each in run.streams().items() if name in ("yaw_rate", "torque", *body.streams)}
+    found = answered(json.loads(json.dumps(job)), streams)
+    assert not [each["effect"] for each in found["effects"] if each["effect"].startswith("coriolis")]
+    assert found["verdict"] == "none"
+
+
+def test_what_a_fit_writes_serve_learns_on_with(
+    files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "config.yaml"
+    fitted(capsys, files, "--mass-matrix", MATRIX, "--write", str(path))
+    config = read(path)
+    assert config.vehicle.inertia == MASS
+    assert config.signals.channels == ("surge", BODY_YAW_RATE)
+    body = config.coupled()
+    assert body is not None
+    assert (body.streams, body.missing) == (("surge", BODY_YAW_RATE), ())
+    again, _ = fitted(capsys, files, "--config", str(path))
+    assert again["coupled"]["taken_for_zero"] == []
+    assert again["validation"]["free_run_rmse"] < 0.02
+
+
 def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
     """A body of which nothing but yaw moves gives the same samples as yaw alone, parts aside."""
     streams = recording(900_302, 100.0).streams()
@@ -109,7 +168,7 @@ def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
     [
         (("--mass-matrix", "1,2,three"), "six numbers"),
         (("--mass-matrix", "45,0,0,0,0,5"), "0 for sway"),
-        (("--mass-matrix", MATRIX, "--write", "config.yaml"), "leave out --effects and --write"),
+        (("--mass-matrix", MATRIX, "--inertia", "60"), "the body that is declared has 60; leave out one of the two"),
     ],
 )
 def test_what_cannot_be_used_is_one_sentence(

@@ -47,7 +47,7 @@ def test_it_is_the_model_of_the_learner_on_the_bus(
     capsys: pytest.CaptureFixture[str], folder: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "config.yaml"
-    path.write_text(f"state: null\neffects: {folder / 'trace.json'}\n", encoding="utf-8")
+    path.write_text(f"state: null\nvehicle: {{inertia: 350}}\neffects: {folder / 'trace.json'}\n", encoding="utf-8")
     fitted = fit(capsys, folder, "--config", path)
     config = read_config(path)
     node = LearnerNode(config, "", effects=configured(config))
