@@ -56,8 +56,13 @@ def measure(sets: int = 200, few: int = 5, offline: int = 2000) -> dict[str, Any
         "offline": _beside_svr(
             [yaw_samples(seed, old=offline // 2, new=offline - offline // 2) for seed in range(few)]
         ),
-        "six_dimensions": _beside_svr([_in_six_dimensions(seed) for seed in range(4 * few)]),
+        "six_dimensions": six_dimensions(4 * few),
     }
+
+
+def six_dimensions(sets: int = 40) -> dict[str, Any]:
+    """The same beside `SVR.fit` on sets in six dimensions."""
+    return _beside_svr([_in_six_dimensions(seed) for seed in range(sets)])
 
 
 def by_clarabel(x: Array, y: Array, gamma: float, C: float, epsilon: float) -> Array:

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.learning.kernel import rbf
+from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.solver.certificate import Solution, certify
 from incsvr.learning.solver.coordinate_descent import descend
-from incsvr.learning.solver.crossover import cross
-from incsvr.learning.solver.factor import factor
+from incsvr.learning.solver.crossover import cross, edges
+from incsvr.learning.solver.factor import SMALL, factor
 from incsvr.learning.solver.interior_point import path
+from incsvr.learning.solver.matrix import Factored, Whole
 from incsvr.samples import Array
 
 __all__ = ["Solution", "coordinate_descent", "solve"]
@@ -45,11 +46,18 @@ def solve(
     x, y, bound, tube = _checked(x, y, gamma, C, epsilon)
     best: Solution | None = None
     if (np.abs(y) > tube).any():
-        LT = factor(x, gamma, vanishing)
-        for iterate in path(LT, y, bound, tube):
-            crossed = cross(LT, y, bound, tube, iterate.theta, iterate.between)
+        # Over several velocities the rank is near n.
+        whole = x.ndim == 2 and y.size <= SMALL
+        kernel = rbf_at_rest if vanishing else rbf
+        matrix = Whole(kernel(x, x, gamma)) if whole else Factored(factor(x, gamma, vanishing))
+        for theta in edges(matrix, y, bound, tube) if whole else ():
+            best = certify(theta, matrix.product(theta), y, bound, tube, 0)
+            if best.gap <= 2.0 * best.rounding:
+                return best
+        for iterate in path(matrix, y, bound, tube):
+            crossed = cross(matrix, y, bound, tube, iterate.theta, iterate.between)
             for theta in (crossed, iterate.theta):
-                found = certify(theta, LT.dot(theta).dot(LT), y, bound, tube, iterate.number)
+                found = certify(theta, matrix.product(theta), y, bound, tube, iterate.number)
                 if best is None or found.gap < best.gap:
                     best = found
                 if found.gap <= 2.0 * found.rounding:  # nothing is left but rounding

@@ -185,7 +185,7 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     before, number = state.model, state.iterations + 1
     alone = batch
     if isinstance(state.memory, several_paper.Memory | several_weighted.Memory):
-        alone = by_itself(settings, state.memory.fastest, state.memory.served, batch)
+        alone = by_itself(settings, state.memory.fastest, state.memory.served, batch, state.memory.noise)
     driven, rate, recent = sift(alone, state.recent)
     waiting = state.waiting.with_batch(replace(batch, yaw_rate=rate), driven)
     water = state.water.after(alone, driven)

@@ -13,6 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.learning import dual, guarded
 from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.learner import Iteration, Settings, State, start, step
+from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several.density import forgetting
 from incsvr.learning.several.drag import Drag, fitted
 from incsvr.learning.several.freeing import by_itself
@@ -73,6 +74,23 @@ def test_the_exact_solver_certifies_its_solution_over_that_kernel() -> None:
     assert np.all(found.weight[~outside & ~free] == 0.0)
 
 
+@pytest.mark.parametrize(("C", "epsilon"), [(1000.0, 0.1), (5.0, 0.1), (0.3, 2.0)])
+def test_the_whole_matrix_and_its_factor_have_the_same_solution(
+    C: float, epsilon: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where all samples end on the tube's edge, where most are on a bound, and where some are inside the tube."""
+    rng = np.random.default_rng(8)
+    x = 0.25 * rng.normal(size=(90, 3))
+    x[40:50] = x[30:40]  # the same velocities again: K is singular
+    y = 80.0 * x[:, 0] * np.abs(x[:, 0]) + 3.0 * rng.normal(size=90)
+    whole = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon, vanishing=True)
+    monkeypatch.setattr(dual, "SMALL", 0)
+    factored = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon, vanishing=True)
+    apart = np.abs(whole.fitted - factored.fitted).max()
+    assert apart <= whole.certified_error + factored.certified_error < 1e-2
+    assert factored.iterations > 0
+
+
 @pytest.mark.parametrize(("own", "others"), [("yaw_rate", OTHERS), ("sway", ("surge", "body_yaw_rate")),
                                              ("surge", ("sway", "body_yaw_rate"))])  # fmt: skip
 def test_the_drag_knows_that_port_is_the_mirror_of_starboard(own: str, others: tuple[str, ...]) -> None:
@@ -92,7 +110,7 @@ def test_the_drag_is_found_though_a_tenth_is_wild() -> None:
     phi = drag.terms(rng.uniform(-1.0, 1.0, (400, 3)))
     y = phi @ true + rng.normal(size=400)
     y[::10] += 300.0
-    assert np.abs(fitted(phi, y, np.ones(400)) - true).max() < 5.0
+    assert np.abs(fitted(phi, y, np.ones(400), float("nan")) - true).max() < 5.0
 
 
 def test_forgetting_takes_the_oldest_where_vectors_are_dense() -> None:
@@ -141,8 +159,7 @@ def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: str) -
     assert surface.certified_error < 0.01
     assert surface.over(np.zeros((1, 3))).damping.tolist() == [0.0]
     assert 0.85 < np.mean(np.abs(said.damping - unseen.damping) < 1.96 * said.sigma) <= 1.0
-    inside = ~said.extrapolated
-    assert rms((said.damping - truth(unseen))[inside]) < error < rms((said.damping - truth(unseen))[~inside])
+    assert 0.0 < said.extrapolated.mean() < 0.5
 
 
 @pytest.mark.parametrize("policy", POLICIES)
@@ -202,7 +219,7 @@ def test_what_the_other_velocities_take_is_told_from_the_first_batch_on() -> Non
     body, samples, _ = vehicle()
     first = samples.take(slice(0, 100))
     nothing = Samples(np.empty(0), np.empty(0), np.empty(0), dict.fromkeys(OTHERS, np.empty(0)))
-    freed = by_itself(Settings(others=OTHERS), np.zeros(2), nothing, first)
+    freed = by_itself(Settings(others=OTHERS), np.zeros(2), nothing, first, Noise.start((-0.25, 0.25)))
     r, rest = first.yaw_rate, np.zeros(len(first))
     own = planar.truth(body, first.channels["surge"], rest, r, with_munk=False)
     slope, raw, true = (float(y @ r) / float(r @ r) for y in (freed.damping, first.damping, own))

@@ -23,7 +23,7 @@ from incsvr.plant.axes import BODY_YAW_RATE, LATERAL
 from incsvr.samples import Array
 
 PRIOR = 0.1
-"""Noise of a sample over the largest moment that any one term may make, before anything is known of either."""
+"""Noise of a sample over the largest moment, before anything is known of it."""
 HUBER = 2.0
 """Median deviations up to which a sample counts by its square: 1.35 standard deviations of normal noise, where Huber's
 regression loses a twentieth of what least squares know."""
@@ -74,24 +74,28 @@ class Drag:
         return np.array([*each, *each, *(float(i == 0) for i, _ in self.crossed), *(0.0 for _ in self.products)])
 
 
-def fitted(phi: Array, damping: Array, count: Array) -> Array:
-    """(p,) coefficients [N m] by Huber's regression, with a wide prior that decides what the samples leave open.
+def fitted(phi: Array, damping: Array, count: Array, sigma: float) -> Array:
+    """(p,) coefficients [N m] by Huber's regression, with a prior that decides what the samples leave open.
+
+    The prior is wide: each term alone may reach the largest moment.
 
     Args:
         phi: (n, p) terms of velocities that are scaled so that the fastest is 1, n ≥ 1.
         damping: (n,) [N m].
         count: (n,) how many samples each stands for.
+        sigma: noise of one sample, were it independent of the others [N m]; NaN where nobody knows it yet.
     """
     largest = max(float(np.abs(damping).max()), 1e-300)
-    prior = PRIOR**2 * np.eye(phi.shape[1])
-    weight = count / float(count.mean())
+    noise = PRIOR if np.isnan(sigma) else max(sigma / largest, 1e-6)
+    prior = noise**2 * np.eye(phi.shape[1])
+    weight = count
     best: Array = np.zeros(phi.shape[1])
     for _ in range(TAMED):
         pull = (phi * weight[:, None]).T
         best = np.asarray(np.linalg.solve(pull @ phi + prior, pull @ damping), dtype=np.float64)
         left = np.abs(damping - phi @ best)
         level = max(HUBER * float(np.median(left)), 1e-6 * largest)
-        weight = count / float(count.mean()) * level / np.maximum(left, level)
+        weight = count * level / np.maximum(left, level)
     return best
 
 

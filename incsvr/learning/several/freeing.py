@@ -12,14 +12,15 @@ import numpy as np
 
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
+from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several.drag import Drag, fitted
-from incsvr.learning.several.training import fastest_of
+from incsvr.learning.several.training import fastest_of, independent
 from incsvr.learning.several.velocities import points
 from incsvr.samples import Array, Samples
 from incsvr.signals.raw import TORQUE
 
 
-def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples) -> Samples:
+def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples, noise: Noise) -> Samples:
     """A batch of n ≥ 1 samples without the terms of the drag that do not damp the own velocity.
 
     The drag is told by the batch and what is known, so that the first batch is freed as well.
@@ -27,12 +28,13 @@ def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples
     Args:
         fastest: (d − 1,) of the other velocities before the batch.
         known: vectors that are learned.
+        noise: of the samples so far.
     """
     together = Samples.concatenate((known, batch))
     whole = fastest_of(settings, fastest, batch)
     drag = Drag.of(settings.own, settings.others)
     phi = drag.terms(points(together, settings.others) / whole)
-    best = fitted(phi, together.damping, np.ones(len(together)))
+    best = fitted(phi, together.damping, np.ones(len(together)), independent(noise))
     taken = phi[len(known) :] @ np.where(drag.damps > 0.0, 0.0, best)
     return replace(batch, damping=batch.damping - taken)
 

@@ -92,7 +92,7 @@ def learn(
     forgotten, removed = before.take(~stays), Samples.empty()
     if len(new):
         stack = Samples.concatenate((old, new))
-        trained = train(settings, stack, fastest, memory.noise.sigma)
+        trained = train(settings, stack, fastest, memory.noise)
         active = np.abs(trained.solution.weight) > ZERO * settings.C
         support = stack.take(active)
         wild = outliers(trained.fitted[active] - support.damping)
@@ -100,7 +100,7 @@ def learn(
         vectors = support.take(~wild)
         stays = forgetting(points(vectors, settings.others) / fastest, capacity=settings.capacity)
         memory = Memory(vectors, stays, fastest[1:], memory.noise)
-        model = model_of(settings, memory.served, fastest, memory.noise.sigma)
+        model = model_of(settings, memory.served, fastest, memory.noise)
         noise = memory.noise.after(batch.damping - model.learned(batch), place, batch.yaw_rate)
         memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
     else:

@@ -9,6 +9,7 @@ import numpy as np
 from incsvr.learning import dual
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
+from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several.drag import Drag, fitted, share_left
 from incsvr.learning.several.surface import Several
 from incsvr.learning.several.velocities import fastest_seen, points
@@ -45,7 +46,7 @@ def train(
     settings: Settings,
     samples: Samples,
     fastest: Array,
-    sigma: float,
+    noise: Noise,
     count: Array | None = None,
     tube: Array | None = None,
     terms: Array | None = None,
@@ -54,7 +55,7 @@ def train(
 
     Args:
         fastest: (d,) by which each velocity is scaled.
-        sigma: noise of one sample [N m]; NaN before the first batch.
+        noise: of the samples.
         count: (n,) how many samples each stands for; one where not given.
         tube: (n,) half height of the tube of each [N m]; as configured where not given.
         terms: (n, p) of the drag, where a sample is the mean of several; those of its velocities where not given.
@@ -63,9 +64,9 @@ def train(
     u = points(samples, settings.others) / fastest
     drag = Drag.of(settings.own, settings.others)
     phi = drag.terms(u) if terms is None else terms / drag.terms(fastest[None, :])
-    coefficients = fitted(phi, samples.damping, weights)
+    coefficients = fitted(phi, samples.damping, weights, independent(noise))
     base = phi @ coefficients
-    share = share_left(samples.damping, samples.damping - base, weights, sigma)
+    share = share_left(samples.damping, samples.damping - base, weights, noise.sigma)
     solution = dual.solve(
         u * fastest[0],
         samples.damping - base,
@@ -77,17 +78,22 @@ def train(
     return Trained(solution, coefficients, base + solution.fitted)
 
 
+def independent(noise: Noise) -> float:
+    """Noise of one sample as independent ones would have to have it, of which each tells as little [N m]."""
+    return float(noise.sigma / np.sqrt(noise.worth))
+
+
 def model_of(
     settings: Settings,
     vectors: Samples,
     fastest: Array,
-    sigma: float,
+    noise: Noise,
     count: Array | None = None,
     tube: Array | None = None,
     terms: Array | None = None,
 ) -> Model:
     """The model on these vectors alone; arguments as of `train`."""
-    trained = train(settings, vectors, fastest, sigma, count, tube, terms)
+    trained = train(settings, vectors, fastest, noise, count, tube, terms)
     return Model(
         settings.gamma,
         settings.C,
@@ -96,7 +102,7 @@ def model_of(
         support_damping=vectors.damping,
         weight=trained.solution.weight,
         count=np.ones(len(vectors)) if count is None else count,
-        sigma=sigma,
+        sigma=noise.sigma,
         certified_error=trained.solution.certified_error,
         several=Several(settings.own, settings.others, points(vectors, settings.others), fastest, trained.drag),
     )

@@ -128,4 +128,4 @@ def _served(settings: Settings, vectors: Vectors, fastest: Array, noise: Noise) 
     """The model on these vectors: Cᵢ = C nᵢ and εᵢ = max(ε, TUBE σ/√nᵢ) with nᵢ samples of today's noise in each."""
     count = vectors.information * noise.variance
     tube = np.maximum(settings.epsilon, TUBE / np.sqrt(vectors.information)) if noise.seen else None
-    return model_of(settings, vectors.points, fastest, noise.sigma, count, tube, vectors.terms)
+    return model_of(settings, vectors.points, fastest, noise, count, tube, vectors.terms)

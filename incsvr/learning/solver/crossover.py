@@ -2,23 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from incsvr.learning.solver.matrix import Matrix
 from incsvr.samples import Array
 
+LOOSE = 1e-6  # ridge beside κ(x, x) = 1: as good as none
+ROUNDS = 4  # of them each costs half an iteration of the path
 INDEPENDENT = 1e-14  # of κ(x, x) = 1: samples closer to the others' span than this add nothing to it
 
 
-def cross(LT: Array, y: Array, bound: Array, tube: Array, theta: Array, between: NDArray[np.bool_]) -> Array:
+def edges(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Array]:
+    """Weights that put every sample on its tube's edge, where no bound is in the way; nothing where one may be.
+
+    Over several velocities samples lie apart, and a smooth function passes close by all of them: then no path has to be
+    followed. A weight that would change its sign belongs to a sample inside the tube: it is left out, and all is solved
+    again.
+    """
+    _, fitted = matrix.ridge(y, LOOSE)
+    theta = (y - fitted) / LOOSE
+    if not (np.abs(theta) < bound).all():
+        return
+    between = np.abs(theta) > 0.0
+    for _ in range(ROUNDS):
+        found = cross(matrix, y, bound, tube, theta, between)
+        turned = between & (found * theta <= 0.0)
+        if not turned.any():
+            yield found
+            return
+        between &= ~turned
+        theta = np.where(between, theta, 0.0)
+
+
+def cross(matrix: Matrix, y: Array, bound: Array, tube: Array, theta: Array, between: NDArray[np.bool_]) -> Array:
     """θ whose weights on a bound are exactly there and whose others put their samples exactly on the tube's edge.
 
     The latter are one small linear system, K_FF δ = y − sε − f on the free samples F, with s the sign of the weight.
     Where ties leave more of them free than are independent (gridded data, duplicates) the rest keeps its weight.
 
     Args:
-        LT: (rank, n) Lᵀ, with K = L Lᵀ.
+        matrix: K.
         y, bound, tube: (n,) damping, Cᵢ and εᵢ [N m].
         theta: (n,) θ near the solution [N m].
         between: (n,) where |θᵢ| is neither 0 nor Cᵢ at the solution.
@@ -30,9 +57,9 @@ def cross(LT: Array, y: Array, bound: Array, tube: Array, theta: Array, between:
     if free.size:
         near = theta[free]
         exact[free] = near
-        LF = LT.take(free, axis=1)
-        missing = y[free] - np.copysign(tube[free], near) - LT.dot(exact).dot(LF)
-        cholesky, pivots, rank, _ = lapack.dpstrf(LF.T.dot(LF), tol=INDEPENDENT, lower=1)
+        block, fitted = matrix.between(free, exact)
+        missing = y[free] - np.copysign(tube[free], near) - fitted
+        cholesky, pivots, rank, _ = lapack.dpstrf(block, tol=INDEPENDENT, lower=1)
         pivots = pivots[:rank] - 1
         exact[free[pivots]] += lapack.dpotrs(cholesky[:rank, :rank], missing[pivots], lower=1)[0]
         np.maximum(np.minimum(exact, bound, out=exact), -bound, out=exact)

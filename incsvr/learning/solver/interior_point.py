@@ -1,4 +1,4 @@
-"""Mehrotra's predictor–corrector interior point for Eq. 7, in the low-rank form."""
+"""Mehrotra's predictor–corrector interior point for Eq. 7."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
+from incsvr.learning.solver.matrix import Matrix
 from incsvr.samples import Array
 
 ITERATIONS = 60  # at most; 8 to 13 is usual, whatever the data
@@ -32,19 +32,20 @@ class Iterate:
     between: NDArray[np.bool_]
 
 
-def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
-    """Follows the central path of min ½‖Lᵀθ‖² + Σ εᵢ|θᵢ| − yᵀθ over |θᵢ| ≤ Cᵢ until rounding ends it.
+def path(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
+    """Follows the central path of min ½ θᵀKθ + Σ εᵢ|θᵢ| − yᵀθ over |θᵢ| ≤ Cᵢ until rounding ends it.
 
-    θ = α − β with 0 ≤ α, β ≤ C. The multipliers of α ≥ 0 and α ≤ C are s, ξ ≥ 0 with s − ξ = ε − y + Lw; those of β
-    have s − ξ = ε + y − Lw; w = Lᵀθ. All but w is eliminated: (I + Lᵀ D L) dw = …, of the size of the rank. What is
-    alike lies side by side in one array: the cost here is the number of calls, not of operations.
+    θ = α − β with 0 ≤ α, β ≤ C. The multipliers of α ≥ 0 and α ≤ C are s, ξ ≥ 0 with s − ξ = ε − y + f; those of β
+    have s − ξ = ε + y − f; f = Kθ. All but w = Lᵀθ is eliminated, K = L Lᵀ: (I + Lᵀ D L) dw = …, of the size of the
+    rank, or all but f where K is whole. What is alike lies side by side in one array: the cost here is the number of
+    calls, not of operations.
 
     Args:
-        LT: (rank, n) Lᵀ, with K = L Lᵀ.
+        matrix: K.
         y, bound, tube: (n,) damping, Cᵢ and εᵢ [N m].
     """
-    rank, n = LT.shape
-    point, w = _start(LT, y, bound, tube)
+    n = y.size
+    point, w = _start(matrix, y, bound, tube)
     x, s = point[:2], point[2:]  # (α, β) and (C − α, C − β); their s and ξ
     step, relative = np.empty_like(point), np.empty_like(point)
     dx, ds = step[:2], step[2:]
@@ -54,34 +55,27 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
     (alpha, beta), (s_lower, s_upper), (_, t_upper), (u_lower, u_upper) = x[0], s, t, u
     (quotient_lower, quotient_upper), (dx_lower, dx_upper) = quotient, dx
     (freedom_alpha, freedom_beta), (g_alpha, g_beta), (h_alpha, h_beta) = freedom, g, h
-    scaled, normal = np.empty_like(LT), np.empty((rank, rank))
-    diagonal = normal.reshape(-1)[:: rank + 1]
     flat_x, flat_s = x.reshape(-1), s.reshape(-1)
-    off = LT.dot(alpha - beta) - w
+    off = matrix.apart(alpha - beta, w)
     mu = first = float(flat_x.dot(flat_s)) / (4 * n)
     lowest, falling = mu, True
     for number in range(1, ITERATIONS + 1):
         np.divide(s, x, quotient)
         np.add(quotient_lower, quotient_upper, freedom)
         np.reciprocal(freedom, freedom)
-        np.multiply(LT, np.sqrt(freedom_alpha + freedom_beta), scaled)
-        np.dot(scaled, scaled.T, normal)
-        diagonal += 1.0
-        cholesky, failed = lapack.dpotrf(normal.T, 1, 0, 1)  # lower, its upper part left as it is, in place
-        if failed:
+        if not matrix.weigh(freedom_alpha + freedom_beta):
             return
         # Predictor: straight at the solution. Here dx/x + ds/s = −1, so one quotient tells both step lengths.
         np.subtract(s_upper, s_lower, g)
         np.multiply(freedom, g, h)
-        dw = lapack.dpotrs(cholesky, LT.dot(h_alpha - h_beta) + off, 1)[0]
-        q = dw.dot(LT)
+        dw, q = matrix.step(h_alpha - h_beta, off)
         g_alpha -= q
         g_beta += q
         g *= freedom
         np.divide(g, x, t)
         np.negative(t_upper, t_upper)
         length = min(1.0, 1.0 / max(-float(t.min()), 1.0 + float(t.max())))
-        affine = (1.0 - length) * mu + length * length * float((dw - off).dot(dw)) / (4 * n)
+        affine = (1.0 - length) * mu + length * length * matrix.power(dw, off, g_alpha - g_beta) / (4 * n)
         target = mu * min(1.0, max(affine / mu, 0.0)) ** 3
         if (
             not falling
@@ -98,8 +92,7 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
         u += v
         np.subtract(u_lower, u_upper, g)
         np.multiply(freedom, g, h)
-        dw = lapack.dpotrs(cholesky, LT.dot(h_alpha - h_beta) + off, 1)[0]
-        q = dw.dot(LT)
+        q = matrix.step(h_alpha - h_beta, off)[1]
         g_alpha -= q
         g_beta += q
         np.multiply(g, freedom, dx_lower)
@@ -128,17 +121,15 @@ def path(LT: Array, y: Array, bound: Array, tube: Array) -> Iterator[Iterate]:
                 return
 
 
-def _start(LT: Array, y: Array, bound: Array, tube: Array) -> tuple[Array, Array]:
-    """A point on the central path but for w = Lᵀθ, and w.
+def _start(matrix: Matrix, y: Array, bound: Array, tube: Array) -> tuple[Array, Array]:
+    """A point on the central path but for what is carried, and that.
 
     Ridge least squares tell the residuals; then every complementarity product is made the same μ.
     """
     n = y.size
     size, limit = float(np.abs(y).sum()) / n, float(bound.sum()) / n
-    normal = LT.dot(LT.T)
-    normal.reshape(-1)[:: normal.shape[0] + 1] += RIDGE * size / limit
-    w = lapack.dposv(normal, LT.dot(y), lower=1)[1]
-    residual = y - w.dot(LT)
+    w, f = matrix.ridge(y, RIDGE * size / limit)
+    residual = y - f
     mu = CENTRE * limit * (float(np.abs(residual).sum() + tube.sum()) / n + 1e-3 * size)
     # α s = (C − α) ξ = μ and s − ξ = t make a quadratic in s and one in ξ.
     t = np.empty((2, n))
