@@ -6,7 +6,7 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions live-missions vehicles trouble calibration \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions live-missions several vehicles trouble calibration \
 	fleet sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -53,6 +53,9 @@ missions: .venv/ready  ## what vehicles do all day: the curve that is served, an
 
 live-missions: .venv/ready  ## an effect that comes on in an hour's mission, quiet hours, and the demo's third act
 	$(BIN)/python -m benchmarks.live_missions
+
+several: .venv/ready  ## damping of several velocities beside least squares with cross terms and a Gaussian process
+	$(BIN)/python -m benchmarks.several
 
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles

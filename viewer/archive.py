@@ -12,6 +12,7 @@ import rerun_cli  # type: ignore[import-untyped]
 from rerun.chunk import RrdReader
 
 from incsvr.errors import BadInput
+from viewer.newest_pages import superseded, without
 
 MAGIC, FOOTER = b"RRF2", b"RRF2FOOT"
 #: The binary itself: the installed command is a shim whose child outlives it.
@@ -76,13 +77,25 @@ def last_revision(path: Path) -> tuple[str, int] | None:
 
 
 def optimise(parts: list[Path], out: Path) -> None:
-    """Joins the recordings into one file, mended and half the size.
+    """Joins the recordings into one file, the newest last, mended and half the size, with the newest pages alone.
 
     Raises:
         BadInput: a part cannot be read, or the disk is full; the parts are left as they are.
     """
     unfinished = out.with_name(out.name + ".tmp")
-    done = _rerun("rrd", "optimize", "--continue-on-error", *map(str, parts), "-o", str(unfinished))
+    copies: list[Path] = []
+    try:
+        older = superseded(parts)
+        if older:
+            copies = [out.with_name(f"{out.name}.{number}.tmp") for number in range(len(parts))]
+            for part, copy in zip(parts, copies, strict=True):
+                without(part, older, copy)
+        done = _rerun("rrd", "optimize", "--continue-on-error", *map(str, copies or parts), "-o", str(unfinished))
+    except OSError as error:
+        raise BadInput(f"{out}: cannot be optimised ({error.strerror}); it is kept as it was written") from None
+    finally:
+        for copy in copies:
+            copy.unlink(missing_ok=True)
     if done.returncode != 0:
         unfinished.unlink(missing_ok=True)
         raise BadInput(

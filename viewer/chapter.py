@@ -17,6 +17,7 @@ from viewer.pages import blueprint
 from viewer.palette import Palette
 from viewer.recorder import Recorder
 from viewer.signals import SignalsPage
+from viewer.slices import SlicesPage
 from viewer.table import samples_table, table
 
 HEALTH_S = 5.0
@@ -39,6 +40,7 @@ class Chapter:
         self._compare = ComparePage(recorder, palette, choice)
         self._health = HealthPage(recorder, palette)
         self._effects = EffectsPage(recorder)
+        self._slices, self._sliced = SlicesPage(recorder, palette), 0
 
     def iteration(self, frame: Frame) -> None:
         """One iteration, on every page that shows it."""
@@ -50,6 +52,7 @@ class Chapter:
         self._error.log(frame)
         self._signals.log(frame)
         self._compare.log(frame, plate)
+        self._slices.log(frame, plate)
         self._effects.log(frame)
         recorder.write("learning/table", table(frame))
         recorder.write("learning/samples", samples_table(frame))
@@ -102,11 +105,12 @@ class Chapter:
         return self.recorder.flush()
 
     def _show_channels(self) -> None:
-        """A page for the further channels, laid out anew where one came for the first time."""
-        if len(self._signals.channels) > self._channels:
-            self._channels = len(self._signals.channels)
+        """Pages for the further channels and velocities, laid out anew where one came for the first time."""
+        channels, others = self._signals.channels, self._slices.others
+        if (len(channels), len(others)) != (self._channels, self._sliced):
+            self._channels, self._sliced = len(channels), len(others)
             self.recorder.lay_out(
-                blueprint(self._palette, self._choice, channels=self._signals.channels, axis=self.recorder.axis)
+                blueprint(self._palette, self._choice, channels=channels, others=others, axis=self.recorder.axis)
             )
 
     def _now(self, seen: float, vehicle: float | None) -> None:

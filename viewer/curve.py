@@ -22,18 +22,20 @@ def draw(model: Model, plate: Plate) -> dict[str, Lines]:
     said = model.predict(rate)
     curve = np.column_stack((rate, said.damping))
     tube = np.array([0.0, model.epsilon])
-    known, unknown = _runs(curve, ~said.extrapolated), _runs(curve, said.extrapolated)
-    dashes = [_dashes(run if run[0, 0] > 0.0 else run[::-1], plate.y.high) for run in unknown]
+    # Over several velocities it is a slice, which may be steeper than all samples.
+    inside = np.abs(said.damping) <= plate.y.high
+    known, unknown = runs(curve, ~said.extrapolated & inside), runs(curve, said.extrapolated)
+    broken = [dashes(run if run[0, 0] > 0.0 else run[::-1], plate.y.high) for run in unknown]
     return {
         "function": known,
         "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
         "uncertainty": _hatch(curve, 1.96 * said.sigma, plate),
-        "extrapolation": np.concatenate(dashes) if dashes else NONE,
+        "extrapolation": np.concatenate(broken) if broken else NONE,
         "trained_range": np.concatenate([_dotted(at, plate) for at in (low, high)]),
     }
 
 
-def _runs(curve: Floats, chosen: NDArray[np.bool_]) -> list[Floats]:
+def runs(curve: Floats, chosen: NDArray[np.bool_]) -> list[Floats]:
     """The parts of the (n, 2) curve where `chosen` (n,) holds, each at least two points long."""
     ends = np.flatnonzero(np.diff(chosen)) + 1
     parts = zip(np.split(curve, ends), np.split(chosen, ends), strict=True)
@@ -60,7 +62,7 @@ def _hatch(curve: Floats, doubt: Floats, plate: Plate) -> list[Floats]:
     return [below, above, strokes.reshape(-1, 2)]
 
 
-def _dashes(curve: Floats, reach: float) -> Floats:
+def dashes(curve: Floats, reach: float) -> Floats:
     """The part of the (n, 2) curve within ±reach, with gaps: two steps of line, two of nothing; (m, 3, 2)."""
     drawn = curve[1:][np.abs(curve[1:, 1]) <= reach]
     whole = len(drawn) // 4

@@ -13,6 +13,8 @@ _UNITS = {
     "surge": "m/s",
     "sway": "m/s",
     "heave": "m/s",
+    "yaw_rate": "rad/s",
+    "body_yaw_rate": "rad/s",
     "roll_rate": "rad/s",
     "pitch_rate": "rad/s",
     "depth": "m",

@@ -10,14 +10,15 @@ import rerun.blueprint as rrb
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from service.wire import SETS
-from viewer import error, learning, signals
+from viewer import error, learning, signals, slices
 from viewer.compare import Choice
 from viewer.frame import VEHICLE_TIME
 from viewer.names import channel
 from viewer.palette import Palette
 from viewer.signals import CHANNELS, HINT
 
-PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels")
+PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channels", "Slices")
+"""In the order of their tabs; the last two where further channels have come, and where damping is learned over them."""
 COLUMNS = 2
 """Plots of further channels beside each other."""
 WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
@@ -25,14 +26,20 @@ _END = rr.TimeRangeBoundary.infinite()
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
-def blueprint(palette: Palette, choice: Choice, *, channels: Sequence[str] = (), axis: Axis = YAW) -> rrb.Blueprint:
+def blueprint(
+    palette: Palette, choice: Choice, *, channels: Sequence[str] = (), others: Sequence[str] = (), axis: Axis = YAW
+) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
-    Where further channels have come, they have a page, too. Names are those of the axis.
+    Where further channels have come, they have a page, too, and so have the further velocities that damping is learned
+    over. Names are those of the axis.
     """
+    further: list[rrb.Container] = [_channels(channels)] if channels else []
+    if others:
+        further.append(_slices(palette, others, axis))
     pages = (_learning(palette, axis), _compare(palette, choice, axis), _signals(axis), _effects(axis), _health(axis))
     return rrb.Blueprint(
-        rrb.Tabs(*pages, *([_channels(channels)] if channels else []), active_tab=0),
+        rrb.Tabs(*pages, *further, active_tab=0),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -108,6 +115,17 @@ def _signals(axis: Axis) -> rrb.Vertical:
         row_shares=[0.3, 1, 1, 1, 1, 0.8],
         name="Signals",
     )
+
+
+def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical:
+    rows = []
+    for number, name in enumerate(others):
+        views = []
+        for path, shown, title in zip(slices.axes(number), slices.entities(number), slices.TITLES, strict=True):
+            named = f"{said(axis, title)}: {channel(name)}"
+            views.append(_plate(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
+        rows.append(rrb.Horizontal(*views))
+    return rrb.Vertical(*rows, name="Slices")
 
 
 def _channels(names: Sequence[str]) -> rrb.Grid:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from viewer.experiment import draw
+from viewer.pages import PAGES
 from viewer.screen import Screen
 
 ITERATIONS = (1, 5, 12, 15, 22)
@@ -17,17 +18,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m viewer.pictures", description=__doc__)
     parser.add_argument("recording", type=Path, help="a recording, such as out/leng.rrd of the demo")
     parser.add_argument("folder", type=Path, help="where the pictures go")
+    parser.add_argument("--page", choices=PAGES, help="this page alone, at the end of any recording")
     args = parser.parse_args()
     try:
-        pictures(args.recording, args.folder)
+        pictures(args.recording, args.folder, args.page)
     except BadInput as error:
         print(f"pictures: {error}", file=sys.stderr)
         return 2
     return 0
 
 
-def pictures(recording: Path, folder: Path) -> None:
-    """One picture for each of ITERATIONS, one for each other page, and the experiment's runs (Fig. 4).
+def pictures(recording: Path, folder: Path, page: str | None = None) -> None:
+    """One picture for each of ITERATIONS, one for each other page, and the experiment's runs (Fig. 4); or of one page.
 
     Raises:
         BadInput: there is no such recording or iteration, or no Vulkan driver.
@@ -35,14 +37,22 @@ def pictures(recording: Path, folder: Path) -> None:
     if not recording.is_file():
         raise BadInput(f"{recording}: there is no such recording; `make demo` makes one")
     with Screen(recording) as screen:
+        if page is not None:
+            screen.show(page)
+            _save(screen, _named(folder, page))
+            return
         for iteration in ITERATIONS:
             screen.show("Learning", iteration)
             _save(screen, folder / f"iteration-{iteration:02d}.png")
-        for page in ("Before and after", "Signals", "Effects", "Health"):
-            screen.show(page)
-            _save(screen, folder / f"{page.lower().replace(' ', '-')}.png")
+        for each in ("Before and after", "Signals", "Effects", "Health"):
+            screen.show(each)
+            _save(screen, _named(folder, each))
     draw(recording.parent, folder / "experiment.png")
     print(folder / "experiment.png")
+
+
+def _named(folder: Path, page: str) -> Path:
+    return folder / f"{page.lower().replace(' ', '-')}.png"
 
 
 def _save(screen: Screen, path: Path) -> None:
