@@ -37,7 +37,7 @@ AS_LEFT = (
     "for in what is left of it; the axis's own velocity enters as measured"
 )
 TAKEN = (CORIOLIS, COUPLED_INERTIA, RESTORING)
-CURE = "give --mass-matrix, or let `incsvr trace` name what they do"
+CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` name what they do"
 
 
 @dataclass(frozen=True, slots=True)

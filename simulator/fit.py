@@ -19,6 +19,7 @@ from incsvr.learning.inertia import InertiaEstimate
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.motion import free_run_rmse, motions
 from incsvr.learning.resolution import unresolved
+from incsvr.learning.several.free_run import free_run_rmse as over_several
 from incsvr.plant.axes import YAW
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
@@ -39,6 +40,10 @@ from simulator.logs import Reading, add_log_arguments
 from simulator.online import Errors, foreign_inertia, learner_for, remarks, samples_of, signals_for, wanted_streams
 from simulator.recordings import Recording, sequence
 
+EFFECTS_OVER_ONE = (
+    "with traced effects damping is learned over one velocity, over which they were traced; leave out --effects, or "
+    "the further inputs"
+)
 CURVE = 101
 """Rates of the trained range at which the curve is told."""
 
@@ -56,6 +61,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="signals and learner as the service has them; else scaled to the runs",
+    )
+    parser.add_argument(
+        "--inputs",
+        metavar="NAMES",
+        help="velocities that damping is learned over, the axis's own first, such as yaw_rate,surge (default: its own)",
     )
     parser.add_argument("--mass-matrix", metavar="M", help=coupling.HELP)
     parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
@@ -75,7 +85,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     written.check(args.write)
-    config = read_config(args.config)
+    over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
+    if over and args.axis is not None:
+        over |= {"vehicle": {"axis": args.axis}}
+    config = read_config(args.config, over)
     reading = Reading.of(args, config)
     try:
         result, text = _fitted(args, config, reading)
@@ -92,7 +105,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen], coupled)
-    fit = Fit.of(runs, unseen, signals, learner, args.policy, effects, coupled)
+    fit = Fit.of(runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs)
     text = fit.text(estimate)
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
@@ -149,15 +162,17 @@ class Fit:
         policy: str | None = None,
         effects: TracedEffects | None = None,
         coupled: Coupled | None = None,
+        inputs: tuple[str, ...] = (),
     ) -> Fit:
         """Learns from `runs`, one after the other; without `learner` the paper's settings scaled to the vehicle.
 
         With traced effects, or in a body whose mass matrix is declared, the samples are freed of what these take, and
-        the free runs hold it.
+        the free runs hold it. `inputs` are the further velocities that damping is learned over.
         """
         joined, compensation = sequence(runs), None if effects is None else effects.compensation
-        samples, rejected = samples_of(joined, signals, compensation, coupled)
-        chosen = {} if policy is None else {"policy": policy}
+        samples, rejected = samples_of(joined, signals, compensation, coupled, inputs)
+        chosen: dict[str, Any] = {} if policy is None else {"policy": policy}
+        chosen |= {"own": joined.axis.rate, "others": inputs} if inputs else {}
         settings = learner_for(samples, **chosen) if learner is None else Settings(**asdict(learner) | chosen)
         if len(samples) < settings.batch:
             raise BadInput(
@@ -168,7 +183,7 @@ class Fit:
         errors: list[Errors | None] = []
         verdicts: list[Verdict] = []
         validation, more = (
-            samples_of(sequence(unseen), signals, compensation, coupled) if unseen else (Samples.empty(), {})
+            samples_of(sequence(unseen), signals, compensation, coupled, inputs) if unseen else (Samples.empty(), {})
         )
         vehicle = Vehicle(signals.inertia, settings.rate_range, signals.smoothing, believed=learner is not None)
         with progress("learning", len(samples) // settings.batch) as advance:
@@ -200,11 +215,18 @@ class Fit:
             raise BadInput(f"{joined.name}: {why}{besides}")
         if compensation is None:
             tests = [
-                motion if coupled is None else motion.among(coupled, one.streams(), signals.smoothing)
+                (motion if coupled is None else motion.among(coupled, one.streams(), signals.smoothing), one.streams())
                 for one in unseen
                 for motion in motions(one.streams(), signals.longest_pause)
             ]
-            free_run = free_run_rmse(tests, signals.inertia, lambda rate: model.predict(rate).damping)
+            if inputs:
+                free_run = over_several(tests, signals.inertia, model)
+            else:
+                free_run = free_run_rmse(
+                    [motion for motion, _ in tests], signals.inertia, lambda rate: model.predict(rate).damping
+                )
+        elif inputs:
+            raise BadInput(EFFECTS_OVER_ONE)
         else:
             streams = [wanted_streams(one, signals, True) for one in unseen]
             if coupled is not None:
@@ -212,7 +234,8 @@ class Fit:
             free_run = traced_free_run_rmse(
                 streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
             )
-        others = Told.of(coupled, joined, samples, signals)
+        by_itself = not inputs or coupled is not None
+        others = Told.of(coupled, joined, samples, signals) if by_itself else coupling.NOTHING
         said = [*remarks([*runs, *unseen], samples, signals), *others.remarks, *told(verdicts)]
         said += effects.warnings if effects else ()
         quick = unresolved(samples, signals.smoothing)
@@ -284,6 +307,7 @@ class Fit:
             f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
             f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
             f"ε = {learner.epsilon:.2g} N m",
+            *([f"inputs      {', '.join(('yaw_rate', *learner.others))}"] if learner.others else []),
             *([f"effects     {', '.join(self.effects)}"] if self.effects else []),
             *([f"remark      {declared_inertia.LIMITS}"] if estimate else []),
             *([f"remark      {declared_inertia.CLOSED}"] if estimate and self.closed_loop else []),

@@ -43,7 +43,7 @@ class Errors:
 
     @staticmethod
     def of(model: Model, samples: Samples) -> Errors:
-        residual = model.predict(samples.yaw_rate).damping - samples.damping
+        residual = model.at(samples).damping - samples.damping
         return Errors(float(np.mean(np.abs(residual))), float(np.sqrt(np.mean(residual**2))))
 
 

@@ -46,6 +46,8 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
     written.check(args.write)
     config = read_config(args.config)
+    if config.further_inputs:
+        raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration for it")
     name, samples, settings, grid, config = (
         _simulated(args, config) if args.recordings == [] else _recorded(args, config)
     )

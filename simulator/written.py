@@ -53,7 +53,8 @@ def scaled(base: Config, recording: Recording, signals: SignalSettings, learner:
             "signals": base.signals.model_dump()
             | _fields(signals, ("sample_period", "smoothing", "channels"))
             | chosen,
-            "learner": base.learner.model_dump() | _fields(learner, type(base.learner).model_fields),
+            "learner": base.learner.model_dump()
+            | _fields(learner, type(base.learner).model_fields.keys() - {"fastest", "near"}),
         }
     )
 

@@ -126,6 +126,9 @@ def of_snapshot(snapshot: ModelSnapshot, source: str) -> Learned:
         raise BadInput(f"{source}: nothing was learned yet; export once it has turned the vehicle both ways")
     at = np.linspace(*known, RATES)
     said = model.predict(at)
+    if model.several is not None:
+        usual = zip(model.several.others, model.several.usual.tolist(), strict=True)
+        source += "; a slice of damping over several velocities, at " + ", ".join(f"{n} {v:.3g}" for n, v in usual)
     return _learned(
         source, snapshot.inertia, model, Curve(at, said.damping, said.curve_sigma), snapshot.sigma, snapshot.effects
     )

@@ -12,7 +12,8 @@ import pytest
 from benchmarks.slow_commands import examine
 from incsvr.learning.learner import Settings
 from service.cli import main
-from simulator import leng, slow_commands
+from service.config import read
+from simulator import leng, planar, slow_commands
 from simulator.fit import Fit
 from simulator.missions import Mission, play
 from simulator.online import learn, signals_for
@@ -251,3 +252,25 @@ def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line(
     """A pilot's bursts turn a small vehicle up within one window of a gyro at 10 Hz."""
     bursts = play(Mission("bursts", "rov", 780600, duration=400.0))
     assert signals_for([bursts.recording], bursts.inertia, RATE_LIMIT).torque == "measured"
+
+
+def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A part of the error, free runs that follow, and a configuration with which `serve` goes on."""
+    runs = [tmp_path / f"{run}.csv" for run in (1, 2)]
+    for run, path in enumerate(runs, start=1):
+        write(path, planar.recording(910130, 150.0, run, planar.DEFAULT))
+    words = (runs[0], "--validate", runs[1], "--policy", "weighted")
+    alone = fit(capsys, *words)
+    written = tmp_path / "several.yaml"
+    over = fit(capsys, *words, "--inputs", "yaw_rate,surge,sway", "--write", written)
+    assert over["validation"]["rmse"] < 0.4 * alone["validation"]["rmse"]  # most of what is left is noise
+    assert over["validation"]["free_run_rmse"] < 0.3 * alone["validation"]["free_run_rmse"]
+    assert not any("not by itself" in remark for remark in over["remarks"])
+    assert read(written).further_inputs == ("surge", "sway")
+    assert fit(capsys, runs[0], "--config", written)["iterations"] == over["iterations"]
+    for inputs, what in (
+        ("surge,yaw_rate", "begins with the axis's own"),
+        ("yaw_rate,heave", "there is no channel heave"),
+    ):
+        assert main(["fit", str(runs[0]), "--inertia", "350", "--inputs", inputs]) == 2
+        assert what in capsys.readouterr().err

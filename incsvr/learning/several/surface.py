@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,21 @@ class Several:
 
     def terms(self, u: Array) -> Array:
         """(n, p) terms of the drag at (n, d) scaled velocities."""
-        return Drag.of(self.own, self.others).terms(u)
+        return self._form.terms(u)
+
+    @cached_property
+    def _form(self) -> Drag:
+        return Drag.of(self.own, self.others)
+
+    @cached_property
+    def _vectors(self) -> Array:
+        """(m, d) as the kernel has them."""
+        return self.scaled(self.velocity)[1]
+
+    @cached_property
+    def _limit(self) -> Array:
+        """(d,) how fast each velocity may be in an answer."""
+        return np.concatenate(([np.inf], np.abs(self.velocity[:, 1:]).max(axis=0)))
 
     @property
     def usual(self) -> Array:
@@ -82,14 +97,12 @@ class Several:
 
         A product of velocities of which the vectors tell little would grow without bound; the own drag may.
         """
-        limit = np.abs(self.velocity).max(axis=0)
-        limit[0] = np.inf
-        return np.clip(velocity, -limit, limit)
+        return np.asarray(np.minimum(np.maximum(velocity, -self._limit), self._limit))
 
     def value(self, velocity: Array, gamma: float, weight: Array) -> Array:
         """(n,) damping at (n, d) velocities [N m]: the drag, and the sum of kernels that has the rest."""
-        (u, z), (_, vectors) = self.scaled(self.within(velocity)), self.scaled(self.velocity)
-        return np.asarray(self.terms(u) @ self.drag + rbf_at_rest(z, vectors, gamma) @ weight)
+        u, z = self.scaled(self.within(velocity))
+        return np.asarray(self.terms(u) @ self.drag + rbf_at_rest(z, self._vectors, gamma) @ weight)
 
     def possible(self, rate: Array) -> bool:
         """Whether every number is one that learning can have led to, beside vectors of these own velocities (m,)."""
