@@ -94,4 +94,6 @@ def listed(name: str, text: str) -> Array:
         return np.array([float(part) for part in text.split(",")])
     except ValueError:
         unit = "rad/s" if name in ("rate", "yaw_rate") else "its unit"
+        if "&" in text:
+            raise BadInput(f"{name}={text[:80]}: what is asked is separated by ;, as in rate=0.1;surge=0.5") from None
         raise BadInput(f"{name}={text[:80]} is no list of numbers; write them like -0.2,0,0.2 in {unit}") from None

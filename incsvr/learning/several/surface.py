@@ -28,6 +28,8 @@ simulated vehicles over three velocities (simulator/planar.py, seeds 910100 to 9
 that inside after four batches and 2.2 times after twenty; at 2 the worst corners count as driven."""
 USUAL = 0.75
 """Quantile of the distances from each vector to its nearest that is their usual distance."""
+LARGEST = 1e30
+"""No velocity and no force is as large: nothing physical, and no product of two overflows."""
 NARROWEST = 0.02
 """Least of that distance, as a part of the fastest velocities: vectors that lie on each other are one place."""
 
@@ -112,7 +114,7 @@ class Several:
             self.velocity.shape == shape
             and self.fastest.shape == shape[1:]
             and self.drag.shape == self.terms(np.zeros((1, shape[1])))[0].shape
-            and bool(np.isfinite(numbers).all() and (self.fastest > 0.0).all())
+            and bool((np.abs(numbers) < LARGEST).all() and (self.fastest > 0.0).all())
             and bool((self.velocity[:, 0] == rate).all())
         )
 
