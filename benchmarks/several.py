@@ -182,7 +182,7 @@ def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if values.size else None
 
 
-def methods(records: Sequence[dict[str, Any]]) -> list[str]:
+def methods() -> list[str]:
     """The methods in the order of the table: by what they are, then by how many vectors they keep."""
     kinds = ("several weighted", "several paper", "decoupled weighted", "decoupled paper", "least squares",
              "gaussian process")  # fmt: skip
@@ -192,7 +192,7 @@ def methods(records: Sequence[dict[str, Any]]) -> list[str]:
 def simulated_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
     """One row a method: median, quartiles and worst of its error, and of the learner's own account."""
     rows = []
-    for method in methods(records):
+    for method in methods():
         errors = np.array([record["errors"][method] or np.nan for record in records])
         low, middle, high = np.nanquantile(errors, (0.25, 0.5, 0.75))
         told = [record["learner"][method] for record in records if method in record["learner"]]
@@ -218,7 +218,7 @@ def measured_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
         out = record["learner"].get(method, {}).get("extrapolated", 0.0)
         return f"{error:.3g}" + (f" ({100 * out:.0f} %)" if out >= 0.005 else "")
 
-    shown = methods(records)
+    shown = methods()
     return [
         [record["split"], f"{record['rms']:.3g}", *(cell(record, method) for method in shown)] for record in records
     ]
@@ -244,7 +244,7 @@ def report(document: dict[str, Any]) -> str:
         + "\n\n## Measured vehicles\n\nRMS residual of samples of Eq. 5 from recordings that were not fitted [N] or "
         "[N m], with the share of them that the model calls extrapolated; no mass matrix is declared, so that Coriolis "
         "counts as damping.\n\n"
-        + table(["fitted → unseen", "RMS of d", *methods(measured)], measured_rows(measured))
+        + table(["fitted → unseen", "RMS of d", *methods()], measured_rows(measured))
         + f"\n\n## The exact solver in six dimensions\n\n{speed['n']} samples: {speed['solve_ms']['median']:.2f} ms in "
         f"the median, `SVR.fit` {speed['sklearn_svr_fit_ms']:.2f} ms in turn in the same process: "
         f"{speed['ratio_to_sklearn_svr_fit']:.2f} times as fast.\n"
