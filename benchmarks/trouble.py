@@ -144,7 +144,7 @@ def examine(case: tuple[str, int]) -> dict[str, Any]:
             record |= {
                 "named": {each["effect"]: each["cannot_tell_from"] for each in found["effects"]},
                 "verdict": found["verdict"],
-                "said": notes,
+                "said": notes + [f"{begin}–{end} s" for begin, end in found["spans"]],
             }
     return record | {"judged": judged(KINDS[kind][0], record)}
 

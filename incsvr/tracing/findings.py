@@ -112,7 +112,8 @@ class Trace:
         loop: "closed" where the torque answers the rate, else "open".
         proven: in open loop, whether the interval of the free run's change lies below zero; in closed loop, where a
             free run proves nothing, that of the predictions' change; and the model beats a rate of zero.
-        spans: where what is left is louder than elsewhere, from and to [s of the recordings].
+        spans: where what is left is louder, or the thrust's gain another than elsewhere, from and to [s of the
+            recordings].
     """
 
     inertia: float

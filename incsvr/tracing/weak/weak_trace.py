@@ -10,10 +10,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.held_out import Errors
+from incsvr.tracing.local_gain import sentence as sentence_of_gain
+from incsvr.tracing.local_gain import uneven
 from incsvr.tracing.run import Array, Run
 from incsvr.tracing.sentences import of_clocks, sentence, streams
 from incsvr.tracing.skill import horizons, proven, trivial
@@ -35,7 +38,7 @@ from incsvr.tracing.weak.required_gain import LEAST_GAIN
 from incsvr.tracing.weak.scan import Lead, scan, with_lead
 from incsvr.tracing.weak.unexplained import smooth_terms
 from incsvr.tracing.weak.validation_errors import sample_errors, torque_errors
-from incsvr.tracing.weak.whitening import loudness
+from incsvr.tracing.weak.whitening import loudness, whiten
 
 
 def weak_trace(
@@ -64,8 +67,10 @@ def weak_trace(
     whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
     findings, notes = _findings(case, base, found, whole)
-    loud = _spells(problem, whole)
-    verdict = "effects" if findings else "unexplained" if smooth or loud else "none"
+    loud, unlike = _spells(problem, whole)
+    begins = problem.signals.time[problem.blocks.first]
+    louder, gained, both = (spans(begins, each, problem.blocks.period) for each in (loud, unlike, loud | unlike))
+    verdict = "effects" if findings else "unexplained" if smooth or both else "none"
     answered(problem, verdict, runs)
     before, after = case.proof.errors(base), case.proof.errors(whole)
     error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
@@ -84,7 +89,8 @@ def weak_trace(
         ignored_channels=ignored,
         notes=(
             *notes,
-            *([sentence_of_spells(loud)] if loud else []),
+            *([sentence_of_spells(louder)] if louder else []),
+            *([sentence_of_gain(gained)] if gained else []),
             *_timing(case, base, whole),
             *remarks(problem),
             *of_clocks(problem.signals),
@@ -104,19 +110,24 @@ def weak_trace(
         ),
         loop="closed" if problem.closed_loop else "open",
         proven=bool(findings) and proven(error, problem.closed_loop),
-        spans=loud,
+        spans=both,
     )
 
 
-def _spells(problem: Problem, whole: Hypothesis) -> tuple[tuple[float, float], ...]:
-    """Where what the effects leave is louder than elsewhere [s]."""
+def _spells(problem: Problem, whole: Hypothesis) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(n_b,) each: where what the effects leave is louder than elsewhere, and where the thrust answers its command with
+    another gain, which is not asked in closed loop."""
     s, blocks = problem.signals, problem.blocks
     # the acceleration and the jumps of the torque: what goes on within a block makes its equation less exact
     moves = np.column_stack([np.gradient(blocks.mean(values)) for values in (s.torque, s.rate)])[blocks.whole]
-    innovation = whole.fit.innovation / loudness(whole.fit, blocks)
-    inside = np.zeros(len(blocks), dtype=bool)
-    inside[blocks.whole] = spells(innovation, moves, s.scale / blocks.period)
-    return spans(s.time[blocks.first], inside, blocks.period)
+    heard, per_scale = loudness(whole.fit, blocks), s.scale / blocks.period
+    innovation = whole.fit.innovation / heard
+    loud, unlike = np.zeros(len(blocks), dtype=bool), np.zeros(len(blocks), dtype=bool)
+    loud[blocks.whole] = spells(innovation, moves, per_scale)
+    if not problem.closed_loop:
+        torque = whiten(blocks.mean(s.torque), whole.fit.ar, blocks) / heard
+        unlike[blocks.whole] = uneven(innovation, torque, per_scale)
+    return loud, unlike
 
 
 def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
