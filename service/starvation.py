@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
+from incsvr.signals.bursts import in_bursts
 from incsvr.signals.settings import COMMANDED, SETTLES
 from incsvr.signals.streams import JUMP, Reading
 
@@ -111,6 +112,9 @@ class Starvation:
             longest, period = readings[name].longest or 0.0, readings[name].period or 0.0
             if name == TORQUE and settings.torque == COMMANDED:
                 continue  # it holds meanwhile
+            apart = readings[name].bursts
+            if apart is not None and apart > settings.longest_pause:
+                return in_bursts(NAMES[name], apart)
             if longest > settings.longest_pause:
                 return _slow(name, period, longest, settings) + hint
         late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP]

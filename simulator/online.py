@@ -19,6 +19,7 @@ from incsvr.signals.holding import REPEATED, held
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import COMMANDED, LONGEST_PAUSE, MEASURED, ROTOR_LAG, TorqueKind
 from incsvr.signals.smoothing import WIDTHS
+from simulator.recorded_streams import refuse_bursts, remarks_of
 from simulator.recordings import Recording, Streams
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
@@ -162,6 +163,11 @@ def remarks(recordings: Sequence[Recording], samples: Samples, signals: SignalSe
     """What a person should know about the recordings and the settings."""
     found = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     found += [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
+    found += [
+        f"{recording.name}: {sentence}"
+        for recording in recordings
+        for sentence in remarks_of(recording, signals.smoothing)
+    ]
     foreign = foreign_inertia(recordings, samples, signals)
     return found if foreign is None else [*found, foreign]
 
@@ -212,6 +218,7 @@ def samples_of(
     samples, rejected = synchronise(signals, wanted_streams(recording, signals, with_channels), compensation, coupled)
     samples = samples.take(samples.known(inputs))
     if len(samples) == 0:
+        refuse_bursts(recording)
         reasons = pauses(recording, signals.longest_pause) or [f"it is shorter than {2 * signals.reach:g} s"]
         raise BadInput(
             f"{recording.name}: not one damping sample; {'; '.join(reasons)}; record faster, or allow longer gaps"

@@ -16,6 +16,7 @@ from incsvr.signals.checks import Vehicle
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
 from simulator.online import learner_for, signals_for
+from simulator.recorded_streams import refuse_bursts, remarks_of
 from simulator.recordings import Recording
 
 SLOW = 1.6
@@ -27,7 +28,12 @@ def examined(recordings: Sequence[Recording], inertia: float) -> list[Sensors]:
 
     Args:
         inertia: as declared [kg m²].
+
+    Raises:
+        BadInput: the yaw rate comes in bursts.
     """
+    for recording in recordings:
+        refuse_bursts(recording, (YAW_RATE,))
     return [_examined(recording, inertia) for recording in recordings]
 
 
@@ -82,7 +88,8 @@ def _examined(recording: Recording, inertia: float) -> Sensors:
     vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False)
     sensors = examine(samples, settings, vehicle, coupled(recording))
     slow = _slow_torque(recording, inertia)
-    return sensors if slow is None else replace(sensors, remarks=(*sensors.remarks, slow))
+    further = (*remarks_of(recording, signals.smoothing), *(() if slow is None else (slow,)))
+    return replace(sensors, remarks=(*sensors.remarks, *further))
 
 
 def _slow_torque(recording: Recording, inertia: float) -> str | None:

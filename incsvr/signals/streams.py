@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.samples import Array
+from incsvr.signals.bursts import bursts
 from incsvr.signals.doubt import Doubted
 
 JUMP = 10.0
@@ -59,6 +60,7 @@ class Reading:
         newest: the newest stamp of its clock [s]; None before one is known.
         period: the median of its latest steps [s]; None before there are any.
         longest: the longest of them [s].
+        bursts: how far apart the bursts are in which its values are stamped [s]; None where they are not.
         held: values that came, and are neither refused nor past the samples that they belong to.
         began_anew: whether its clock began anew and the other streams' have not.
     """
@@ -68,6 +70,7 @@ class Reading:
     longest: float | None
     held: int
     began_anew: bool
+    bursts: float | None = None
 
 
 class Stream:
@@ -138,6 +141,7 @@ class Stream:
             longest=float(steps.max()) if steps.size else None,
             held=self.held,
             began_anew=self.next is not None,
+            bursts=bursts(np.array(clock._time[-_CHUNK:])),
         )
 
     def push(self, time: float, value: float) -> None:

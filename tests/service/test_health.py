@@ -85,6 +85,19 @@ def test_a_velocity_that_does_not_come_stops_the_learning_and_is_named(watch: He
     )
 
 
+def test_values_that_are_sent_together_are_said_to_be(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
+    """A second of the gyro at once, stamped as it is sent."""
+    for second in range(12):
+        streams = moving(float(second), second + 1.0)
+        t, rate = streams["yaw_rate"]
+        stamps: Array = second + 1.0 + 0.001 * np.arange(t.size, dtype=np.float64)
+        feed(watch, node, {"torque": streams["torque"], "yaw_rate": (stamps, rate)})
+        clock.now += 1.0
+        health = watch.report(node)
+    assert health.learning.state == "starved"
+    assert "the yaw rate comes in bursts 0.95 s apart, stamped when they were sent or written" in health.learning.why
+
+
 def test_a_silent_stream_is_stale(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
     assert watch.report(node).level == "OK"  # it may still come
     clock.now += 3.0

@@ -1,0 +1,38 @@
+"""A stream whose values are stamped when they are sent or written together, and not when they were measured."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Array
+
+SHORT = 0.25
+"""Of the mean time between two values: in bursts most follow one another within less. Of values that come at random
+times a fifth does."""
+BETWEEN = 0.1
+"""Time between two bursts [s] up to which they do no harm: few vehicles move within it, and the commands of several
+thrusters come together."""
+PAUSES = 0.005
+"""Part of the steps that may be pauses of the stream, which say nothing of how it comes otherwise."""
+
+
+def bursts(stamps: Array) -> float | None:
+    """The time between two bursts [s] where a stream (n,) [s] comes in them; None where it does not."""
+    steps = np.sort(np.diff(stamps))
+    steps = steps[: steps.size - int(PAUSES * steps.size)]
+    if steps.size < 8:
+        return None
+    mean = float(steps.mean())
+    between = steps[steps > SHORT * mean]
+    if between.size == 0 or between.size > steps.size // 2:
+        return None
+    apart = float(np.median(between))
+    return apart if apart > BETWEEN else None
+
+
+def in_bursts(name: str, apart: float) -> str:
+    """For people, with the cure."""
+    return (
+        f"the {name} comes in bursts {apart:.2g} s apart, stamped when they were sent or written: nothing tells when "
+        "each value was measured; stamp each where it is measured"
+    )

@@ -1,0 +1,74 @@
+"""A recorded heading beside the integral of the yaw rate, over a whole recording: does it follow, does it drift.
+
+The checks of a batch (heading.py) see a wrong direction, a wrong unit and a large drift; what is small adds up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.samples import Array
+
+WINDOW = 60.0
+"""Over which both are compared [s]."""
+TURNED = 0.3
+"""How far the vehicle must turn to and fro in one (RMS) for anything to be told [rad]."""
+APART = 0.7
+"""Of that, what a heading differs by, counted either way, from which on it does not follow: a compass that errs by 10°
+differs by half as much."""
+DRIFTED = 0.35
+"""Of a whole recording [rad]: 20°, to both sides of which the deviation of a compass does not reach."""
+CERTAIN = 5.0
+"""Standard deviations beyond which a drift is believed."""
+FEWEST = 3
+"""Windows from which anything is told."""
+
+
+def beside_yaw_rate(rate: tuple[Array, Array], heading: tuple[Array, Array]) -> str | None:
+    """A sentence where the heading does not follow the yaw rate, or drifts away from it; None where neither is seen.
+
+    Args:
+        rate: stamps (n,) [s] and yaw rates [rad/s].
+        heading: stamps (m,) [s] and headings [rad].
+    """
+    (time, values), (stamps, angle) = rate, heading
+    if time.size < 2 or stamps.size < 2:
+        return None
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))))
+    inside = (stamps >= time[0]) & (stamps <= time[-1])
+    stamps, angle = stamps[inside], np.unwrap(angle[inside])
+    gyro = np.interp(stamps, time, turned)
+    slopes, follows = [], []
+    for begin in np.arange(stamps[0], stamps[-1] - WINDOW, WINDOW) if stamps.size else ():
+        here = (stamps >= begin) & (stamps < begin + WINDOW)
+        if here.sum() < 10:
+            continue
+        at = stamps[here] - begin
+        moved, slope = _detrended(at, angle[here] - gyro[here])
+        away, _ = _detrended(at, gyro[here])
+        opposite, _ = _detrended(at, angle[here] + gyro[here])
+        slopes.append(slope)
+        if away > TURNED:
+            follows.append(min(moved, opposite) / away)
+    if len(follows) >= FEWEST and float(np.median(follows)) > APART:
+        return (
+            "the heading does not follow the yaw rate: it belongs to another clock, another sensor or another unit; "
+            "leave its column out, or mend it"
+        )
+    if len(slopes) < FEWEST:
+        return None
+    drift, span = float(np.median(slopes)), float(stamps[-1] - stamps[0])
+    whole = float(angle[-1] - angle[0] - gyro[-1] + gyro[0])
+    doubt = 1.4826 * float(np.median(np.abs(np.array(slopes) - drift))) * 1.2533 / np.sqrt(len(slopes))
+    if min(abs(drift) * span, np.sign(drift) * whole) < DRIFTED or abs(drift) < CERTAIN * doubt:
+        return None
+    return (
+        f"the heading drifts by {drift:+.2g} rad/s against the yaw rate, {np.degrees(drift * span):+.3g}° in all: the "
+        "zero of the gyro, or the compass; what depends on the heading is not to be trusted until one is calibrated"
+    )
+
+
+def _detrended(at: Array, values: Array) -> tuple[float, float]:
+    """RMS of values beside their line, and its slope."""
+    slope, level = np.polyfit(at, values, 1).tolist()
+    return float(np.sqrt(np.mean((values - level - slope * at) ** 2))), float(slope)

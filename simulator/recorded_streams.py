@@ -1,0 +1,42 @@
+"""What the stamps of a recording's streams and its heading say, over its whole length: for `fit` and `trace`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from incsvr.errors import BadInput
+from incsvr.learning.offsets import offsets, unsteady
+from incsvr.plant.axes import YAW
+from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
+from incsvr.signals.bursts import bursts, in_bursts
+from incsvr.signals.checks.turned import beside_yaw_rate
+from incsvr.signals.raw import HEADING
+from simulator.recordings import Recording
+
+CALLED = {YAW_RATE: "yaw rate", TORQUE: "torque"}
+
+
+def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None:
+    """Refuses streams whose stamps come in bursts: no acceleration follows from such a yaw rate.
+
+    Raises:
+        BadInput: they do.
+    """
+    for name in names:
+        apart = bursts(recording.streams()[name][0])
+        if apart is not None:
+            raise BadInput(f"{recording.name}: {in_bursts(CALLED[name], apart)}")
+
+
+def remarks_of(recording: Recording, smoothing: float) -> list[str]:
+    """A sentence for each thing that is wrong.
+
+    Args:
+        smoothing: standard deviation of the filter of both streams [s].
+    """
+    streams = recording.streams()
+    said = [in_bursts(CALLED[name], apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None]
+    clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
+    with_heading = recording.axis == YAW and HEADING in streams
+    heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None
+    return [*said, *(each for each in (clock, heading) if each is not None)]
