@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.config import Config
 from service.live import LiveTracing
@@ -58,9 +59,11 @@ class Watched:
     residuals: tuple[Array, Array]
 
     def error(self, since: float) -> float:
-        """Root mean square of what was served leaves of the torque from a time [s] on [N m]."""
+        """Root mean square of what was served leaves of the torque from a time [s] on [N m]; infinite where learning
+        was paused throughout."""
         time, left = self.residuals
-        return float(np.sqrt(np.mean(left[time >= since] ** 2)))
+        late = left[time >= since]
+        return float(np.sqrt(np.mean(late**2))) if late.size else np.inf
 
 
 def watch(config: Config, recording: Recording) -> Watched:
@@ -79,15 +82,16 @@ def watch(config: Config, recording: Recording) -> Watched:
             if batch.predicted is not None:
                 time += batch.time
                 left += (np.array(batch.damping) - np.array(batch.predicted)).tolist()
-            if live is None or node.said.paused is not None:
-                continue
-            live.after(node, batch)
+        if live is not None:
+            live.after(node)
             while live.waits:
                 instead = live.conclude(node)
                 if instead is not None:
-                    node.relearn(live.effects, {}, live.since)
-                    live.changed_over()
-                live.after(node, None)
+                    try:
+                        node.relearn(live.effects, {}, live.since)
+                    except BadInput as error:
+                        live.put_back(node, instead, str(error))
+                live.after(node)
             history += [step for step in live.standing.history if step not in history[-200:]]
     standing = Standing() if live is None else live.standing
     return Watched(standing, tuple(history), (np.array(time), np.array(left)))

@@ -1,21 +1,30 @@
 """Whether effects pay on data that nobody has looked at.
 
-Two learners go over the data before: one with the effects, one without. Then both models run freely over the fresh
-data, from its first measured yaw rate, with the torque and the channels alone.
+Two models are fitted to the data before, one with the effects and one without, and foretell each rise of the yaw rate
+in the fresh data from what is known before it: what that says holds also where a controller closes the loop
+(incsvr/bets.py). For people two learners go over the data before, too, and their models run freely over the fresh data,
+from its first measured yaw rate, with the torque and the channels alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from incsvr.compensation import Compensation
+from incsvr.bets import evidence, score
+from incsvr.compensation import HEADING, Compensation
 from incsvr.errors import BadInput
 from incsvr.learning import learner
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
+from incsvr.tracing.forward.equations import Part
+from incsvr.tracing.forward.fit import Fit, fit
+from incsvr.tracing.forward.grid import Grid, cells
+from incsvr.tracing.forward.regression import log_densities
+from incsvr.tracing.forward.validation import residual
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import change_of_rms, rms
@@ -27,6 +36,10 @@ STILL = 0.2
 """A vehicle that turns less than this part of what it did before tells nothing of its effects."""
 SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the errors' correlation time."""
+FREE_BLOCK = 1.0
+"""The same of the bets on free runs, whose errors last as long as the motion does."""
+BLOCK = 0.5
+"""Time scales of the motion in a block of the bets: whitened water lasts for a few cells."""
 
 Streams = Mapping[str, tuple[Array, Array]]
 
@@ -38,6 +51,7 @@ def compare(
     settings: learner.Settings,
     without: Compensation | None,
     effects: Compensation,
+    closed: bool = True,
 ) -> Comparison:
     """Free runs over what came from the time `fresh` [s] on, of models learned from what came before.
 
@@ -47,6 +61,8 @@ def compare(
         signals, settings: how the learner learns.
         without: the effects that the model has anyway; None for none.
         effects: those to compare with.
+        closed: a controller may have closed the loop: then a torque that answers the water makes any free run say
+            nothing, and bets are on the forecasts from cell to cell alone.
 
     Raises:
         BadInput: either side of `fresh` holds too little.
@@ -67,7 +83,56 @@ def compare(
         _torque_error(streams, fresh, signals, model, freed_of)
         for model, freed_of in ((plain_model, without), (better_model, effects))
     )
-    return Comparison(rms(plain), change.estimate, change.low, change.high, turned, torque_without, torque_with)
+    scores = [score(_gains(streams, fresh, without, effects))]
+    if not closed:
+        scores.append(_free_scores(plain, better, max(round(FREE_BLOCK * effects.model.scale / step), 1)))
+    return Comparison(
+        rms(plain),
+        change.estimate,
+        change.low,
+        change.high,
+        turned,
+        torque_without,
+        torque_with,
+        evidence=evidence(*scores),
+        against=evidence(*(-each for each in scores)),
+    )
+
+
+def _gains(streams: Streams, fresh: float, without: Compensation | None, effects: Compensation) -> Array:
+    """(blocks,) by how much log-likelihood the effects foretell the fresh data better."""
+    run, model = as_run(streams), effects.model
+    wanted = {*effects.channels, *(() if without is None else without.channels)}
+    names = [name for name in run.channels if name in wanted or name == HEADING]
+    grid = cells([run], model.inertia, names)
+    ends = np.searchsorted(grid.signals.time, fresh)
+    known = [slice(a, min(b, ends)) for a, b in pairwise(grid.starts.tolist()) if a < ends]
+    before = grid.pieces(known)
+    plain = fit(before, () if without is None else _parts(without))
+    better = fit(before, _parts(effects), plain)
+    gain = (_foretold(grid, better) - _foretold(grid, plain))[ends:]
+    block = np.floor((grid.signals.time[ends:] - fresh) / (BLOCK * model.scale)).astype(np.intp)
+    return np.asarray(np.bincount(block, gain), dtype=np.float64)
+
+
+def _free_scores(plain: Sequence[Array], better: Sequence[Array], length: int) -> Array:
+    """(blocks,) x of the free runs: by how much the effects err less in a block, over what both err."""
+    without, with_them = (np.concatenate(errors) ** 2 for errors in (plain, better))
+    block = np.arange(without.size) // length
+    lost, left = np.bincount(block, without), np.bincount(block, with_them)
+    return np.asarray((lost - left) / np.maximum(lost + left, 1e-300))
+
+
+def _parts(effects: Compensation) -> list[Part]:
+    return [Part(*pair) for pair in effects.pairs()]
+
+
+def _foretold(grid: Grid, fitted: Fit) -> Array:
+    """(n,) log-density of each cell, foretold by a fit to others."""
+    left = fitted.noise.whiten(residual(grid, fitted) - fitted.shift * grid.shift, grid.starts)
+    if fitted.surprises:
+        left = left - fitted.theta[-fitted.surprises :] @ grid.surprise
+    return log_densities(left, fitted.sigma)
 
 
 def as_run(streams: Streams) -> Run:

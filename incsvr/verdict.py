@@ -1,21 +1,28 @@
 """What becomes of effects, given how the model did with and without them on data that nobody had looked at.
 
-Effects on trial must make the free run better beyond chance; those in force go when they make it worse beyond chance,
-or twice running no better.
+Effects on trial must foretell better beyond chance; those in force go when they foretell worse beyond chance.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
+
+CHANCE = 0.05
+"""That a learner ever takes an effect for proven which does not foretell better, however long it runs."""
+REFUSED = 0.05
+"""Chance that an effect is refused early which does foretell better; one that is there is found again."""
+WITHDRAWN = 1e-3
+"""The same of a comparison that takes an effect out of force."""
 
 Verdict = Literal["promoted", "proven", "refused", "kept", "doubted", "withdrawn", "waits"]
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Free runs of two models on the same fresh data (`incsvr.shadow.compare`).
+    """Two models on the same fresh data (`incsvr.shadow.compare`).
 
     Attributes:
         without: root mean square of the error without the effects [rad/s].
@@ -23,6 +30,7 @@ class Comparison:
         low, high: the change's 95 % interval [rad/s].
         turned: whether the vehicle moved enough to tell.
         torque_without, torque_with: root mean square of the torque's error on the samples of the same data [N m].
+        evidence, against: logarithms of what was won by betting on the effects, and against them (incsvr/bets.py).
     """
 
     without: float
@@ -32,6 +40,8 @@ class Comparison:
     turned: bool
     torque_without: float
     torque_with: float
+    evidence: float
+    against: float
 
     @property
     def error(self) -> dict[str, Any]:
@@ -45,36 +55,38 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """For people."""
-        if not self.turned:
-            return "the vehicle hardly turned on the fresh data, which tells nothing"
+        foretells = (
+            f"foretells fresh data better, bets won {math.exp(min(self.evidence, 50.0)):.2g} : 1"
+            if self.evidence >= self.against
+            else f"foretells fresh data worse, bets lost {math.exp(min(self.against, 50.0)):.2g} : 1"
+        )
         return (
-            f"free run on fresh data: {self.without:.3g} rad/s without, {self.without + self.estimate:.3g} rad/s with "
-            f"it ({self.low:+.3g} to {self.high:+.3g})"
+            f"{foretells}; free run {self.without:.3g} rad/s without, {self.without + self.estimate:.3g} rad/s with it "
+            f"({self.low:+.3g} to {self.high:+.3g})"
         )
 
 
-def on_trial(found: Comparison, last: bool = True) -> Verdict:
-    """What becomes of suspected effects; unless this is the last look, those that seem to pay may prove it on more.
+def level(count: int) -> float:
+    """Chance that is spent on what was suspected as the `count`th, from 1: Σ CHANCE/(k (k + 1)) = CHANCE."""
+    return CHANCE / (count * (count + 1))
 
-    The interval excludes zero by chance once in forty looks. The looks share their data: two or three of them are less
-    than two or three in forty.
+
+def on_trial(found: Comparison, spent: float = CHANCE, last: bool = True) -> Verdict:
+    """What becomes of suspected effects; unless this is the last look, they may prove themselves on more data.
+
+    Args:
+        spent: chance that is spent on them, of `level`.
     """
     if not found.turned:
-        return "waits"
-    if found.high < 0.0:
+        return "refused" if last else "waits"
+    if found.evidence >= -math.log(spent):
         return "promoted"
-    return "waits" if found.estimate < 0.0 and not last else "refused"
+    return "refused" if last or found.against >= -math.log(REFUSED) else "waits"
 
 
-def in_force(found: Comparison, doubted: bool) -> Verdict:
-    """What becomes of effects in force; `doubted` says that they brought nothing the last time, too."""
-    if not found.turned:
-        return "waits"
-    if found.low > 0.0:
-        return "withdrawn"
-    if found.estimate < 0.0:
-        return "kept"
-    return "withdrawn" if doubted else "doubted"
+def in_force(found: Comparison) -> Verdict:
+    """What becomes of effects in force or proven."""
+    return "withdrawn" if found.turned and found.against >= -math.log(WITHDRAWN) else "kept"
 
 
 def errors(error: Mapping[str, Any]) -> str:

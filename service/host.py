@@ -188,7 +188,7 @@ class Host:
         elif self._store is not None:
             self._store.save_again()
         if self._live is not None:
-            self._trace(self._live, outcome)
+            self._trace(self._live)
         self.answers.decide(self._decided)
         return outcome is not None
 
@@ -224,17 +224,17 @@ class Host:
         if self._store.problem is not None:
             log.error("%s: the last samples were not saved: %s", self.keys.prefix, self._store.problem)
 
-    def _trace(self, live: LiveTracing, outcome: Outcome | None) -> None:
+    def _trace(self, live: LiveTracing) -> None:
         """What live tracing has to do after a batch, or when its process has ended."""
         try:
-            looked_at = outcome is not None and self.node.said.paused is None  # a batch put aside tells nothing
-            said = live.after(self.node, outcome.report.batch) if outcome is not None and looked_at else False
+            # Also while learning is paused: what the checks take for a clock that jumped may be an effect.
+            said = live.after(self.node)
             if live.waits:
                 instead = live.conclude(self.node)
                 if instead is not None:
                     self._change_over(live, instead)
                 self._tell(live)
-                said = live.after(self.node, None)  # the data for what comes next may be there already
+                said = live.after(self.node)  # the data for what comes next may be there already
             if said:
                 self._tell(live)
         except Exception:  # what is traced must not end the learning
@@ -272,7 +272,6 @@ class Host:
                 log.exception("%s: a fault of this program", self.keys.prefix)
             live.put_back(self.node, instead, why)
             return why
-        live.changed_over()
         self._watch_over(live.effects)
         self._say(live)
         self._announce(outcome)

@@ -1,4 +1,4 @@
-"""Live tracing of one learner: looks at its residual, has a process beside it trace, and says what is in force.
+"""Live tracing of one learner: has a process beside it trace, again and again, and says what is in force.
 
 Everything is called from the thread that learns, but `waits`. Nothing here waits for the process beside.
 """
@@ -14,23 +14,16 @@ from typing import Any, Protocol
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from incsvr.verdict import Comparison, in_force, on_trial
+from incsvr.verdict import Comparison, in_force, level, on_trial
 from service.answers import Verb
 from service.child import Child
 from service.config import Config
 from service.effects import TracedEffects, taken_up
 from service.ledger import evidence
-from service.monitor import Monitor
 from service.node import LearnerNode
-from service.standing import RESIDUAL, Content, Role, Standing, Work
-from service.wire import Batch
+from service.standing import FRESH_PART, RESIDUAL, TRIAL_PART, Content, Role, Standing, Work
 
 log = logging.getLogger(__name__)
-
-LAST_LOOK = 0.5
-"""A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
-is this part of the window; then it has proven itself or is refused."""
-
 
 Streams = Mapping[str, tuple[Array, Array]]
 
@@ -64,7 +57,6 @@ class LiveTracing:
         self.standing = Standing() if kept is None else Standing.from_dict(kept)
         self.effects: TracedEffects | None = None
         self._take_up(self.standing)
-        self._monitor = Monitor(config)
         self._child: Beside | None = None
         self._work: tuple[Work, float] = ("trace", 0.0)
 
@@ -89,21 +81,18 @@ class LiveTracing:
         """What the process beside does now."""
         return None if self._child is None else self._work[0]
 
-    def after(self, node: LearnerNode, batch: Batch | None) -> bool:
-        """Looks at the residual, after a batch or a piece of work, and begins what is due.
+    def after(self, node: LearnerNode) -> bool:
+        """Begins what is due, after a batch or a piece of work.
 
         Returns:
             whether the ledger says more than before.
         """
-        if batch is not None:
-            self._monitor.keep(node.served.model, batch)
         newest = node.batches.covers()
         if self._child is not None or newest is None:
             return False
-        p = self._monitor.p_value()
         self.standing = self.standing.clock_began_anew(newest)
         settings, before = self._config.tracing, self.standing
-        work = before.due(newest, p, settings.window, settings.proof)
+        work = before.due(newest, settings.window, settings.proof)
         if work is None:
             return False
         since = self._since(newest) if work == "prove" else newest - settings.window
@@ -117,11 +106,7 @@ class LiveTracing:
         except OSError as error:
             self._failed(node, before, f"no process could be started beside the learner: {error}")
             return True
-        if self._child is None:
-            return False
-        if work == "trace":
-            self._note(node.served.revision, newest, "not white", f"p = {p:.1g}: tracing begins")
-        return True
+        return self._child is not None
 
     def conclude(self, node: LearnerNode) -> Standing | None:
         """Takes what the process beside has found, or why it has not.
@@ -134,8 +119,6 @@ class LiveTracing:
             return None
         self._child = None
         before = self.standing
-        if work == "trace":
-            self._monitor.forget(newest)
         try:
             found = child.answer()
             if work == "trace":
@@ -200,10 +183,6 @@ class LiveTracing:
             *names,
         )
 
-    def changed_over(self) -> None:
-        """The learner has learned anew: its samples hold other effects than those before."""
-        self._monitor.clear()
-
     def close(self) -> None:
         """Ends the process beside."""
         if self._child is not None:
@@ -230,11 +209,23 @@ class LiveTracing:
         trace = work == "trace"
         self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
+        if trace and _last(before, [RESIDUAL]) == "failed":  # a vehicle that lies still fails each time
+            log.info("%s: %s", self._config.prefix, told)
+            return
         self._note(node.served.revision, newest, "failed", told)
+
+    def _fresh(self, newest: float) -> float:
+        """Where the data of a proof begin that its effects have not seen [s].
+
+        It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
+        """
+        role, content = self.standing.tried or ("force", {})
+        longest = newest - TRIAL_PART * self._config.tracing.window
+        return float(content.get("until", longest)) if role == "suspected" else longest
 
     def _since(self, newest: float) -> float:
         """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
-        begins, tried = newest - self._config.tracing.window, self.standing.tried
+        begins, tried = self._fresh(newest) - (1.0 - TRIAL_PART) * self._config.tracing.window, self.standing.tried
         known = None if tried is None else tried[1].get("since")
         return begins if known is None else max(begins, float(known))
 
@@ -251,18 +242,15 @@ class LiveTracing:
                 "axis": self._config.vehicle.axis,
                 "rate_limit": self._config.vehicle.rate_limit,
                 "half": newest - 0.5 * self._config.tracing.window,
+                "shortest": FRESH_PART * self._config.tracing.window,
             }
         role, content = self.standing.tried
-        settings = self._config.tracing
-        fresh = newest - settings.proof
-        if role == "suspected" and content.get("until") is not None:
-            # All that came since the trace, as far as enough is left from before it.
-            fresh = min(fresh, max(float(content["until"]), newest - LAST_LOOK * settings.window))
         return {
             "work": work,
             "signals": asdict(self._config.signal_settings()),
             "learner": asdict(self._config.learner_settings()),
-            "fresh": fresh,
+            "fresh": self._fresh(newest),
+            "closed": content.get("loop") != "open",
             "without": None if role == "force" else self.standing.force,
             "effects": content,
         }
@@ -272,16 +260,20 @@ class LiveTracing:
         names = effects.compensation.names
         usable = bool(effects.findings) and not effects.integrated
         known = self.standing.proven is not None and set(self._effects(self.standing.proven).compensation.names)
-        content = {"effects": effects.findings, "model": found["model"], "since": found["since"], "until": newest}
+        content = {
+            "effects": effects.findings,
+            **{key: found[key] for key in ("model", "loop", "since")},
+            "until": newest,
+        }
         self.standing = self.standing.after_trace(newest, content if usable and known != set(names) else None)
         if usable and known == set(names):
             log.info("%s: %s: found again, and proven already", self._config.prefix, ", ".join(names))
             return
         note = partial(self._note, node.served.revision, newest)
-        if not found["effects"]:
-            note("nothing found", "no effect of the catalogue explains it")
         for finding in found["effects"]:
             name = finding["effect"]
+            if _last(self.standing, [name]) == "left out":
+                continue
             if name not in names:
                 note("left out", next(step["why"] for step in effects.history if step["effect"] == name), name)
             elif effects.integrated:
@@ -301,10 +293,10 @@ class LiveTracing:
         step: str
         if role == "suspected":
             settings, until = self._config.tracing, float(content.get("until", -math.inf))
-            last = newest + settings.proof > until + LAST_LOOK * settings.window
-            step = verdict = on_trial(comparison, last)
+            last = newest + settings.proof > until + TRIAL_PART * settings.window
+            step = verdict = on_trial(comparison, level(max(before.suspicions, 1)), last)
         else:
-            step = verdict = in_force(comparison, role in before.doubts)
+            step = verdict = in_force(comparison)
         if verdict == "promoted" and (advise or set(names) & set(before.held)):
             step = verdict = "proven"
         elif verdict == "withdrawn" and role == "proven":

@@ -110,6 +110,7 @@ class LearnerNode:
         alone = effects is None and coupled is None and not others
         self.stand_in = StandIn(signals, known_before) if alone else None
         self._clock_restarts = 0
+        self._looked_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
         learned = known.guarded.learner
@@ -135,6 +136,7 @@ class LearnerNode:
         if self.stand_in is not None:
             self.stand_in.catch_up()
         while (batch := self.batches.next_batch()) is not None:
+            self._looked_until = float(batch.time[-1])
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:
@@ -171,7 +173,9 @@ class LearnerNode:
                 raised, all is as it was.
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
-        samples = self.batches.freed(compensation, -math.inf if self.served.t is None else self.served.t, since)
+        # What was put aside is learned, too: with these effects it may be as sound as it was before.
+        until = self.served.t if self._looked_until is None else self._looked_until
+        samples = self.batches.freed(compensation, -math.inf if until is None else until, since)
         size = self._settings.batch
         if len(samples) < size:
             lasts = size * self.config.signals.sample_period

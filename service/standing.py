@@ -1,6 +1,6 @@
 """Where live tracing stands, as a value: what is suspected, proven and in force, and what is to be done next.
 
-    residual no longer white → trace → suspected → proof on fresh data → promoted → tried again and again → withdrawn
+    trace → suspected → proof on fresh data → promoted → tried again and again → withdrawn
 
 That is `adopt`. Under `advise` a proof ends with `proven`, and an operator alone promotes and withdraws; so it is under
 `adopt` with what an operator has withdrawn.
@@ -18,21 +18,22 @@ from typing import Any, Literal
 
 from incsvr.verdict import Verdict
 
-LEVEL = 1e-3
-"""Below this p-value the residual is not white. One look in a thousand is a false alarm, which costs a trace: a window
-of 900 s is looked at thirty times, but those looks share most of their data."""
 FRESH_PART = 0.25
-"""This part of the window comes between two traces: water that colours the residual all the time must not keep a
-process busy, and what came on lately is in all of the window's newest half before three quarters of a window passed."""
+"""This part of the window comes between two traces: a process beside the learner is not always busy, and what came on
+lately is in all of the window's newest half before three quarters of a window passed."""
+TRIAL_PART = 0.5
+"""A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
+is this part of the window; then it has proven itself or is refused. What is in force is compared whenever so much is
+fresh. Before the fresh data the models know the rest of the window."""
 STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
 """What a step is about that is about no effect."""
 
 Content = Mapping[str, Any]
-"""A trace, in the form that `incsvr trace --json` writes, as far as it is needed: `effects` and `model`. With it come
-`since`, the time from which on the data that it follows from begin [s], and `proof`, the last comparison on fresh data
-with the time `until` that it reaches to."""
+"""A trace, in the form that `incsvr trace --json` writes, as far as it is needed: `effects`, `model`, `loop`. With it
+come `since`, the time from which on the data that it follows from begin [s], and `proof`, the last comparison on fresh
+data with the time `until` that it reaches to."""
 Work = Literal["trace", "prove"]
 Role = Literal["suspected", "proven", "force"]
 Mode = Literal["off", "advise", "adopt"]
@@ -48,7 +49,7 @@ class Standing:
         proven: the trace whose effects have proven themselves and wait for an operator.
         fresh: neither a trace nor a proof has seen what is younger than this [s].
         traced: the newest data of the last trace [s].
-        doubts: the roles in which a trace brought nothing the last time that it was compared.
+        suspicions: how often something was suspected: the chance that is spent on each becomes less.
         held: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
     """
@@ -58,7 +59,7 @@ class Standing:
     proven: Content | None = None
     fresh: float = 0.0
     traced: float | None = None
-    doubts: tuple[str, ...] = ()
+    suspicions: int = 0
     held: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
 
@@ -66,7 +67,7 @@ class Standing:
     def from_dict(data: Mapping[str, Any]) -> Standing:
         """The standing whose `to_dict` gave `data`."""
         known = {name: data[name] for name in Standing.__slots__ if name in data}  # an earlier version kept others
-        listed = {name: tuple(known.get(name, ())) for name in ("doubts", "held", "history")}
+        listed = {name: tuple(known.get(name, ())) for name in ("held", "history")}
         return Standing(**{**known, **listed})
 
     def to_dict(self) -> dict[str, Any]:
@@ -85,23 +86,22 @@ class Standing:
             others.append(("force", self.force))
         return min(others, key=lambda one: (one[1].get("proof") or {}).get("until", 0.0), default=None)
 
-    def due(self, newest: float, p: float, window: float, proof: float) -> Work | None:
+    def due(self, newest: float, window: float, proof: float) -> Work | None:
         """What is to be done now that a full window reaches up to `newest` [s].
 
-        Effects are proven whenever `proof` seconds are fresh. A trace begins where the residual is not white, and sees
-        mostly what the trace before has not seen.
+        Effects are proven whenever enough is fresh. A trace begins where nothing is suspected, and sees something that
+        the trace before has not seen.
 
         Args:
             newest: [s].
-            p: of the residual's being white.
             window, proof: as configured [s].
         """
-        if self.tried is not None and newest >= self.fresh + proof:
+        if self.tried is not None and newest >= self.fresh + (proof if self.shadow else TRIAL_PART * window):
             return "prove"
-        # What waits for an operator leaves the residual as it is, and would only be found again.
-        rest = window if self.proven is not None else FRESH_PART * window
+        # What was found is only found again.
+        rest = FRESH_PART * window if self.proven is None and self.force is None else window
         rested = self.traced is None or newest >= self.traced + rest
-        return "trace" if self.shadow is None and p < LEVEL and rested else None
+        return "trace" if self.shadow is None and rested else None
 
     def clock_began_anew(self, newest: float) -> Standing:
         """Where the vehicle's clock stands before what was seen, all counts from now."""
@@ -116,8 +116,9 @@ class Standing:
 
     def after_trace(self, newest: float, found: Content | None) -> Standing:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
-        fresh = newest if found is not None else self.fresh
-        return replace(self, shadow=found, traced=newest, fresh=fresh)
+        if found is None:
+            return replace(self, shadow=None, traced=newest)
+        return replace(self, shadow=found, traced=newest, fresh=newest, suspicions=self.suspicions + 1)
 
     def after_proof(self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None) -> Standing:
         """A proof of what is tried, on data up to `newest` [s], ended; `compared` is what it is in plain words."""
@@ -125,10 +126,7 @@ class Standing:
             return self
         role, content = self.tried
         seen = content if compared is None else {**content, "proof": {**compared, "until": newest}}
-        doubts = tuple(each for each in self.doubts if each != role)
-        if verdict == "doubted" or (verdict == "waits" and role in self.doubts):
-            doubts = (*doubts, role)
-        on = replace(self, fresh=newest, doubts=doubts)
+        on = replace(self, fresh=newest)
         match role, verdict:
             case "suspected", "promoted":
                 return replace(on, force=seen, shadow=None)

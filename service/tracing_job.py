@@ -67,19 +67,23 @@ def answered(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
 def _traced(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     """The same object as `incsvr trace --json` writes, with the time `since` from which on the traced data begin [s].
 
-    Where the whole holds nothing that could be taken up, an effect may have come on in the middle: then what is said is
-    what the part from `half` on says, unless that says nothing either.
+    An effect may have come on in the middle: where the whole says that something changed at an instant, the part after
+    it says what; where the whole holds nothing that could be taken up, the part from `half` on may.
     """
-    whole = _said(job, streams, max(float(streams[name][0][0]) for name in REQUIRED))
-    if _usable(whole):
-        return whole
-    half = float(job["half"])
-    newest = {name: (t[t >= half], value[t >= half]) for name, (t, value) in streams.items()}
-    try:
-        lately = _said(job, newest, half)
-    except BadInput:  # the half tells too little for itself
-        return whole
-    return lately if _usable(lately) else whole
+    begins = max(float(streams[name][0][0]) for name in REQUIRED)
+    whole = _said(job, streams, begins)
+    usable = _usable(whole)
+    newest = min(float(streams[name][0][-1]) for name in REQUIRED)
+    changes = [e["parameters"]["at_s"] for e in whole["effects"] if "at_s" in e["parameters"]]
+    parts = [at for at in changes if at <= newest - job["shortest"]]
+    for since in parts[:1] if usable else [*parts[:1], float(job["half"])]:
+        try:
+            lately = _said(job, {name: (t[t >= since], v[t >= since]) for name, (t, v) in streams.items()}, since)
+        except BadInput:  # the part tells too little for itself
+            continue
+        if _usable(lately):
+            return lately
+    return whole
 
 
 def _said(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
@@ -97,7 +101,9 @@ def _compared(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     signals = SignalSettings(**job["signals"] | {"channels": tuple(job["signals"]["channels"])})
     settings = Settings(**job["learner"] | {"rate_range": tuple(job["learner"]["rate_range"])})
     without = None if job["without"] is None else _compensation(job["without"])
-    return asdict(compare(streams, job["fresh"], signals, settings, without, _compensation(job["effects"])))
+    return asdict(
+        compare(streams, job["fresh"], signals, settings, without, _compensation(job["effects"]), job["closed"])
+    )
 
 
 def _compensation(trace: Mapping[str, Any]) -> Compensation:

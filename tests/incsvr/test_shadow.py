@@ -11,7 +11,7 @@ from incsvr.learning.learner import Settings
 from incsvr.shadow import compare
 from incsvr.signals import SignalSettings
 from incsvr.tracing.model import TracedModel
-from incsvr.verdict import Comparison, Verdict, in_force, on_trial
+from incsvr.verdict import CHANCE, Comparison, Verdict, in_force, level, on_trial
 from simulator import leng
 from simulator.recordings import Streams
 from tests.hidden import BIAS, LAG, TRUTH, recording, term
@@ -41,15 +41,15 @@ def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
     assert found.without + found.estimate < 0.5 * found.without
     assert found.torque_with < 0.5 * found.torque_without
     assert on_trial(found) == "promoted"
-    assert in_force(found, doubted=True) == "kept"
+    assert in_force(found) == "kept"
 
 
 def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> None:
     straight = leng.recording("T1", seed=3).streams()
     late = effects(("torque_lag", 1.5))
-    found = compare(straight, 250.0, SignalSettings(), Settings(), None, late)
+    found = compare(straight, 250.0, SignalSettings(), Settings(), None, late, closed=False)
     assert on_trial(found) == "refused"
-    assert in_force(found, doubted=False) == "withdrawn"
+    assert in_force(found) == "withdrawn"
 
 
 def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
@@ -65,7 +65,8 @@ def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
     }
     found = compared(still, None, TRUE)
     assert not found.turned
-    assert on_trial(found) == in_force(found, doubted=True) == "waits"
+    assert on_trial(found, last=False) == "waits"
+    assert in_force(found) == "kept"
 
 
 def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
@@ -74,19 +75,21 @@ def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
 
 
 @pytest.mark.parametrize(
-    ("low", "estimate", "high", "doubted", "shadow", "force"),
+    ("evidence", "against", "trial", "force"),
     [
-        (-0.3, -0.2, -0.1, False, "promoted", "kept"),
-        (-0.3, -0.1, 0.1, False, "refused", "kept"),
-        (-0.3, -0.1, 0.1, True, "refused", "kept"),
-        (-0.1, 0.1, 0.3, False, "refused", "doubted"),
-        (-0.1, 0.1, 0.3, True, "refused", "withdrawn"),
-        (0.1, 0.2, 0.3, False, "refused", "withdrawn"),
-        (0.0, 0.0, 0.0, False, "refused", "doubted"),
+        (4.0, 0.0, "promoted", "kept"),
+        (2.9, 0.0, "waits", "kept"),
+        (0.0, 2.9, "waits", "kept"),
+        (0.0, 3.1, "refused", "kept"),
+        (0.0, 7.0, "refused", "withdrawn"),
     ],
 )
-def test_what_follows_from_the_interval(
-    low: float, estimate: float, high: float, doubted: bool, shadow: Verdict, force: Verdict
-) -> None:
-    found = Comparison(1.0, estimate, low, high, True, 5.0, 4.0)
-    assert (on_trial(found), in_force(found, doubted)) == (shadow, force)
+def test_what_follows_from_the_bets(evidence: float, against: float, trial: Verdict, force: Verdict) -> None:
+    found = Comparison(1.0, -0.1, -0.2, 0.1, True, 5.0, 4.0, evidence, against)
+    assert (on_trial(found, last=False), in_force(found)) == (trial, force)
+    assert on_trial(found) == ("promoted" if trial == "promoted" else "refused")
+
+
+def test_the_chance_of_all_suspicions_together_stays_what_it_is() -> None:
+    spent = sum(level(count) for count in range(1, 10_000))
+    assert 0.999 * CHANCE < spent < CHANCE

@@ -8,34 +8,29 @@ from dataclasses import replace
 import pytest
 
 from incsvr.verdict import Verdict
-from service.standing import LEVEL, STEPS, Standing
+from service.standing import STEPS, Standing
 
 WINDOW, PROOF = 900.0, 300.0
-WHITE, COLOURED = 0.5, 0.1 * LEVEL
 LAG = {"effects": [{"effect": "torque_lag"}], "model": {}}
 BIAS = {"effects": [{"effect": "bias_torque"}], "model": {}}
 
 
-def due(standing: Standing, newest: float, p: float = WHITE) -> str | None:
-    return standing.due(newest, p, WINDOW, PROOF)
-
-
-def test_a_white_residual_starts_nothing_and_a_coloured_one_a_trace() -> None:
-    assert due(Standing(), 900.0) is None
-    assert due(Standing(), 900.0, COLOURED) == "trace"
+def due(standing: Standing, newest: float) -> str | None:
+    return standing.due(newest, WINDOW, PROOF)
 
 
 def test_after_a_trace_without_a_finding_fresh_data_come_before_the_next() -> None:
+    assert due(Standing(), 900.0) == "trace"
     rests = Standing().after_trace(900.0, None)
-    assert due(rests, 1124.0, COLOURED) is None
-    assert due(rests, 1125.0, COLOURED) == "trace"
+    assert due(rests, 1124.0) is None
+    assert due(rests, 1125.0) == "trace"
 
 
 def test_a_shadow_is_proven_on_what_came_after_its_trace() -> None:
     shadow = Standing().after_trace(900.0, LAG)
     assert shadow.force is None
-    assert due(shadow, 1199.0, COLOURED) is None
-    assert due(shadow, 1200.0, COLOURED) == "prove"
+    assert due(shadow, 1199.0) is None
+    assert due(shadow, 1200.0) == "prove"
 
 
 @pytest.mark.parametrize(
@@ -46,19 +41,17 @@ def test_what_becomes_of_a_shadow(verdict: Verdict, force: object, shadow: objec
     assert (after.force, after.shadow, after.fresh) == (force, shadow, 1200.0)
 
 
-@pytest.mark.parametrize(("verdict", "force"), [("kept", LAG), ("doubted", LAG), ("waits", LAG), ("withdrawn", None)])
+@pytest.mark.parametrize(("verdict", "force"), [("kept", LAG), ("doubted", LAG), ("withdrawn", None)])
 def test_what_becomes_of_effects_in_force(verdict: Verdict, force: object) -> None:
     standing = Standing(force=LAG, fresh=1200.0, traced=900.0)
-    assert due(standing, 1499.0) is None
-    assert due(standing, 1500.0) == "prove"
-    after = standing.after_proof(1500.0, verdict)
-    assert after.force == force
-    assert after.doubts == (("force",) if verdict == "doubted" else ())
+    assert due(standing, 1649.0) is None
+    assert due(standing, 1650.0) == "prove"
+    assert standing.after_proof(1650.0, verdict).force == force
 
 
 def test_more_may_be_found_beside_effects_in_force_and_takes_their_place() -> None:
     standing = Standing(force=LAG, fresh=1700.0, traced=900.0)
-    assert due(standing, 1800.0, COLOURED) == "trace"
+    assert due(standing, 1800.0) == "trace"
     shadow = standing.after_trace(1800.0, BIAS)
     assert shadow.force == LAG
     assert shadow.tried == ("suspected", BIAS)
@@ -94,11 +87,11 @@ def test_a_clock_that_begins_anew_makes_all_data_fresh() -> None:
     standing = Standing(force=LAG, fresh=5000.0, traced=4000.0)
     assert standing.clock_began_anew(5000.0) == standing
     anew = standing.clock_began_anew(900.0)
-    assert due(anew, 1200.0) == "prove"
+    assert due(anew, 1350.0) == "prove"
 
 
 def test_the_history_is_bounded_and_all_survives_a_restart_to_the_byte() -> None:
-    standing = Standing(force=LAG, fresh=0.1 + 0.2, traced=1.0, doubts=("force",), held=("wave",))
+    standing = Standing(force=LAG, fresh=0.1 + 0.2, traced=1.0, suspicions=3, held=("wave",))
     for t in range(2 * STEPS):
         standing = standing.noted({"step": "not white", "why": "p = 0", "t": float(t)})
     assert [step["t"] for step in standing.history] == [float(t) for t in range(STEPS, 2 * STEPS)]

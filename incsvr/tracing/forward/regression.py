@@ -96,6 +96,11 @@ def student_weight(innovation: Array, sigma: float) -> Array:
 
 def log_likelihood(innovation: Array, sigma: float) -> float:
     """Of (n,) innovations under Student's t of this scale."""
+    return float(np.sum(log_densities(innovation, sigma)))
+
+
+def log_densities(innovation: Array, sigma: float) -> Array:
+    """(n,) of each innovation under Student's t of this scale."""
     constant = gammaln(0.5 * (DEGREES + 1.0)) - gammaln(0.5 * DEGREES) - 0.5 * np.log(np.pi * DEGREES)
     spread = np.log1p((innovation / sigma) ** 2 / DEGREES)
-    return float(innovation.size * (constant - np.log(sigma)) - 0.5 * (DEGREES + 1.0) * np.sum(spread))
+    return np.asarray(constant - np.log(sigma) - 0.5 * (DEGREES + 1.0) * spread)
