@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import queue
+import time
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,8 @@ def run() -> Recording:
 
 
 def send(bench: Bench, run: Recording, axes: tuple[str, ...]) -> None:
-    """Five seconds of each stream in a message, of one axis after the other."""
+    """Five seconds of each stream in a message, of one axis after the other, and more once all has come: samples wait
+    for ten."""
     for start in np.arange(0.0, float(run.time[-1]), 5.0).tolist():
         part = (run.time >= start) & (run.time < start + 5.0)
         t = tuple(run.time[part].tolist())
@@ -57,6 +59,19 @@ def send(bench: Bench, run: Recording, axes: tuple[str, ...]) -> None:
             for stream, name in ((keys.torque, AXES[axis].effort), (keys.rate, AXES[axis].rate)):
                 payload = wire.measurement(t, tuple(run.columns[name][part].tolist()))
                 bench.session.put(stream, payload, congestion_control=zenoh.CongestionControl.BLOCK)
+        heard(bench, [f"rov/{axis}" for axis in axes], int(np.count_nonzero(run.time < start + 5.0)))
+
+
+def heard(bench: Bench, prefixes: list[str], count: int) -> None:
+    """Returns once these learners have heard so many values of their yaw rate."""
+    until = time.monotonic() + PATIENCE
+    for host in bench.hosts:
+        while host.keys.prefix in prefixes:
+            streams = host.watch.report(host.node).streams
+            if streams["yaw_rate"].received >= count:
+                break
+            assert time.monotonic() < until, f"{host.keys.prefix} does not hear what is sent: {streams}"
+            time.sleep(0.002)
 
 
 def reports(bench: Bench, axis: str) -> queue.Queue[wire.IterationReport]:
@@ -65,7 +80,7 @@ def reports(bench: Bench, axis: str) -> queue.Queue[wire.IterationReport]:
 
 def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartBench, run: Recording) -> None:
     bench = start(**THREE)
-    heard = {axis: reports(bench, axis) for axis in AXES_HERE}
+    published = {axis: reports(bench, axis) for axis in AXES_HERE}
     send(bench, run, AXES_HERE)
     for k, axis in enumerate(AXES_HERE):
         host = next(each for each in bench.hosts if each.keys.prefix == f"rov/{axis}")
@@ -76,13 +91,13 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
         assert coupled.inertia == learner.vehicle.inertia == MASS[PLACES[k]]
         wanted = {name: streams[name] for name in ("yaw_rate", "torque", *settings.channels)}
         samples, _ = synchronise(settings, wanted, None, coupled)
-        batch = heard[axis].get(timeout=PATIENCE).batch
+        batch = published[axis].get(timeout=PATIENCE).batch
         assert list(batch.damping) == samples.damping[:BATCH].tolist()
         assert set(batch.parts) == {DECLARED_INERTIA, CORIOLIS}
         assert np.std(batch.parts[CORIOLIS]) > 0.1 * np.std(np.sum(list(batch.parts.values()), axis=0))
         last = len(samples) // BATCH - 1
         for _ in range(last):
-            report = heard[axis].get(timeout=PATIENCE)
+            report = published[axis].get(timeout=PATIENCE)
         rate = np.linspace(*(host.node.served.model.trained_range or (0.0, 0.0)), 21)
         true = LINEAR[k] * rate + QUADRATIC[k] * rate * np.abs(rate)
         wrong = host.node.served.model.predict(rate).damping - true
@@ -96,28 +111,28 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
 
 def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recording) -> None:
     bench = start(**COMMON, prefix="rov/yaw", signals__channels=("surge",), health__stale_after=1000.0)
-    heard = reports(bench, "yaw")
+    published = reports(bench, "yaw")
     health = bench.health()
     (note,) = health.reasons
     assert health.level == "OK"
     assert "nothing brings it: channel sway; publish it" in note
     assert "Taken for zero in the vehicle's body" in text("rov/yaw", health, None)
-    send(bench, run, ("yaw",))
     surge = run.columns["surge"]
     for start_of in np.arange(0, surge.size, 100).tolist():
         part = slice(start_of, start_of + 100)
         payload = wire.measurement(tuple(run.time[part].tolist()), tuple(surge[part].tolist()))
         bench.session.put("rov/yaw/channel/surge", payload, congestion_control=zenoh.CongestionControl.BLOCK)
-    batch = heard.get(timeout=PATIENCE).batch
+    send(bench, run, ("yaw",))
+    batch = published.get(timeout=PATIENCE).batch
     assert not np.any(batch.parts[CORIOLIS])  # a product of surge with a sway of zero
     assert bench.health().reasons[-1] == note
 
 
 def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording, tmp_path: Path) -> None:
     first = start(**THREE, state=tmp_path)
-    heard = reports(first, "yaw")
+    published = reports(first, "yaw")
     send(first, run, AXES_HERE)
-    heard.get(timeout=PATIENCE)
+    published.get(timeout=PATIENCE)
     first.stop()
     revision = first.host.node.served.revision
     again = start(**THREE, state=tmp_path)
@@ -158,11 +173,11 @@ def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
     assert learner.signals.channels == ("roll",)
     assert coupled is not None
     assert (coupled.streams, coupled.missing) == (("roll",), ("pitch",))
-    time: Array = 0.05 * np.arange(1200, dtype=np.float64)
-    rate, roll = 0.3 * np.sin(0.5 * time), 0.4 * np.sin(0.2 * time)
+    at: Array = 0.05 * np.arange(1200, dtype=np.float64)
+    rate, roll = 0.3 * np.sin(0.5 * at), 0.4 * np.sin(0.2 * at)
     slow = slice(None, None, 10)  # roll comes at 2 Hz
-    torque = 12.0 * 0.15 * np.cos(0.5 * time) + 5.0 * rate - 30.0 * np.sin(roll)
-    streams = {"yaw_rate": (time, rate), "torque": (time, torque), "roll": (time[slow], roll[slow])}
+    torque = 12.0 * 0.15 * np.cos(0.5 * at) + 5.0 * rate - 30.0 * np.sin(roll)
+    streams = {"yaw_rate": (at, rate), "torque": (at, torque), "roll": (at[slow], roll[slow])}
     samples, _ = synchronise(learner.signal_settings(), streams, None, coupled)
     np.testing.assert_allclose(samples.damping, 5.0 * samples.yaw_rate, atol=0.05)
     np.testing.assert_allclose(samples.parts[RESTORING], -30.0 * np.sin(0.4 * np.sin(0.2 * samples.time)), atol=0.1)
