@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 CHANCE = 0.05
-"""That a learner ever takes an effect for proven which does not foretell better, however long it runs: what the proof is
-designed for; its conditions are in incsvr/bets.py."""
+"""That a learner ever takes an effect for proven which does not foretell better, however long it runs: what the proof
+is designed for; its conditions are in incsvr/bets.py."""
 REFUSED = 0.05
 """Chance that an effect is refused early which does foretell better; one that is there is found again."""
 WITHDRAWN = 1e-3
