@@ -72,7 +72,7 @@ def _tracing(subject: Learner) -> bool:
 
 
 def _ask(subject: Learner, waited: dict[bool, list[float]]) -> None:
-    """Fifty questions, counted where a trace was beside all of them, or beside none, and the learner learned nothing."""
+    """Fifty questions, counted where nothing was learned meanwhile and a trace was beside all of them, or none."""
     iteration, before, times = subject.health().iteration, _tracing(subject), list[float]()
     for _ in range(50):
         began = time.perf_counter()
