@@ -20,7 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 from incsvr.errors import BadInput
 from service.certificates import VALID, Pair, authority, loaded, signed
 from service.output import add_json_argument, emit
-from service.roles import CLIENTS, LEARNER, ROLES, access_control
+from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
 from service.sections import Prefix
 from service.session import client_settings, listener_settings
 
@@ -37,6 +37,36 @@ class Place:
     used_in: Path
     endpoint: str
     prefixes: tuple[str, ...]
+    shared: bool = False
+    """Whether a router of its own listens, which several vehicles share."""
+
+    @property
+    def vehicles(self) -> dict[str, list[str]]:
+        """The prefixes of each vehicle at a shared router: a vehicle is called as its prefixes begin."""
+        named: dict[str, list[str]] = {}
+        for prefix in self.prefixes:
+            named.setdefault(prefix.split("/")[0], []).append(prefix)
+        return named
+
+    @property
+    def listener(self) -> str:
+        return ROUTER if self.shared else LEARNER
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """All for whom there are keys."""
+        return (ROUTER, *self.vehicles, *WATCHING) if self.shared else ROLES
+
+    def may(self, role: str) -> tuple[str, ...]:
+        """What a role may do, in words."""
+        if self.shared and role in self.vehicles:
+            return (f"do everything below {' and '.join(self.vehicles[role])}",)
+        return CLIENTS.get(role, ("listen", "relay") if role == ROUTER else ("listen", "answer", "publish"))
+
+    def sentence(self, role: str) -> str:
+        if role == self.listener:
+            return "it listens and relays." if self.shared else "it listens, answers and publishes."
+        return f"it may {', '.join(self.may(role))}."
 
     def used(self, name: str) -> str:
         """The path of a file as a Zenoh file names it."""
@@ -52,7 +82,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the keys begin with it (leng/yaw); again for further learners",
     )
     parser.add_argument(
-        "--role", choices=ROLES, action="append", help="this role alone, with the authority that is there; repeatable"
+        "--role", metavar="ROLE", action="append",
+        help=f"this role alone, with the authority that is there; repeatable; of {', '.join(ROLES)}; with --router a "
+        f"vehicle, {ROUTER} or {' or '.join(WATCHING)}",
+    )  # fmt: skip
+    parser.add_argument(
+        "--router",
+        action="store_true",
+        help="for a router that several vehicles share: each vehicle, called as its --prefix begins, has keys of its "
+        "own and may use nothing but its own prefix",
     )
     parser.add_argument(
         "--listen", metavar="ENDPOINT", default=ENDPOINT, help=f"where the learner is met (default {ENDPOINT})"
@@ -73,7 +111,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     prefixes = tuple(_prefix(text) for text in args.prefix or ["leng/yaw"])
     folder = args.folder.absolute()
-    place = Place(folder, (args.place or folder).absolute(), args.listen, prefixes)
+    place = Place(folder, (args.place or folder).absolute(), args.listen, prefixes, args.router)
+    _check_roles(place, args.role or ())
     hosts = tuple(dict.fromkeys((_host(args.listen), *args.name, *LOOPBACK)))
     try:
         made = make(place, hosts, args.role, owner=args.owner, replace=args.replace)
@@ -86,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
         "prefixes": list(prefixes),
         "listen": place.endpoint,
         "hosts": list(hosts),
-        "roles": {role: {"zenoh_file": place.used(f"{role}.json5"), "may": list(_may(role))} for role in made},
+        "roles": {role: {"zenoh_file": place.used(f"{role}.json5"), "may": list(place.may(role))} for role in made},
     }
     emit(args, result, _summary(place, made))
     return 0
@@ -100,7 +139,7 @@ def make(
     Raises:
         BadInput: something is there already, the authority is damaged, or the owner is not possible.
     """
-    roles = tuple(role for role in ROLES if only is None or role in only)
+    roles = tuple(role for role in place.roles if only is None or role in only)
     folder = place.folder
     there = (folder / "ca.pem").exists() or (folder / "ca.key").exists()
     if there and only is None and not replace:
@@ -119,7 +158,7 @@ def make(
         _write(folder / "ca.key", by.key_pem, SECRET)
         _write(folder / "ca.pem", by.certificate_pem, PUBLIC)
     for role in roles:
-        pair = signed(by, role, hosts, server=role == LEARNER)
+        pair = signed(by, role, hosts, server=role == place.listener)
         _write(folder / f"{role}.key", pair.key_pem, SECRET, owner)
         _write(folder / f"{role}.pem", pair.certificate_pem, PUBLIC)
         _write(folder / f"{role}.json5", zenoh_file(role, place).encode(), PUBLIC)
@@ -128,7 +167,7 @@ def make(
 
 def zenoh_file(role: str, place: Place) -> str:
     """What a program in this role gives to Zenoh, as the text of a JSON5 file."""
-    of = "listen" if role == LEARNER else "connect"
+    of = "listen" if role == place.listener else "connect"
     tls = {
         "root_ca_certificate": place.used("ca.pem"),
         f"{of}_certificate": place.used(f"{role}.pem"),
@@ -136,12 +175,14 @@ def zenoh_file(role: str, place: Place) -> str:
         "enable_mtls": True,
         "verify_name_on_connect": True,
     }
-    settings = listener_settings(place.endpoint) if role == LEARNER else client_settings(place.endpoint)
+    settings = listener_settings(place.endpoint) if role == place.listener else client_settings(place.endpoint)
     # Only TLS: without this a plain TCP endpoint could be added by mistake.
     settings["transport"]["link"] |= {"protocols": ["tls"], "tls": tls}
-    if role == LEARNER:
+    if role == ROUTER:
+        settings["access_control"] = shared_access(place.vehicles)
+    elif role == LEARNER:
         settings["access_control"] = access_control(place.prefixes)
-    head = f"// The {role} of {', '.join(place.prefixes)}, made by `incsvr keys`: {_sentence(role)}\n"
+    head = f"// The {role} of {', '.join(place.prefixes)}, made by `incsvr keys`: {place.sentence(role)}\n"
     return head + _short_lists(json.dumps(settings, indent=2)) + "\n"
 
 
@@ -150,12 +191,14 @@ def _short_lists(text: str) -> str:
     return re.sub(r"\[\s+([^][{}]+?)\s+\]", lambda found: f"[{re.sub(chr(10) + ' +', ' ', found[1])}]", text)
 
 
-def _sentence(role: str) -> str:
-    return "it listens, answers and publishes." if role == LEARNER else f"it may {', '.join(_may(role))}."
-
-
-def _may(role: str) -> tuple[str, ...]:
-    return CLIENTS.get(role, ("listen", "answer", "publish"))
+def _check_roles(place: Place, only: Sequence[str]) -> None:
+    """Raises BadInput where a role is unknown, or a vehicle is called as something else is."""
+    taken = sorted({ROUTER, "ca", *ROLES} & set(place.vehicles)) if place.shared else []
+    if taken:
+        raise BadInput(f"--router: no vehicle may be called {taken[0]}; begin its --prefix with another name")
+    unknown = [role for role in only if role not in place.roles]
+    if unknown:
+        raise BadInput(f"--role {unknown[0]}: there is no such role; choose from {', '.join(place.roles)}")
 
 
 def _authority(folder: Path) -> Pair:
@@ -214,14 +257,23 @@ def _summary(place: Place, roles: Sequence[str]) -> str:
     years = VALID.days // 365
     lines = [f"{place.folder}: keys for {', '.join(place.prefixes)} at {place.endpoint}, good for {years} years"]
     width = max(len(role) for role in roles)
-    lines += [f"  {role:{width}}  {_sentence(role)}" for role in roles]
+    lines += [f"  {role:{width}}  {place.sentence(role)}" for role in roles]
     lines.append("Of each role there are a key (.key), a certificate (.pem) and a Zenoh file (.json5) that names both.")
     lines.append("A key can be read by its owner alone.")
-    if LEARNER in roles and (place.folder / f"{LEARNER}.key").stat().st_uid == 0:
-        lines[-1] = "Only root can read the keys. A unit of another user needs --role learner --owner USER --replace."
+    if place.listener in roles and (place.folder / f"{place.listener}.key").stat().st_uid == 0:
+        lines[-1] = (
+            f"Only root can read the keys. A unit of another user needs --role {place.listener} --owner USER --replace."
+        )
     if LEARNER in roles:
         lines.append(f"The learner:  incsvr serve --set bus.zenoh_file={place.used('learner.json5')}")
-    clients = [role for role in roles if role != LEARNER]
+    if ROUTER in roles:
+        lines.append(f"The router:   zenohd --config {place.used('router.json5')}")
+    lines += [
+        f"A vehicle:    incsvr serve --set prefix={prefixes[0]} --set bus.zenoh_file={place.used(f'{vehicle}.json5')}"
+        for vehicle, prefixes in list(place.vehicles.items())[:1]
+        if place.shared and vehicle in roles
+    ]
+    clients = [role for role in roles if role in CLIENTS]
     if clients:
         lines.append(f"A client:     incsvr query 0.1 --set bus.zenoh_file={place.used(f'{clients[-1]}.json5')}")
         lines.append("A client's machine needs ca.pem and the three files of its role, in the same folder.")

@@ -6,11 +6,11 @@ to a client (egress). What no action names is denied. A role is the common name 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-LEARNER = "learner"
+LEARNER, ROUTER = "learner", "router"
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,42 @@ CLIENTS: dict[str, tuple[str, ...]] = {
 ROLES = (LEARNER, *CLIENTS)
 
 
-def access_control(prefixes: Sequence[str]) -> dict[str, Any]:
+WATCHING = ("viewer", "operator")
+"""The roles ashore, at a router that vehicles share: on each vehicle its own name is its role."""
+
+EVERYTHING = (
+    "put", "delete", "query", "reply", "declare_subscriber", "declare_queryable", "liveliness_token",
+    "liveliness_query", "declare_liveliness_subscriber",
+)  # fmt: skip
+"""Messages of a vehicle at its own keys, to and from it."""
+
+
+def shared_access(vehicles: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """The section `access_control` of a router that vehicles share.
+
+    Args:
+        vehicles: of each, by the common name of its certificate, the prefixes below which it may do everything.
+    """
+    ashore = access_control([prefix for prefixes in vehicles.values() for prefix in prefixes], WATCHING)
+    own = [
+        {
+            "id": f"{vehicle}: its own keys",
+            "permission": "allow",
+            "flows": ["ingress", "egress"],
+            "messages": list(EVERYTHING),
+            "key_exprs": [key for prefix in prefixes for key in (f"{prefix}/**", f"{prefix}/*/@adv/**")],
+        }
+        for vehicle, prefixes in vehicles.items()
+    ]
+    return ashore | {
+        "rules": ashore["rules"] + own,
+        "subjects": ashore["subjects"] + [{"id": name, "cert_common_names": [name]} for name in vehicles],
+        "policies": ashore["policies"]
+        + [{"subjects": [name], "rules": [rule["id"]]} for name, rule in zip(vehicles, own, strict=True)],
+    }
+
+
+def access_control(prefixes: Sequence[str], clients: Sequence[str] = tuple(CLIENTS)) -> dict[str, Any]:
     """The section `access_control` of the learner's Zenoh file, for keys below these prefixes."""
     rules = []
     named: dict[str, list[str]] = {}
@@ -96,9 +131,9 @@ def access_control(prefixes: Sequence[str]) -> dict[str, Any]:
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": [{"id": role, "cert_common_names": [role]} for role in CLIENTS],
+        "subjects": [{"id": role, "cert_common_names": [role]} for role in clients],
         "policies": [
-            {"subjects": [role], "rules": [name for action in actions for name in named[action]]}
-            for role, actions in CLIENTS.items()
+            {"subjects": [role], "rules": [name for action in CLIENTS[role] for name in named[action]]}
+            for role in clients
         ],
     }
