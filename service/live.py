@@ -207,8 +207,13 @@ class LiveTracing:
         """As before, but for what the same data would only fail at again: the next try is on fresh data."""
         work, newest = self._work
         trace = work == "trace"
-        self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
+        if not trace and before.shadow is not None and before.overdue(newest, self._config.tracing.window):
+            names = self._effects(before.shadow).compensation.names
+            self._take_up(before.after_proof(newest, "refused"))
+            self._note(node.served.revision, newest, "refused", f"unproven within half a window; {told}", *names)
+            return
+        self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
         if trace and _last(before, [RESIDUAL]) == "failed":  # a vehicle that lies still fails each time
             log.info("%s: %s", self._config.prefix, told)
             return

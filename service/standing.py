@@ -120,6 +120,11 @@ class Standing:
             return replace(self, shadow=None, traced=newest)
         return replace(self, shadow=found, traced=newest, fresh=newest, suspicions=self.suspicions + 1)
 
+    def overdue(self, newest: float, window: float) -> bool:
+        """Whether half a window passed since the trace of what is suspected: the data before it are going, and a proof
+        that could not be made by then cannot be made."""
+        return self.shadow is not None and newest >= float(self.shadow.get("until", newest)) + TRIAL_PART * window
+
     def after_proof(self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None) -> Standing:
         """A proof of what is tried, on data up to `newest` [s], ended; `compared` is what it is in plain words."""
         if self.tried is None:

@@ -96,3 +96,10 @@ def test_the_history_is_bounded_and_all_survives_a_restart_to_the_byte() -> None
         standing = standing.noted({"step": "not white", "why": "p = 0", "t": float(t)})
     assert [step["t"] for step in standing.history] == [float(t) for t in range(STEPS, 2 * STEPS)]
     assert Standing.from_dict(json.loads(json.dumps(standing.to_dict()))) == standing
+
+
+def test_what_cannot_be_proven_within_half_a_window_is_overdue() -> None:
+    shadow = Standing().after_trace(900.0, {**LAG, "until": 900.0})
+    assert not shadow.overdue(1349.0, WINDOW)
+    assert shadow.overdue(1350.0, WINDOW)
+    assert not Standing().overdue(1350.0, WINDOW)
