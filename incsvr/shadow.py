@@ -158,8 +158,10 @@ def _taught(
     """
     samples, _ = synchronise(signals, streams, effects)
     state = learner.start(settings)
-    for first in range(0, len(samples) - settings.batch + 1, settings.batch):
-        state, _ = learner.step(settings, state, samples.take(slice(first, first + settings.batch)))
+    # slow commands give few samples: less than a batch is one, if it holds as many as there may be vectors
+    size = min(settings.batch, max(len(samples), settings.capacity))
+    for first in range(0, len(samples) - size + 1, size):
+        state, _ = learner.step(settings, state, samples.take(slice(first, first + size)))
     if state.model.trained_range is None:
         raise BadInput(f"{len(samples)} samples came before the fresh data, too few to learn the damping from")
     low, high = state.model.trained_range
