@@ -2,7 +2,8 @@
 
 A learner in a process of its own hears Leng's training runs as fast as it takes them; each quarter of the window that
 comes begins a trace. Questions for the damping are asked one after the other; those during which the tracing process
-lived from beginning to end, and those without one, are counted apart.
+lived from beginning to end, and those without one, are counted apart; those during which the learner learned are not
+counted.
 
     python -m benchmarks.live_queries
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -26,7 +27,8 @@ from simulator.online import samples_of
 from tests.incsvr.learning import batches, rms, run, stream
 
 OTHERS = ("surge", "sway")
-POLICIES = ("paper", "weighted")
+Policy = Literal["paper", "weighted"]
+POLICIES: tuple[Policy, ...] = ("paper", "weighted")
 
 
 @cache
@@ -40,8 +42,8 @@ def vehicle(seed: int = 910103) -> tuple[planar.Planar, Samples, Samples]:
 
 
 @cache
-def learned(policy: str, others: tuple[str, ...] = OTHERS, capacity: int = 60) -> tuple[State, list[Iteration]]:
-    return run(Settings(policy=policy, others=others, capacity=capacity), vehicle()[1])  # type: ignore[arg-type]
+def learned(policy: Policy, others: tuple[str, ...] = OTHERS, capacity: int = 60) -> tuple[State, list[Iteration]]:
+    return run(Settings(policy=policy, others=others, capacity=capacity), vehicle()[1])
 
 
 def truth(samples: Samples) -> Array:
@@ -140,16 +142,16 @@ def test_a_sample_is_near_where_it_is_near_in_every_velocity() -> None:
 
 
 @pytest.mark.parametrize("policy", POLICIES)
-def test_an_outlier_is_thrown_out(policy: str) -> None:
+def test_an_outlier_is_thrown_out(policy: Policy) -> None:
     state, _ = learned(policy)
     batch = vehicle()[2].take(slice(100, 150))
     wild = replace(batch, damping=batch.damping + np.where(np.arange(50) == 20, 150.0, 0.0))
-    _, iteration = step(Settings(policy=policy, others=OTHERS), state, wild)  # type: ignore[arg-type]
+    _, iteration = step(Settings(policy=policy, others=OTHERS), state, wild)
     assert batch.time[20] in iteration.outliers.time
 
 
 @pytest.mark.parametrize("policy", POLICIES)
-def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: str) -> None:
+def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: Policy) -> None:
     unseen = vehicle()[2]
     surface, curve = (learned(policy, others)[0].model for others in (OTHERS, ()))
     said = surface.at(unseen)
@@ -163,7 +165,7 @@ def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: str) -
 
 
 @pytest.mark.parametrize("policy", POLICIES)
-def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: str) -> None:
+def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) -> None:
     model = learned(policy)[0].model
     assert model.several is not None
     known = model.several.velocity[:5]
@@ -177,8 +179,8 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: str) -> 
 
 
 @pytest.mark.parametrize("policy", POLICIES)
-def test_a_state_goes_on_through_json_to_the_bit(policy: str) -> None:
-    settings, samples = Settings(policy=policy, others=("sway", "surge")), vehicle()[1]  # type: ignore[arg-type]
+def test_a_state_goes_on_through_json_to_the_bit(policy: Policy) -> None:
+    settings, samples = Settings(policy=policy, others=("sway", "surge")), vehicle()[1]
     state, _ = run(settings, samples.take(slice(0, 200)))
     read = State.from_dict(json.loads(json.dumps(state.to_dict(), allow_nan=False)))
     for batch in batches(samples.take(slice(200, 350))):
