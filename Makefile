@@ -41,8 +41,9 @@ bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
 	cat benchmarks/results/bench.txt
 
-trace-table: .venv/ready  ## noise shared between water and torque, then all of it in the torque
+trace-table: .venv/ready  ## a torque that is the command, one that is measured, and all noise in its sensor
 	$(BIN)/python -m benchmarks.trace_table
+	$(BIN)/python -m benchmarks.trace_table --noise measured
 	$(BIN)/python -m benchmarks.trace_table --noise torque
 
 ablation: .venv/ready  ## what each rule of the tracer earns

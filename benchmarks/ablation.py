@@ -2,8 +2,8 @@
 
     python -m benchmarks.ablation [--first-seed N] [--every K] [--rules NAME…] [--processes N]
 
-The same recordings every time: the trial simulator with its noise shared between water and torque, and with all of it
-in the torque, and the second simulator, which shares no line with the first. A rule is taken out by putting what it
+The same recordings every time: the trial simulator with a torque that is the command, that is measured, and with all
+noise in the torque's sensor, and the second simulator, which shares no line with the first. A rule is taken out by putting what it
 does where it finds nothing in its place. Writes results/ablation.json and .md.
 """
 
@@ -39,6 +39,7 @@ from incsvr.tracing.weak.posing import pose
 from service.progress import progress
 from simulator import trial
 from simulator.recordings import Recording
+from simulator.trial import TorqueNoise
 
 RESULTS = Path(__file__).parent / "results"
 FIRST_SEED = 820_000
@@ -46,7 +47,7 @@ FIRST_SEED = 820_000
 OWN = {"one": 40, "half": 20, "two": 20, "quiet": 24}
 SECOND = {"one": 36, "quiet": 14}
 """Cases of each group, drawn from every cell."""
-NOISES = ("shared", "torque")
+NOISES: tuple[TorqueNoise, ...] = ("commanded", "measured", "torque")
 AS_IT_IS = "as it is"
 
 Patch = tuple[str, str, Any]
@@ -142,8 +143,9 @@ def _played(case: Case) -> tuple[Recording, float, Sequence[str], str]:
         played = second_cases.play(other)
         return played.recording, played.inertia, other.effects, other.torque
     own = trace_cases.case(case.group, case.index, case.seed)
-    outcome = trial.play(replace(own, noise="shared" if case.simulator == "shared" else "torque"))
-    return outcome.recording, outcome.inertia, own.effects, "measured"
+    noise = next(noise for noise in NOISES if noise == case.simulator)
+    outcome = trial.play(replace(own, noise=noise))
+    return outcome.recording, outcome.inertia, own.effects, "commanded" if noise == "commanded" else "measured"
 
 
 def right(record: Mapping[str, Any]) -> bool:

@@ -15,7 +15,15 @@ from benchmarks.trace_judge import GOOD, VERDICTS
 from simulator.trial_command import EXCITATIONS
 
 Record = dict[str, Any]
-NOISE = {"shared": "noise in water and sensors", "torque": "all noise in the torque's sensor and the gyro"}
+NOISE = {
+    "commanded": "a torque that is the command as it was given, 10, 20 or 40 times a second, in two of five recordings "
+    "rounded to 1 to 2.5 % of the full torque; all noise of the residual in the water",
+    "measured": "a torque that is measured, with white noise, 1 % outliers and often coarse steps; what lasts of the "
+    "residual's noise in the water",
+    "torque": "a torque that is measured, with all noise of the residual in its sensor, also what lasts, as in "
+    "textbooks and on no vehicle; 1 % outliers and often coarse steps",
+}
+"""What the torque is, and where the noise is (simulator/trial_sensors.py)."""
 INVISIBLE = 20.0
 """Expected evidence below which the hidden effect is not in the data, for a reader who knows its shape and parameters.
 
@@ -30,11 +38,11 @@ def report(document: dict[str, Any]) -> str:
         "# What the tracer names when something is hidden",
         f"Made by `{document['command']}` on {document['date']}, seeds from {document['first_seed']}, "
         f"{len(records)} of {document['planned']} planned recordings of {records[0]['duration'] / 60:.0f} minutes "
-        f"at about 20 Hz, traced in {document['minutes']} minutes.",
+        f"with a gyro at about 20 Hz, traced in {document['minutes']} minutes.",
         "The vehicles come from `simulator/trial.py`, which shares nothing with the tracer: drag that is no "
-        f"polynomial, {NOISE[records[0]['noise']]}, streams on their own clocks, coarse torque, 1 % outliers, idle "
-        "channels. Noise: 3.5 % of the full torque (3.5 N m at the paper's scale), residual autocorrelation over "
-        "0.05 s as given, in trials with effects 0, 0.5 or 0.9.",
+        f"polynomial; {NOISE[records[0]['noise']]}; a noisy gyro, which the controller in closed loop sees, too; in "
+        "half of the recordings streams on their own clocks; idle channels. Noise: 3.5 % of the full torque (3.5 N m "
+        "at the paper's scale), residual autocorrelation over 0.05 s as given, in trials with effects 0, 0.5 or 0.9.",
         _summary(records),
         "\n".join(f"- {name}: {meaning}." for name, meaning in VERDICTS.items()),
         f"Invisible: trials whose evidence is below {INVISIBLE:g} for a reader who knows the effect's shape and "

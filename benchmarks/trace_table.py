@@ -1,6 +1,7 @@
 """The tracer's confusion matrix and its false alarms, beside its peers on the same recordings.
 
-`make trace-table`, or `python -m benchmarks.trace_table --only one:10007` for one case again.
+`make trace-table`, or `python -m benchmarks.trace_table --only one:10007` for one case again. `--noise` says what the
+torque is and where the noise is (simulator/trial.py); each of the three has a table of its own.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import random
 import shlex
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -27,12 +28,19 @@ from benchmarks import peers
 from benchmarks.trace_cases import GROUPS, case
 from benchmarks.trace_judge import judge
 from benchmarks.trace_report import report
+from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
-from simulator.trial import Outcome, Trial, play
+from simulator.trial import Outcome, TorqueNoise, Trial, play
 
 RESULTS = Path(__file__).parent / "results"
+TABLES: Mapping[TorqueNoise, str] = {
+    "commanded": "trace_table",
+    "measured": "trace_table_measured",
+    "torque": "trace_table_torque",
+}
+"""Where the trials with each kind of noise are told: names of the two files."""
 FIRST_SEED = 10_000
 """Seeds from here on are for the published table alone; whoever improves the tracer tries it on smaller ones."""
 
@@ -50,7 +58,7 @@ def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
     began = time.process_time()
     failure, answer = None, dict[str, Any]()
     try:
-        answer = traced(run, outcome.inertia).to_dict()
+        answer = traced(outcome).to_dict()
     except Exception as error:  # a crash is a result too, and the other trials go on
         failure = f"{type(error).__name__}: {error}"
     seconds = time.process_time() - began
@@ -73,7 +81,7 @@ def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
     }
     if in_depth and trial.effects:
         twin = play(replace(trial, size=0.0))
-        record["twin"] = traced(as_run(twin), twin.inertia).to_dict()["error"]["before"]
+        record["twin"] = traced(twin).to_dict()["error"]["before"]
     if in_depth:
         problem = peers.terms(run, outcome.inertia)
         record["peers"] = {}
@@ -83,9 +91,14 @@ def examine(group: str, trial: Trial, in_depth: bool) -> dict[str, Any]:
     return record
 
 
-def traced(run: Run, inertia: float) -> Trace:
-    """The trials' torque is measured: its sensor has noise, and their controller sees the true rate."""
-    return trace([run], inertia=inertia, torque="measured")
+def traced(outcome: Outcome) -> Trace:
+    """What the tracer finds, who is told whether the torque is a command."""
+    return trace([as_run(outcome)], inertia=outcome.inertia, torque=torque_kind(outcome.trial.noise))
+
+
+def torque_kind(noise: TorqueNoise) -> TorqueKind:
+    """What the torque of trials with this noise is."""
+    return "commanded" if noise == "commanded" else "measured"
 
 
 def as_run(outcome: Outcome) -> Run:
@@ -138,9 +151,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", type=int, default=200, help="trials with nothing hidden (default: %(default)s)")
     parser.add_argument(
         "--noise",
-        choices=("shared", "torque"),
-        default="shared",
-        help="all of it in the torque, or shared with the water",
+        choices=list(TABLES),
+        default="commanded",
+        help="the torque is the command; it is measured; or all noise is in its sensor (default: %(default)s)",
     )
     parser.add_argument("--minutes", type=float, default=12.0, help="length of a recording (default: %(default)s)")
     parser.add_argument(
@@ -155,7 +168,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Writes trace_table.json and trace_table.md; …_torque.… with all noise in the torque."""
+    """Writes the two files of the table."""
     if args.only:
         group, _, seed = args.only.partition(":")
         trial = case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes)
@@ -188,7 +201,7 @@ def run(args: argparse.Namespace) -> int:
     text = report(document)
     lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
     head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
-    name = "trace_table" if args.noise == "shared" else "trace_table_torque"
+    name = TABLES[args.noise]
     (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
     (args.out / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)

@@ -20,10 +20,16 @@ from simulator.recordings import Recording, Streams, from_streams
 from simulator.trial_channels import CHANNELS, channel, frequency, sensor_noise
 from simulator.trial_command import command
 from simulator.trial_sensors import PERIOD, Noise, Recorder
-from simulator.trial_vehicle import DRAGS, SCALES, STEP, Motion, drag, move
+from simulator.trial_vehicle import DRAGS, SCALES, STEP, Gyro, Motion, drag, move
 
 NOISE = 0.035
 """Deviation of the residual's noise in full torques: 3.5 N m at the paper's scale."""
+
+
+TorqueNoise = Literal["commanded", "measured", "torque"]
+
+HOLDS = (1, 2, 4)
+"""Integration steps for which a command stands: 40, 20 or 10 Hz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +44,9 @@ class Trial:
         excitation: one of simulator.trial_command.EXCITATIONS.
         autocorrelation: of the residual's noise over 0.05 s.
         duration: [s].
-        noise: where it is: "shared" between the water and the torque's sensor, or all of it in the "torque".
+        noise: what the torque is, and where the noise of the residual is. "commanded": the commands as they were given,
+            all noise in the water; "measured": what lasts is in the water, and the torque's sensor is white; "torque":
+            all of it in the torque's sensor, as in textbooks and on no vehicle.
     """
 
     seed: int
@@ -48,7 +56,7 @@ class Trial:
     excitation: str = "telegraph"
     autocorrelation: float = 0.0
     duration: float = 720.0
-    noise: Literal["shared", "torque"] = "shared"
+    noise: TorqueNoise = "measured"
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +95,8 @@ def play(trial: Trial) -> Outcome:
     noise = Noise.drawn(total, trial.autocorrelation, for_water)
     if trial.noise == "torque":
         noise = Noise.in_the_torque(total, trial.autocorrelation)
+    elif trial.noise == "commanded":
+        noise = Noise.in_the_water(total, trial.autocorrelation)
     hold = round(PERIOD / STEP)
     water = np.repeat(noise.water(-(-steps // hold), for_water), hold)[:steps]
     channels = _channels(trial, ticks, scale, for_channels)
@@ -98,15 +108,18 @@ def play(trial: Trial) -> Outcome:
         own = np.random.default_rng([trial.seed, zlib.crc32(name.encode())])
         physics, truth[name] = named(name)(physics, Circumstances(scale, trial.size, own, ticks, channels))
     heading = float(for_vehicle.uniform(-np.pi, np.pi)) if "tether" not in trial.effects else 0.0
-    motion = move(physics, command(trial.excitation, scale, ticks, for_command), water, heading)
+    asked = command(trial.excitation, scale, ticks, for_command, int(for_command.choice(HOLDS)))
+    recorder = Recorder.drawn(scale, noise, for_sensors)
+    gyro = recorder.gyro(trial.duration - STEP, for_sensors)
+    motion = move(physics, asked, water, heading, gyro=gyro)
 
     damping = np.array([plain.drag(rate) for rate in motion.yaw_rate.tolist()])
     lacking = scale.inertia * motion.acceleration - (motion.command - damping + water)
-    recorder = Recorder.drawn(scale, noise, for_sensors)
+    streams = _record(trial, motion, gyro, asked.hold, channels, recorder, noise, for_sensors)
     return Outcome(
         trial=trial,
         inertia=scale.inertia,
-        recording=from_streams(f"trial_{trial.seed}", _record(trial, motion, channels, recorder, noise, for_sensors)),
+        recording=from_streams(f"trial_{trial.seed}", streams),
         truth=truth,
         lacking=lacking,
         evidence=_evidence(lacking, motion.yaw_rate, noise, recorder, scale),
@@ -125,13 +138,15 @@ def _channels(trial: Trial, ticks: Array, scale: Scale, random: np.random.Genera
 def _record(
     trial: Trial,
     motion: Motion,
+    gyro: Gyro,
+    hold: int,
     channels: dict[str, Array],
     recorder: Recorder,
     noise: Noise,
     random: np.random.Generator,
 ) -> Streams:
     """The streams as the recorder gets them; a generator for each, so that none depends on which others there are."""
-    names = ("yaw_rate", "torque", "heading", *CHANNELS)
+    names = ("torque", "heading", *CHANNELS)
     draws = dict(zip(names, random.spawn(len(names)), strict=True))
     end = trial.duration
     ticks = np.arange(2 * motion.time.size + 1) * STEP / 2
@@ -140,11 +155,12 @@ def _record(
         time = recorder.stamps(end - STEP, often, draws[name])
         return time, np.interp(time, clock, source), draws[name]
 
-    time, values, draw = sampled("yaw_rate", 20.0, motion.yaw_rate, motion.time)
-    streams: Streams = {"yaw_rate": (time, recorder.yaw_rate(values, draw))}
-    often = float(random.choice([10.0, 20.0, 25.0]))
-    time, values, draw = sampled("torque", often, motion.command, motion.time)
-    streams["torque"] = (time, recorder.torque(time, values, noise.total, draw))
+    streams: Streams = {"yaw_rate": (gyro.time, gyro.seen(motion))}
+    if trial.noise == "commanded":
+        streams["torque"] = recorder.commanded_torque(motion, hold, draws["torque"])
+    else:
+        time, values, draw = sampled("torque", float(random.choice([10.0, 20.0, 25.0])), motion.command, motion.time)
+        streams["torque"] = (time, recorder.measured_torque(time, values, noise.total, draw))
     if random.random() < 0.8:
         time, values, draw = sampled("heading", 10.0, motion.heading, motion.time)
         streams["heading"] = (time, recorder.heading(values, draw))

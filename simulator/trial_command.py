@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,17 @@ class Command:
         table: one value a tick, N m in open loop, rad/s in closed loop.
         proportional, integral: the controller's gains [N m s/rad], [N m/rad]; zero in open loop.
         limit: the largest moment that may be asked [N m].
+        hold: integration steps for which a command stands; 0 for a table that runs on continuously.
     """
 
     table: list[float]
     proportional: float = 0.0
     integral: float = 0.0
     limit: float = math.inf
+    hold: int = 0
 
     def at(self, tick: int, rate: float, integrated: float) -> tuple[float, float]:
-        """The moment [N m] and the slope of the controller's integrated error [rad/s]."""
+        """The moment [N m] when the gyro shows this rate, and the slope of the integrated error [rad/s]."""
         if not self.proportional:
             return self.table[tick], 0.0
         error = self.table[tick] - rate
@@ -42,7 +44,7 @@ class Command:
         return asked, error
 
 
-def command(kind: str, scale: Scale, time: Array, random: np.random.Generator) -> Command:
+def command(kind: str, scale: Scale, time: Array, random: np.random.Generator, hold: int = 0) -> Command:
     """An excitation of the given kind.
 
     Args:
@@ -50,14 +52,15 @@ def command(kind: str, scale: Scale, time: Array, random: np.random.Generator) -
         scale: the vehicle's; times are counted in its I r/τ.
         time: (ticks,) [s].
         random: draws amplitudes, periods and phases.
+        hold: integration steps for which a command stands; a controller needs one.
 
     Raises:
         KeyError: no such kind.
     """
     if kind == "closed_loop":
-        return _closed_loop(scale, time, random)
+        return replace(_closed_loop(scale, time, random), hold=hold)
     shape = {"sine": _sine, "multisine": _multisine, "telegraph": _telegraph, "steps": _steps, "chirp": _chirp}[kind]
-    return Command((scale.torque * shape(time / scale.time, random)).tolist())
+    return Command((scale.torque * shape(time / scale.time, random)).tolist(), hold=hold)
 
 
 def _sine(time: Array, random: np.random.Generator) -> Array:

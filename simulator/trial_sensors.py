@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.effects import Scale
 from simulator.effects.physics import Array
+from simulator.trial_vehicle import STEP, Gyro, Motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,11 @@ class Noise:
     def in_the_torque(total: float, autocorrelation: float) -> Noise:
         """All of it in the torque's sensor, as in a textbook: nothing but the thrust moves the vehicle."""
         return Noise(total, 0.0, 0.0, autocorrelation)
+
+    @staticmethod
+    def in_the_water(total: float, autocorrelation: float) -> Noise:
+        """All of it in the water: the torque is what was commanded."""
+        return Noise(total, 1.0, autocorrelation)
 
     @property
     def sensor(self) -> float:
@@ -111,8 +117,8 @@ class Recorder:
         jitter = period * random.choice([0.0, 0.05]) * random.uniform(-1, 1, count)
         return np.asarray(np.round(np.abs(random.uniform(0, period) + np.arange(count) * period + jitter), 4))
 
-    def torque(self, time: Array, command: Array, total: float, random: np.random.Generator) -> Array:
-        """The command as recorded: sensor noise, steps, one outlier in a hundred."""
+    def measured_torque(self, time: Array, command: Array, total: float, random: np.random.Generator) -> Array:
+        """The command as a sensor sees it: noise, steps, one outlier in a hundred."""
         values = command + self.torque_noise * _remembering(random.standard_normal(time.size), time, self.torque_memory)
         hit = random.random(time.size) < 0.01
         spike = total * random.uniform(5, 14, time.size) * random.choice([-1.0, 1.0], time.size)
@@ -120,13 +126,20 @@ class Recorder:
         values = np.where(hit, 0.0 if dropped else values + spike, values)
         return _stepped(values, self.torque_step)
 
-    def yaw_rate(self, rate: Array, random: np.random.Generator) -> Array:
-        """The gyro."""
-        values = rate + self.gyro_noise * random.standard_normal(rate.size)
+    def commanded_torque(self, motion: Motion, hold: int, random: np.random.Generator) -> tuple[Array, Array]:
+        """The commands as they were given, each stamped when it arrived in the log."""
+        latency = 0.02 * STEP * hold * np.abs(random.standard_normal(-(-motion.time.size // hold)))
+        time = motion.time[::hold] + (np.minimum(latency, 0.2 * STEP * hold).round(4) if self.apart else 0.0)
+        return time, _stepped(motion.command[::hold], self.torque_step)
+
+    def gyro(self, end: float, random: np.random.Generator) -> Gyro:
+        """When the gyro samples until `end` [s], and what it is off."""
+        time = self.stamps(end, 20.0, random)
+        error = self.gyro_noise * random.standard_normal(time.size)
         if self.spikes:
-            hit = random.random(rate.size) < 1 / 300
-            values = np.where(hit, values + self.scale.rate * random.uniform(-0.4, 0.4, rate.size), values)
-        return _stepped(values, self.gyro_step)
+            hit = random.random(time.size) < 1 / 300
+            error = np.where(hit, error + self.scale.rate * random.uniform(-0.4, 0.4, time.size), error)
+        return Gyro(time, error, self.gyro_step)
 
     def heading(self, heading: Array, random: np.random.Generator) -> Array:
         """The compass."""

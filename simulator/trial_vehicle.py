@@ -145,7 +145,34 @@ class Onset:
         return math.copysign(math.sqrt(abs(moment)), moment) if self.physics.rotor_speed else moment
 
 
-def move(physics: Physics, command: Command, water: Array, heading: float, onset: Onset | None = None) -> Motion:
+@dataclass(frozen=True, slots=True)
+class Gyro:
+    """When the gyro samples, and by how much each sample is off: what the log keeps is what a controller sees.
+
+    Attributes:
+        time: (m,) [s], increasing.
+        error: (m,) [rad/s].
+        step: its resolution [rad/s], 0 for none.
+    """
+
+    time: Array
+    error: Array
+    step: float = 0.0
+
+    def seen(self, motion: Motion) -> Array:
+        """(m,) the samples [rad/s]."""
+        values = np.interp(self.time, motion.time, motion.yaw_rate) + self.error
+        return np.asarray(np.round(values / self.step) * self.step if self.step else values)
+
+
+def move(
+    physics: Physics,
+    command: Command,
+    water: Array,
+    heading: float,
+    onset: Onset | None = None,
+    gyro: Gyro | None = None,
+) -> Motion:
     """Integrates the vehicle from rest.
 
     Args:
@@ -154,6 +181,7 @@ def move(physics: Physics, command: Command, water: Array, heading: float, onset
         water: (n,) the moment of the water's noise in each step [N m].
         heading: ψ at the start [rad].
         onset: what comes on under way; None for nothing.
+        gyro: what a controller sees.
 
     Returns:
         the motion at the n steps.
@@ -161,49 +189,54 @@ def move(physics: Physics, command: Command, water: Array, heading: float, onset
     respond = response(physics)
     late = physics.delay / STEP
     asked: list[float] = []
+    held = command.hold > 0
 
     def delayed(tick: int) -> float:
-        """The command of `delay` ago, linear between steps; before the start it is the first."""
+        """The command of `delay` ago, linear between steps where it runs on; before the start it is the first."""
         position = tick / 2 - late
         if position <= 0:
             return asked[0]
         step = min(int(position), len(asked) - 1)
         after = asked[min(step + 1, len(asked) - 1)]
-        return asked[step] + (position - step) * (after - asked[step])
+        return asked[step] if held else asked[step] + (position - step) * (after - asked[step])
 
     def slope(
-        tick: int, noise: float, r: float, psi: float, z: float, rotor: float, w: float
-    ) -> tuple[float, float, float, float, float]:
-        moment, z_slope = command.at(tick, r, z)
-        if late:
-            moment = delayed(tick)
+        tick: int, noise: float, r: float, psi: float, rotor: float, w: float
+    ) -> tuple[float, float, float, float]:
+        moment = delayed(tick) if late else asked[-1] if held else command.at(tick, r, 0.0)[0]
         r_slope, rotor_slope, water_slope = respond(moment, tick, noise, r, psi, rotor, w)
-        return r_slope, r, z_slope, rotor_slope, water_slope
+        return r_slope, r, rotor_slope, water_slope
 
     h, half = STEP, STEP / 2
-    r, psi, z, rotor, w = 0.0, heading, 0.0, 0.0, 0.0
-    rates, headings, accelerations = [], [], []
+    r, psi, integrated, rotor, w = 0.0, heading, 0.0, 0.0, 0.0
+    rates, headings, accelerations = list[float](), list[float](), list[float]()
+    samples = list(zip(gyro.time.tolist(), gyro.error.tolist(), strict=True)) if gyro is not None else []
+    resolution = gyro.step if gyro is not None else 0.0
+    newest, seen = 0, 0.0
     for step, noise in enumerate(water.tolist()):
         tick = 2 * step
-        asked.append(command.at(tick, r, z)[0])
+        while newest < len(samples) and samples[newest][0] <= step * h:
+            part = step - samples[newest][0] / h
+            seen = r - part * (r - (rates[-1] if rates else r)) + samples[newest][1]
+            seen = round(seen / resolution) * resolution if resolution else seen
+            newest += 1
+        if not held or step % command.hold == 0:
+            moment, error = command.at(tick, seen, integrated)
+            integrated += error * command.hold * h
+        asked.append(moment)
         if onset is not None and step == onset.step:
             respond, late = response(onset.physics), onset.physics.delay / STEP
             rotor, w = onset.rotor(asked[-1]), r
         rates.append(r)
         headings.append(psi)
-        a1, b1, c1, d1, e1 = slope(tick, noise, r, psi, z, rotor, w)
+        a1, b1, c1, d1 = slope(tick, noise, r, psi, rotor, w)
         accelerations.append(a1)
-        a2, b2, c2, d2, e2 = slope(
-            tick + 1, noise, r + half * a1, psi + half * b1, z + half * c1, rotor + half * d1, w + half * e1
-        )
-        a3, b3, c3, d3, e3 = slope(
-            tick + 1, noise, r + half * a2, psi + half * b2, z + half * c2, rotor + half * d2, w + half * e2
-        )
-        a4, b4, c4, d4, e4 = slope(tick + 2, noise, r + h * a3, psi + h * b3, z + h * c3, rotor + h * d3, w + h * e3)
+        a2, b2, c2, d2 = slope(tick + 1, noise, r + half * a1, psi + half * b1, rotor + half * c1, w + half * d1)
+        a3, b3, c3, d3 = slope(tick + 1, noise, r + half * a2, psi + half * b2, rotor + half * c2, w + half * d2)
+        a4, b4, c4, d4 = slope(tick + 2, noise, r + h * a3, psi + h * b3, rotor + h * c3, w + h * d3)
         r += h / 6 * (a1 + 2 * (a2 + a3) + a4)
         psi += h / 6 * (b1 + 2 * (b2 + b3) + b4)
-        z += h / 6 * (c1 + 2 * (c2 + c3) + c4)
-        rotor += h / 6 * (d1 + 2 * (d2 + d3) + d4)
-        w += h / 6 * (e1 + 2 * (e2 + e3) + e4)
+        rotor += h / 6 * (c1 + 2 * (c2 + c3) + c4)
+        w += h / 6 * (d1 + 2 * (d2 + d3) + d4)
     time = STEP * np.arange(water.size, dtype=np.float64)
     return Motion(time, np.array(rates), np.array(headings), np.array(asked), np.array(accelerations))

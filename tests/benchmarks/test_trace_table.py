@@ -12,7 +12,7 @@ import pytest
 from benchmarks import peers
 from benchmarks.trace_cases import AUTOCORRELATIONS, GROUPS, KINDS, case
 from benchmarks.trace_judge import interval, judge
-from benchmarks.trace_table import add_arguments, as_run, examine, run
+from benchmarks.trace_table import TABLES, add_arguments, as_run, examine, run, torque_kind
 from simulator.effects import EFFECTS
 from simulator.trial import Trial, play
 from simulator.trial_command import EXCITATIONS
@@ -100,4 +100,14 @@ def test_a_small_table_is_written_with_command_and_date(tmp_path: Path, capsys: 
         assert f"## {heading}" in text
     for name in peers.PEERS:
         assert name in text
+    assert "a torque that is the command" in text
     assert text.strip() == capsys.readouterr().out.strip()
+
+
+def test_each_kind_of_noise_has_a_table_of_its_own_and_only_commands_are_told_to_be_commands() -> None:
+    assert len(set(TABLES.values())) == len(TABLES) == 3
+    assert {noise: torque_kind(noise) for noise in TABLES} == {
+        "commanded": "commanded",
+        "measured": "measured",
+        "torque": "measured",
+    }
