@@ -87,7 +87,7 @@ def test_a_small_table_is_written_with_command_and_date(tmp_path: Path, capsys: 
     add_arguments(parser)
     counts = ["--one", "1", "--half", "1", "--two", "1", "--quiet", "1", "--deep-every", "2"]
     args = parser.parse_args(
-        [*counts, "--processes", "1", "--first-seed", "50", "--minutes", "1", "--out", str(tmp_path)]
+        [*counts, "--processes", "1", "--first-seed", "50", "--minutes", "2", "--out", str(tmp_path)]
     )
     assert run(args) == 0
     document = json.loads((tmp_path / "trace_table.json").read_text(encoding="utf-8"))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simulator.effects import Physics
 from simulator.trial import NOISE, Trial, play
+from simulator.trial_command import Command
 from simulator.trial_sensors import PERIOD, Noise
-from simulator.trial_vehicle import SCALES
+from simulator.trial_vehicle import SCALES, STEP, Gyro, move
 
 LENG = SCALES["leng"]
 
@@ -45,6 +47,30 @@ def test_noise_in_the_torque_alone_colours_the_recording_and_leaves_the_vehicle_
     again = float(np.corrcoef(noise[1:][pairs], noise[:-1][pairs])[0, 1])
     assert again == pytest.approx(0.9 ** (float(np.median(np.diff(time[here]))) / PERIOD), abs=0.05)
     assert noise[usual].std() == pytest.approx(NOISE * LENG.torque, rel=0.2)
+
+
+def test_a_commanded_torque_is_what_was_asked_and_stands_until_the_next() -> None:
+    for seed in range(4):
+        outcome = play(Trial(seed=seed, excitation="multisine", duration=60.0, noise="commanded"))
+        here = np.isfinite(outcome.recording.columns["torque"])
+        time, torque = outcome.recording.time[here], outcome.recording.columns["torque"][here]
+        motion = outcome.motion
+        standing = np.searchsorted(time, motion.time + 0.2 * float(np.median(np.diff(time))), side="right") - 1
+        coarse = 0.5 * 0.025 * LENG.torque
+        assert np.max(np.abs(torque[np.maximum(standing, 0)] - motion.command)) <= coarse * (1 + 1e-9)
+
+
+def test_a_controller_sees_what_the_gyro_logs_and_its_command_stands() -> None:
+    steps = round(20.0 / STEP)
+    error = np.zeros(400)
+    error[100] = 0.1
+    gyro = Gyro(0.05 * np.arange(400), error, step=0.03)
+    held = Command([0.0] * (2 * steps + 1), proportional=200.0, limit=100.0, hold=4)
+    motion = move(Physics(LENG.inertia, lambda _: 0.0), held, np.zeros(steps), 0.0, gyro=gyro)
+    asked = motion.command[np.searchsorted(motion.time, [4.95, 5.0, 5.05, 5.1, 5.2])]
+    np.testing.assert_allclose(asked[:3], [0.0, -18.0, -18.0])  # of 0.1 rad/s the gyro shows three steps
+    assert gyro.seen(motion)[100] == pytest.approx(0.09)
+    assert abs(asked[3]) < 6.1  # the vehicle turns by now, a step of the gyro or none
 
 
 def test_streams_on_their_own_clocks_leave_empty_cells_and_one_clock_leaves_none() -> None:
