@@ -246,6 +246,7 @@ class LiveTracing:
                 "inertia": self._config.vehicle.inertia,
                 "axis": self._config.vehicle.axis,
                 "rate_limit": self._config.vehicle.rate_limit,
+                "torque": self._config.signals.torque,
                 "half": newest - 0.5 * self._config.tracing.window,
                 "shortest": FRESH_PART * self._config.tracing.window,
             }

@@ -64,7 +64,7 @@ def test_a_controller_sees_what_the_gyro_logs_and_its_command_stands() -> None:
     steps = round(20.0 / STEP)
     error = np.zeros(400)
     error[100] = 0.1
-    gyro = Gyro(0.05 * np.arange(400), error, step=0.03)
+    gyro = Gyro(np.linspace(0.0, 19.95, 400), error, step=0.03)
     held = Command([0.0] * (2 * steps + 1), proportional=200.0, limit=100.0, hold=4)
     motion = move(Physics(LENG.inertia, lambda _: 0.0), held, np.zeros(steps), 0.0, gyro=gyro)
     asked = motion.command[np.searchsorted(motion.time, [4.95, 5.0, 5.05, 5.1, 5.2])]

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.forward.adequacy import smooth_terms
-from incsvr.tracing.forward.candidates import starts
 from incsvr.tracing.forward.confidence import intervals
 from incsvr.tracing.forward.equations import columns, predicted
 from incsvr.tracing.forward.equivalence import rivals, separate
@@ -102,7 +101,7 @@ def _findings(asked: Question, found: Found) -> list[Finding]:
         parameters = part.effect.parameters(part.term, grid.signals.inertia)
         share = float(np.clip((squares[k] - squares[k + 1]) / total, 0.0, 1.0))
         linear = 0 if part.thrust else len(part.term.coefficients)
-        looks = candidates * sum(1 for _ in starts(part.effect, predicted(grid, best.model).signals))
+        looks = candidates * part.effect.looks
         gain = found.gains[k] + asked.price(part)
         others = rivals(asked, best, k)
         findings.append(
@@ -131,7 +130,6 @@ def _rejected(asked: Question, found: Found) -> list[Rejected]:
             continue
         gain = lead.gain + asked.price(lead.part)
         linear = 1 if lead.part.thrust else columns(lead.part, s).shape[0]
-        looks = len(asked.effects) * sum(1 for _ in starts(lead.part.effect, s))
-        p = p_value(gain, linear, looks)
+        p = p_value(gain, linear, len(asked.effects) * lead.part.effect.looks)
         out.append(Rejected(name, p, found.refused.get(name, "beside what was found it brings too little")))
     return sorted(out, key=lambda rejected: rejected.p_value)
