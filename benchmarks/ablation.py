@@ -3,8 +3,8 @@
     python -m benchmarks.ablation [--first-seed N] [--every K] [--rules NAME…] [--processes N]
 
 The same recordings every time: the trial simulator with a torque that is the command, that is measured, and with all
-noise in the torque's sensor, and the second simulator, which shares no line with the first. A rule is taken out by putting what it
-does where it finds nothing in its place. Writes results/ablation.json and .md.
+noise in the torque's sensor, and the second simulator, which shares no line with the first. A rule is taken out by
+putting what it does where it finds nothing in its place. Writes results/ablation.json and .md.
 """
 
 from __future__ import annotations
