@@ -11,7 +11,7 @@ from benchmarks.mission_cases import IDLE, circumstance
 from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from simulator.fit import Fit
+from simulator.fitted import Fit
 from simulator.missions import Outcome
 from simulator.online import signals_for
 from simulator.recordings import RATE_LIMIT

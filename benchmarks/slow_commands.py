@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.tables import table
 from incsvr.signals.settings import MEASURED, TorqueKind
 from simulator import slow_commands
-from simulator.fit import Fit
+from simulator.fitted import Fit
 from simulator.online import signals_for
 from simulator.recordings import RATE_LIMIT, Recording
 

@@ -39,7 +39,7 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.skill import HORIZONS, ahead_of
 from service.progress import progress
-from simulator.fit import Fit
+from simulator.fitted import Fit
 from simulator.online import samples_of, signals_for
 from simulator.recordings import sequence
 from simulator.trace import traced

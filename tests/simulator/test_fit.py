@@ -14,7 +14,7 @@ from incsvr.learning.learner import Settings
 from service.cli import main
 from service.config import read
 from simulator import leng, planar, slow_commands
-from simulator.fit import Fit
+from simulator.fitted import Fit
 from simulator.missions import Mission, play
 from simulator.online import learn, signals_for
 from simulator.recordings import RATE_LIMIT, Recording, write

@@ -1,0 +1,49 @@
+"""What `incsvr fit` tells people."""
+
+from __future__ import annotations
+
+from incsvr.learning.inertia import InertiaEstimate
+from simulator import declared_inertia
+from simulator.fitted import Fit
+
+
+def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
+    """What a fit found, for people."""
+    source = (
+        "" if estimate is None else f"{declared_inertia.doubt(estimate, fit.closed_loop)}, estimated by output error"
+    )
+    signals, learner = fit.signals, fit.learner
+    left = fit.samples - (len(fit.iterations) + fit.put_aside) * learner.batch
+    lines = [
+        f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, "
+        f"{left} left over" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
+        f"vehicle     I = {signals.inertia:.4g} kg m²{source}; |r| ≤ {learner.rate_range[1]:.3g} rad/s",
+        f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
+        f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
+        f"ε = {learner.epsilon:.2g} N m",
+        *([f"inputs      {', '.join(('yaw_rate', *learner.others))}"] if learner.others else []),
+        *([f"effects     {', '.join(fit.effects)}"] if fit.effects else []),
+        *([f"remark      {declared_inertia.LIMITS}"] if estimate else []),
+        *([f"remark      {declared_inertia.CLOSED}"] if estimate and fit.closed_loop else []),
+        *(f"remark      {remark}" for remark in fit.remarks),
+        *(f"refused     {count} messages: {reason}" for reason, count in fit.rejected.items()),
+        "",
+        "iteration   until s   vectors   batch, before learning it" + ("   unseen runs" * bool(fit.errors)),
+        "                                MAE N m" + "                     MAE, RMSE N m" * bool(fit.errors),
+    ]
+    for k, iteration in enumerate(fit.iterations):
+        before = "–" if iteration.progressive_mae is None else f"{iteration.progressive_mae:.3g}"
+        errors = fit.errors[k] if fit.errors else None
+        after = "" if errors is None else f"{errors.mae:.3g}, {errors.rmse:.3g}"
+        size = iteration.model.support_rate.size
+        lines.append(
+            f"{iteration.number:9d} {iteration.time_span[1]:9.1f} {size:9d}   {before:<25s}   {after}".rstrip()
+        )
+    final = fit.errors[-1] if fit.errors else None
+    if final is not None:
+        ran = "runs away" if fit.free_run_rmse is None else f"RMSE {fit.free_run_rmse:.4f} rad/s"
+        lines += [
+            "",
+            f"on {fit.validated_on}: MAE {final.mae:.3g} N m, RMSE {final.rmse:.3g} N m; free run {ran}",
+        ]
+    return "\n".join(lines)
