@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.signals.settings import TorqueKind
+from incsvr.signals.settings import COMMANDED, TorqueKind
 from incsvr.tracing.channels import usable
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.forward.equations import Part
@@ -66,18 +66,18 @@ def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, 
     base = fit(grid)
     refuse_too_little_motion(grid, base)
     loop = loop_of(grid, base)
-    commanded = loop.commanded if torque is None else torque == "commanded"
+    commanded = loop.commanded if torque is None else torque == COMMANDED
     if commanded and loop.closed:
         refuse_opposite_signs(grid)
         return forward_trace(runs, inertia, validate, names, ignored)
     shown = identified(grid.signals)
     if shown is not None and shown.contradicts(inertia):
-        return traced_anew(runs, inertia, shown, validate, names, ignored, {})
-    found = weak_trace(runs, inertia, validate, names, ignored, {})
+        return traced_anew(runs, inertia, shown, validate, names, ignored, {}, torque == COMMANDED)
+    found = weak_trace(runs, inertia, validate, names, ignored, {}, torque == COMMANDED)
     if commanded and not found.proven:
         unpaid = _unpaid(grid, base, found)
         if unpaid:
-            return weak_trace(runs, inertia, validate, names, ignored, unpaid)
+            return weak_trace(runs, inertia, validate, names, ignored, unpaid, torque == COMMANDED)
     return found
 
 

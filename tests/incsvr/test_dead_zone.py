@@ -51,7 +51,7 @@ def test_none_is_looked_for_within_the_steps_of_the_recorded_torque(key: str) ->
 def test_a_band_that_the_command_but_jumps_over_is_none() -> None:
     """Between its levels it passes through the band within a sample, and when that was nobody knows."""
     outcome = play(Trial(430_058, (), 1.0, "leng", "telegraph", 0.9))
-    problem = aligned([as_run(outcome)], outcome.inertia, [])
+    problem = aligned([as_run(outcome)], outcome.inertia, [], holds=False)
     base, step = nothing(problem), catalogue()["dead_zone/step"]
     found = settle(problem, [(step, (44.4,), ())], base)
     assert found.criterion > base.criterion + 20.0

@@ -41,12 +41,16 @@ DOUBT = 0.2
 """Of what it explains without having earned it: that is known no better."""
 
 
-def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Problem:
+def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str], holds: bool) -> Problem:
     """The equations with the linear torque, unless the held one explains more, or as much without any effect.
+
+    A torque of which it is known that it `holds` is a command that stands until the next: nothing is asked then.
 
     Half a sample of false delay looks like a small inertia, memory or lag. Beside one effect alone the held torque
     explains part of a second, of a delay half a sample: where it seems to hold, a second is added to either.
     """
+    if holds:
+        return settled(runs, pose(runs, inertia, channels, held=True), channels)[0]
     linear, beside_linear = settled(runs, pose(runs, inertia, channels, held=False), channels)
     if linear.resolution <= linear.blocks.period / 40.0:
         return linear

@@ -53,11 +53,12 @@ def chosen_effects(
     validate: Sequence[Run] | None,
     names: Sequence[str],
     excluded: Mapping[str, str],
+    holds: bool,
 ) -> tuple[Case, Hypothesis, dict[str, str]]:
     """What was asked, the effects that are proven, and why others are not among them; `excluded` ones are not asked
-    for.
+    for, and where the torque `holds` until the next it is known to be a command.
     """
-    problem = aligned(runs, inertia, names)
+    problem = aligned(runs, inertia, names, holds)
     case, found, refused = _searched(problem, validate, names, excluded)
     while True:
         # what one test takes out may leave another effect against physics, or without evidence

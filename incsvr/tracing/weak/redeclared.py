@@ -41,12 +41,13 @@ def traced_anew(
     names: Sequence[str],
     ignored: dict[str, str],
     excluded: Mapping[str, str],
+    holds: bool,
 ) -> Trace:
     """What the declared model lacks where its inertia is wrong by a factor; the arguments as `weak_trace`.
 
     Everything else is found with the inertia that is `shown`; errors before are those of the declared model.
     """
-    found = weak_trace(runs, shown.inertia, validate, names, ignored, excluded)
+    found = weak_trace(runs, shown.inertia, validate, names, ignored, excluded, holds)
     problem = pose(runs, declared, names)
     base = nothing(problem)
     before = Validation.of(problem, validate).errors(base)

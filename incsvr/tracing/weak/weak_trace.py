@@ -48,6 +48,7 @@ def weak_trace(
     names: Sequence[str],
     ignored: dict[str, str],
     excluded: Mapping[str, str],
+    holds: bool,
 ) -> Trace:
     """What the declared model lacks, by the weak form.
 
@@ -58,11 +59,12 @@ def weak_trace(
         names: of the channels that may be candidates.
         ignored: why others may not.
         excluded: effects that are not asked for, and why.
+        holds: whether the torque is known to be a command, which stands until the next.
 
     Raises:
         BadInput: where the recordings cannot answer.
     """
-    case, found, refused = chosen_effects(runs, inertia, validate, names, excluded)
+    case, found, refused = chosen_effects(runs, inertia, validate, names, excluded, holds)
     problem = case.problem
     whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
