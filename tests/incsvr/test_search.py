@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates, catalogue
-from incsvr.tracing.run import Run
-from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
-from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, settle
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEAST_GAIN, penalised_criterion
 from incsvr.tracing.weak.scan import best_leads, with_lead
 from incsvr.tracing.weak.search import Search
 from incsvr.tracing.weak.validation import Validation
-from simulator.trial import Trial, play
 from tests.incsvr.turning import INERTIA, command, instants, turning
 
 TIME = instants(400.0)
@@ -92,25 +89,6 @@ def test_a_tether_and_a_bias_that_hide_each_other_are_found() -> None:
     alone = settle(problem, [(catalogue()["tether"], (0.0,), ())], nothing(problem))
     assert penalised_criterion(alone) < penalised_criterion(nothing(problem)) - LEAST_GAIN
     assert set(search(problem).run().names()) == {"tether", "bias_torque"}
-
-
-def test_how_the_streams_were_sampled_does_not_win_against_an_effect() -> None:
-    """In closed loop the free run decides, but a lag within a sample is no finding that friction could lose against."""
-    outcome = play(Trial(270_114, ("coulomb",), 1.0, "small", "closed_loop", 0.9))
-    columns = outcome.recording.columns
-    run = Run("following", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    problem = pose([run], outcome.inertia, [])
-    known, base = catalogue(), nothing(problem)
-    friction = settle(problem, [(known["coulomb"], (0.02,), ())], base)
-    rotor = known["torque_lag/rotor speed"]
-    lag = settle(problem, [(rotor, rotor.starts(problem.signals)[0], ())], base)
-    hunt = search(problem)
-    hunt.closed_loop = problem.closed_loop
-    assert problem.closed_loop
-    assert below_sampling(lag.terms[0], problem)
-    assert hunt.free_run.better(lag, friction)
-    assert hunt._beats(friction, lag)
-    assert not hunt._beats(lag, friction)
 
 
 def test_an_effect_that_promises_from_two_starts_is_settled_from_both() -> None:
