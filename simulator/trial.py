@@ -110,6 +110,8 @@ def play(trial: Trial) -> Outcome:
     heading = float(for_vehicle.uniform(-np.pi, np.pi)) if "tether" not in trial.effects else 0.0
     asked = command(trial.excitation, scale, ticks, for_command, int(for_command.choice(HOLDS)))
     recorder = Recorder.drawn(scale, noise, for_sensors)
+    if trial.noise == "commanded":
+        asked = replace(asked, step=recorder.torque_step)
     gyro = recorder.gyro(trial.duration - STEP, for_sensors)
     motion = move(physics, asked, water, heading, gyro=gyro)
 

@@ -23,6 +23,7 @@ class Command:
         proportional, integral: the controller's gains [N m s/rad], [N m/rad]; zero in open loop.
         limit: the largest moment that may be asked [N m].
         hold: integration steps for which a command stands; 0 for a table that runs on continuously.
+        step: resolution of the commands [N m], 0 for none.
     """
 
     table: list[float]
@@ -30,18 +31,20 @@ class Command:
     integral: float = 0.0
     limit: float = math.inf
     hold: int = 0
+    step: float = 0.0
 
     def at(self, tick: int, rate: float, integrated: float) -> tuple[float, float]:
         """The moment [N m] when the gyro shows this rate, and the slope of the integrated error [rad/s]."""
         if not self.proportional:
-            return self.table[tick], 0.0
+            return self._rounded(self.table[tick]), 0.0
         error = self.table[tick] - rate
         asked = self.proportional * error + self.integral * integrated
-        if asked > self.limit:
-            return self.limit, 0.0
-        if asked < -self.limit:
-            return -self.limit, 0.0
-        return asked, error
+        if abs(asked) > self.limit:
+            return self._rounded(math.copysign(self.limit, asked)), 0.0
+        return self._rounded(asked), error
+
+    def _rounded(self, moment: float) -> float:
+        return round(moment / self.step) * self.step if self.step else moment
 
 
 def command(kind: str, scale: Scale, time: Array, random: np.random.Generator, hold: int = 0) -> Command:

@@ -130,7 +130,7 @@ class Recorder:
         """The commands as they were given, each stamped when it arrived in the log."""
         latency = 0.02 * STEP * hold * np.abs(random.standard_normal(-(-motion.time.size // hold)))
         time = motion.time[::hold] + (np.minimum(latency, 0.2 * STEP * hold).round(4) if self.apart else 0.0)
-        return time, _stepped(motion.command[::hold], self.torque_step)
+        return time, motion.command[::hold]
 
     def gyro(self, end: float, random: np.random.Generator) -> Gyro:
         """When the gyro samples until `end` [s], and what it is off."""

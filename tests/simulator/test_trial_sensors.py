@@ -56,8 +56,7 @@ def test_a_commanded_torque_is_what_was_asked_and_stands_until_the_next() -> Non
         time, torque = outcome.recording.time[here], outcome.recording.columns["torque"][here]
         motion = outcome.motion
         standing = np.searchsorted(time, motion.time + 0.2 * float(np.median(np.diff(time))), side="right") - 1
-        coarse = 0.5 * 0.025 * LENG.torque
-        assert np.max(np.abs(torque[np.maximum(standing, 0)] - motion.command)) <= coarse * (1 + 1e-9)
+        np.testing.assert_allclose(torque[np.maximum(standing, 0)], motion.command, atol=1e-9)
 
 
 def test_a_controller_sees_what_the_gyro_logs_and_its_command_stands() -> None:

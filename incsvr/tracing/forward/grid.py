@@ -18,7 +18,6 @@ from incsvr.tracing.forward.interpolation import (
     before,
     mean_between,
     rate_at,
-    rate_without_spikes,
     snapped,
 )
 from incsvr.tracing.forward.torque import surprise
@@ -42,7 +41,7 @@ class Grid:
     Attributes:
         signals: of each cell the mean of the torque and the rate at its beginning; heading and channels at its
             beginning, of a block in its middle.
-        rise: (n,) `r[k + 1] − r[k]` [rad/s].
+        rise: (n,) `r[k + 1] − r[k]` in a cell of length `cell` [rad/s].
         shift: (n,) by how much the mean torque changes for a second by which its stamps are late [N m/s].
         surprise: (m, n) what of each command does not follow from what the log holds before it [N m]: of a controller
             that sees another gyro than the log's, it tells what that gyro saw. Empty for blocks.
@@ -134,12 +133,12 @@ def _cut(
             if edges.size < 6:
                 continue
             edges = snapped(edges, clock, step)
-            rate = rate_at(edges, at, rate_without_spikes(rate), when, torque, inertia)
+            rate = rate_at(edges, at, rate, when, torque, inertia)
             newest = before(when, torque, edges)
             part = {
                 "time": edges[:-1],
                 "rate": rate[:-1],
-                "rise": np.diff(rate),
+                "rise": np.diff(rate) * (step / np.diff(edges)),
                 "torque": mean_between(when, torque, edges),
                 "shift": -np.diff(newest) / step,
                 "command": newest[1:],

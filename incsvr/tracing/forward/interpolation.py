@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-EVEN = 0.05
+EVEN = 0.25
 """Of a period that stamps may be off an even grid before they are no longer taken for its edges."""
 
 SPIKE, ABOVE = 6.0, 12.0
@@ -39,22 +39,24 @@ def snapped(edges: Array, clock: Array, step: float) -> Array:
 
 
 def rate_at(edges: Array, at: Array, rate: Array, when: Array, torque: Array, inertia: float) -> Array:
-    """The rate at the edges. Between two of its samples it has a corner wherever the command jumps; what the torque
-    leaves of it, r − ∫τ/I₀ dt, has none and is interpolated.
+    """The rate at the edges, without spikes of the gyro. Between two of its samples it has a corner wherever the
+    command jumps; what the torque leaves of it, r − ∫τ/I₀ dt, has none and is interpolated.
     """
     turned = integral(when, torque, at) / inertia
-    return np.asarray(np.interp(edges, at, rate - turned) + integral(when, torque, edges) / inertia)
+    free = without_spikes(rate - turned)
+    return np.asarray(np.interp(edges, at, free) + integral(when, torque, edges) / inertia)
 
 
-def rate_without_spikes(rate: Array) -> Array:
-    """The rate with single samples replaced that stand out from neighbours which agree: the top of a fast turn
-    stays."""
-    if rate.size < 5:
-        return rate
-    middle = 0.5 * (rate[1:-3] + rate[3:-1])
-    bend = np.abs(rate[2:-2] - middle)
-    steps = [rate[1:-3] - rate[:-4], rate[4:] - rate[3:-1], rate[3:-1] - rate[1:-3]]
-    spike = (bend > SPIKE * np.max(np.abs(steps), axis=0)) & (bend > ABOVE * float(np.median(bend)))
-    out = rate.copy()
+def without_spikes(values: Array) -> Array:
+    """The values with single samples replaced that stand out of neighbours which lie on a line: the top of a fast turn
+    stays, and so does what a controller did about the spike."""
+    if values.size < 5:
+        return values
+    middle = 0.5 * (values[1:-3] + values[3:-1])
+    bend = np.abs(values[2:-2] - middle)
+    slope = 0.5 * (values[3:-1] - values[1:-3])
+    bent = [values[1:-3] - values[:-4] - slope, values[4:] - values[3:-1] - slope]
+    spike = (bend > SPIKE * np.max(np.abs(bent), axis=0)) & (bend > ABOVE * float(np.median(bend)))
+    out = values.copy()
     out[2:-2][spike] = middle[spike]
     return out
