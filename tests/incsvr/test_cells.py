@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.tracing.forward.grid import cells
-from incsvr.tracing.forward.interpolation import rate_without_spikes
+from incsvr.tracing.forward.interpolation import without_spikes
 from incsvr.tracing.run import Run
 
 
@@ -40,6 +40,6 @@ def test_the_top_of_a_fast_turn_is_no_spike() -> None:
     turn = np.abs(np.sin(0.5 * time)) + np.random.default_rng(2).normal(0.0, 1e-3, time.size)
     spiked = turn.copy()
     spiked[[200, 700]] += 0.4
-    clean = rate_without_spikes(spiked)
+    clean = without_spikes(spiked)
     assert np.max(np.abs(clean - turn)) < 0.02
     np.testing.assert_array_equal(np.flatnonzero(clean != spiked), [200, 700])
