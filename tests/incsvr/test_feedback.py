@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 
 from incsvr.effects import catalogue
-from incsvr.tracing import trace
 from incsvr.tracing.run import Array, Run
 from incsvr.tracing.weak.feedback import controller_gain
 from incsvr.tracing.weak.hypothesis import nothing, settle
 from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.weak_form import split
-from simulator.effects import Scale
-from simulator.trial import Trial, play
-from simulator.trial_command import Command, command
 
 INERTIA, DRAG, PERIOD, SIZE = 350.0, 160.0, 0.05, 8
 N = 16_000
@@ -57,41 +53,6 @@ def read(torque: Array, rate: Array, late: int = 0) -> float:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_controllers_gain_is_read(seed: int) -> None:
     assert read(*turned(seed, 600.0)) == pytest.approx(600.0, rel=0.1)
-
-
-@pytest.mark.parametrize("seed", [300_001, 300_002, 300_010])
-def test_a_reference_that_moves_does_not_hide_the_gain(seed: int) -> None:
-    """While the vehicle follows, torque and rate go together: least squares reads a third to a half too little."""
-    asked: list[float] = []
-
-    def kept(kind: str, scale: Scale, time: Array, random: np.random.Generator, hold: int) -> Command:
-        made = command(kind, scale, time, random, hold)
-        asked.append(made.proportional)
-        return made
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("simulator.trial.command", kept)
-        run, inertia = closed_loop(seed)
-    problem = pose([run], inertia, [])
-    torque, rate = (
-        np.diff(problem.blocks.mean(values), 4) for values in (problem.signals.torque, problem.signals.rate)
-    )
-    assert -(torque @ rate) / (rate @ rate) < 0.75 * asked[0]
-    assert problem.feedback == pytest.approx(asked[0], rel=0.12)
-
-
-def test_noise_that_lasts_names_nothing_in_closed_loop() -> None:
-    for seed in (910_601, 910_602):
-        run, inertia = closed_loop(seed)
-        assert trace([run], inertia=inertia, torque="measured").effects == ()
-
-
-def closed_loop(seed: int) -> tuple[Run, float]:
-    """A small vehicle under a rate controller, nothing hidden, in water whose push lasts; and its inertia."""
-    outcome = play(Trial(seed, vehicle="small", excitation="closed_loop", autocorrelation=0.9))
-    columns = dict(outcome.recording.columns)
-    run = Run("loop", outcome.recording.time, columns["yaw_rate"], columns["torque"], {})
-    return run, outcome.inertia
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
