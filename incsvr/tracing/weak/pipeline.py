@@ -15,6 +15,7 @@ from incsvr.tracing.weak.alignment import aligned
 from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.excitation import demand
 from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing
+from incsvr.tracing.weak.indistinguishable import indistinguishable
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEVEL
 from incsvr.tracing.weak.scan import without
@@ -62,7 +63,7 @@ def chosen_effects(
     case, found, refused = _searched(problem, validate, names, excluded)
     while True:
         # what one test takes out may leave another effect against physics, or without evidence
-        proven = _proven(case, _evident(case, found, refused), refused)
+        proven = _beyond_sampling(case, _proven(case, _evident(case, found, refused), refused), refused)
         if proven.names() == found.names():
             return case, proven, refused
         found = proven
@@ -144,6 +145,23 @@ def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesi
             f"{case.proof(found):.3g} rad/s with it"
         )
         found = without(case.problem, found, worst)
+    return found
+
+
+def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
+    """The effects that no delay or lag below the sampling explains as well: that is how the streams were sampled."""
+    for k, term in enumerate(found.terms):
+        if below_sampling(term, case.problem):
+            continue
+        for rival in indistinguishable(case.problem, found, k, case.effects):
+            other = rival.terms[-1]
+            if below_sampling(other, case.problem):
+                kind = "delay" if other.effect == "torque_delay" else "lag"
+                refused[term.effect] = (
+                    f"a {kind} of {other.coefficients[0]:.2g} s explains as much: less than a sample of the streams "
+                    f"({case.problem.resolution:.2g} s), it is how they were sampled"
+                )
+                return _beyond_sampling(case, without(case.problem, found, k), refused)
     return found
 
 
