@@ -14,6 +14,6 @@ def as_run(outcome: Outcome) -> Run:
 
 
 def named(outcome: Outcome) -> set[str]:
-    """The trials' torque is measured: its sensor has noise, and their controller sees the true rate."""
+    """What it names of a trial whose torque is measured."""
     found = trace([as_run(outcome)], inertia=outcome.inertia, torque="measured")
     return {finding.effect for finding in found.effects}
