@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 EVEN = 0.25
-"""Of a period that stamps may be off an even grid before they are no longer taken for its edges: a cell's own length is in
-its equation, so that jitter within a quarter but changes the noise's colour a little."""
+"""Of a period that stamps may be off an even grid before they are no longer taken for its edges: a cell's own length is
+in its equation, so that jitter within a quarter changes the noise's colour a little, and nothing else."""
 
 SPIKE, ABOVE = 6.0, 12.0
 """Times what the neighbours differ, and times the usual bend, by which one sample stands out that is no measurement."""
