@@ -19,6 +19,9 @@ BETWEEN = 4
 FEW_VALUES = 0.25
 """Of the samples: a torque of fewer values was recorded in steps."""
 
+FEWEST_LEVELS = 8
+"""Of a torque that stands most of the time: with fewer, going from one level to the next is no course in steps."""
+
 
 def despiked(values: Array, threshold: float = 6.0) -> Array:
     """`values` with isolated spikes replaced by the median of their neighbourhood of five.
@@ -151,10 +154,21 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
 
 
 def _quantum(runs: Sequence[Run]) -> float:
-    """Step in which the torque was recorded [N m]; 0 where nearly every sample has a value of its own."""
-    torque = np.concatenate([stream(run, run.torque)[1] for run in runs])
-    values = np.unique(np.round(torque, 9))
-    return float(np.median(np.diff(values))) if 1 < values.size < FEW_VALUES * torque.size else 0.0
+    """Step in which the torque was recorded [N m]; 0 where nearly every sample has a value of its own.
+
+    Levels of a command that stands for some time tell nothing of it, unless the torque goes from one to the next: then
+    it is a smooth course that was recorded in steps.
+    """
+    torque = [np.round(stream(run, run.torque)[1], 9) for run in runs]
+    values = np.unique(np.concatenate(torque))
+    size = sum(each.size for each in torque)
+    if not 1 < values.size < FEW_VALUES * size:
+        return 0.0
+    rises = np.concatenate([np.diff(np.searchsorted(values, each)) for each in torque])
+    rises = np.abs(rises[rises != 0])
+    if 2 * rises.size < size and (values.size <= FEWEST_LEVELS or np.median(rises) > 1):
+        return 0.0
+    return float(np.median(np.diff(values)))
 
 
 def _channel(run: Run, name: str, centres: Array, step: float) -> Array:

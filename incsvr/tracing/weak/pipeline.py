@@ -29,6 +29,10 @@ VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
 
+Rivals = tuple[tuple[Hypothesis, ...], ...]
+"""Of each effect the hypotheses with another in its place that explain as much, best first."""
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     """What is asked of which recordings.
@@ -55,17 +59,17 @@ def chosen_effects(
     names: Sequence[str],
     excluded: Mapping[str, str],
     holds: bool,
-) -> tuple[Case, Hypothesis, dict[str, str]]:
-    """What was asked, the effects that are proven, and why others are not among them; `excluded` ones are not asked
-    for, and where the torque `holds` until the next it is known to be a command.
+) -> tuple[Case, Hypothesis, Rivals, dict[str, str]]:
+    """What was asked, the effects that are proven, what explains as much as each of them, and why others are not among
+    them; `excluded` ones are not asked for, and where the torque `holds` until the next it is known to be a command.
     """
     problem = aligned(runs, inertia, names, holds)
     case, found, refused = _searched(problem, validate, names, excluded)
     while True:
         # what one test takes out may leave another effect against physics, or without evidence
-        proven = _beyond_sampling(case, _proven(case, _evident(case, found, refused), refused), refused)
+        proven, rivals = _beyond_sampling(case, _proven(case, _evident(case, found, refused), refused), refused)
         if proven.names() == found.names():
-            return case, proven, refused
+            return case, proven, rivals, refused
         found = proven
 
 
@@ -148,13 +152,16 @@ def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesi
     return found
 
 
-def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesis:
-    """The effects that no delay or lag below the sampling explains as well: that is how the streams were sampled."""
+def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> tuple[Hypothesis, Rivals]:
+    """The effects that no delay or lag below the sampling explains as well, which is how the streams were sampled; and
+    what else explains as much as each of them."""
+    rivals: list[tuple[Hypothesis, ...]] = []
     for k, term in enumerate(found.terms):
         if below_sampling(term, case.problem):
+            rivals.append(())
             continue
-        for rival in indistinguishable(case.problem, found, k, case.effects):
-            other = rival.terms[-1]
+        rivals.append(indistinguishable(case.problem, found, k, case.effects))
+        for other in (rival.terms[-1] for rival in rivals[-1]):
             if below_sampling(other, case.problem):
                 kind = "delay" if other.effect == "torque_delay" else "lag"
                 refused[term.effect] = (
@@ -162,7 +169,7 @@ def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> 
                     f"({case.problem.resolution:.2g} s), it is how they were sampled"
                 )
                 return _beyond_sampling(case, without(case.problem, found, k), refused)
-    return found
+    return found, tuple(rivals)
 
 
 def p_value_of(case: Case, found: Hypothesis, k: int) -> float:

@@ -28,11 +28,10 @@ from incsvr.tracing.weak.declaration import remarks
 from incsvr.tracing.weak.evidence import intervals
 from incsvr.tracing.weak.excitation import answered
 from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
-from incsvr.tracing.weak.indistinguishable import indistinguishable
 from incsvr.tracing.weak.manoeuvre import separate
 from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.noise import torque_scatter
-from incsvr.tracing.weak.pipeline import Case, chosen_effects, p_value_of
+from incsvr.tracing.weak.pipeline import Case, Rivals, chosen_effects, p_value_of
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEAST_GAIN
 from incsvr.tracing.weak.scan import Lead, scan, with_lead
@@ -64,11 +63,11 @@ def weak_trace(
     Raises:
         BadInput: where the recordings cannot answer.
     """
-    case, found, refused = chosen_effects(runs, inertia, validate, names, excluded, holds)
+    case, found, rivals, refused = chosen_effects(runs, inertia, validate, names, excluded, holds)
     problem = case.problem
     whole, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
-    findings, notes = _findings(case, base, found, whole)
+    findings, notes = _findings(case, base, found, whole, rivals)
     loud, unlike = _spells(problem, whole)
     begins = problem.signals.time[problem.blocks.first]
     louder, gained, both = (spans(begins, each, problem.blocks.period) for each in (loud, unlike, loud | unlike))
@@ -132,7 +131,9 @@ def _spells(problem: Problem, whole: Hypothesis) -> tuple[NDArray[np.bool_], NDA
     return loud, unlike
 
 
-def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis) -> tuple[list[Finding], list[str]]:
+def _findings(
+    case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis, rivals: Rivals
+) -> tuple[list[Finding], list[str]]:
     problem = case.problem
     spans = intervals(problem, found)
     notes: list[str] = []
@@ -151,7 +152,7 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
             )
             continue
         p = p_value_of(case, found, k)
-        tied, manoeuvre = _tied(case, found, k)
+        tied = tuple(rival.terms[-1].effect for rival in rivals[k])
         findings.append(
             Finding(
                 effect=term.effect,
@@ -161,20 +162,13 @@ def _findings(case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis
                 p_value=p,
                 share=share,
                 cannot_tell_from=tied,
-                next_manoeuvre=manoeuvre,
+                next_manoeuvre=separate(problem, found, rivals[k][0], tied[0]) if tied else "",
                 sentence=sentence(effect, parameters, spans[k], share),
             )
         )
     if {"tether", "bias_torque"} <= set(found.names()):
         notes.append("a constant moment beside a tether is, in the equation, a tether untwisted at another heading")
     return findings, notes
-
-
-def _tied(case: Case, found: Hypothesis, k: int) -> tuple[tuple[str, ...], str]:
-    """From which effects the k-th cannot be told, and what to drive to tell it from the first of them."""
-    tied = indistinguishable(case.problem, found, k, case.effects)
-    names = tuple(rival.terms[-1].effect for rival in tied)
-    return names, separate(case.problem, found, tied[0], names[0]) if tied else ""
 
 
 def _loop(problem: Problem) -> tuple[str, ...]:
