@@ -37,6 +37,13 @@ LABELS = {
 """Parameter → what to call it, and its unit."""
 
 
+AHEAD = (
+    "the vehicle turns before its torque is recorded, which no thruster does: the torque's stamps are late by |D| "
+    "against the yaw rate's, or another effect stands behind it"
+)
+"""What a negative delay means."""
+
+
 def sentence(
     effect: Effect, parameters: Mapping[str, float], interval: Mapping[str, tuple[float, float]], share: float
 ) -> str:
@@ -48,7 +55,8 @@ def sentence(
         certain = high - low <= 0.0
         spread = "" if certain else f" ({low:.3g} to {high:.3g})"
         values.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
-    return f"{effect.name}: {effect.sentence}; {', '.join(values)}. It explains {share:.0%} of what can be explained."
+    meaning = AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence
+    return f"{effect.name}: {meaning}; {', '.join(values)}. It explains {share:.0%} of what can be explained."
 
 
 def streams(effect: Effect) -> tuple[str, ...]:
