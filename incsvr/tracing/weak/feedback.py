@@ -35,6 +35,10 @@ REFUTED = 2.0
 """Standard errors by which the answer to the disturbances alone may fall short of it."""
 
 
+STANDS = 1e-6
+"""Of the torque's range: what rounding leaves of a level that is kept."""
+
+
 def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array, inertia: float) -> float:
     """K [N m s/rad] by which the torque goes against the yaw rate, as a controller's does; 0 where it does not.
 
@@ -54,6 +58,8 @@ def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array,
         inertia: I₀ [kg m²].
     """
     means = blocks.mean(torque), blocks.mean(rate)
+    if _stands(means[0]):
+        return 0.0
     found = []
     for order in ORDERS:
         moved, turned = _fast(blocks, torque, means, order)
@@ -64,6 +70,15 @@ def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array,
     moved, turned, caused = _fast(blocks, torque, (*means, _caused(blocks, residual, inertia)), order)
     driven, doubt = _answered(moved, turned, caused, order)
     return 0.0 if driven + REFUTED * doubt < gain else gain
+
+
+def _stands(torque: Array) -> bool:
+    """Whether the torque mostly keeps its value from one block to the next: it answers no rate, for that always moves.
+
+    Where it does, differences over many blocks hold nothing but the jumps between, which nothing is left to tell from
+    an answer.
+    """
+    return float(np.median(np.abs(np.diff(torque)))) <= STANDS * float(np.ptp(torque))
 
 
 def _fast(blocks: Blocks, torque: Array, values: Sequence[Array], order: int) -> list[Array]:
