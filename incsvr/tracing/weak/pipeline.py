@@ -10,12 +10,12 @@ import numpy as np
 from incsvr.effects import Effect, candidates
 from incsvr.tracing.run import Run
 from incsvr.tracing.statistics import p_value
-from incsvr.tracing.weak.acceptance import against_physics, forbidden
+from incsvr.tracing.weak.acceptance import against_physics, forbidden, objection
 from incsvr.tracing.weak.alignment import aligned
 from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.excitation import demand
-from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing
-from incsvr.tracing.weak.indistinguishable import indistinguishable
+from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
+from incsvr.tracing.weak.indistinguishable import SHAPE, indistinguishable
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEVEL
 from incsvr.tracing.weak.scan import without
@@ -68,9 +68,13 @@ def chosen_effects(
     while True:
         # what one test takes out may leave another effect against physics, or without evidence
         proven, rivals = _beyond_sampling(case, _proven(case, _evident(case, found, refused), refused), refused)
-        if proven.names() == found.names():
+        if proven.names() != found.names():
+            found = proven
+            continue
+        one = _one_for_all(case, proven, rivals)
+        if one is None:
             return case, proven, rivals, refused
-        found = proven
+        found = one
 
 
 def _searched(
@@ -170,6 +174,26 @@ def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> 
                 )
                 return _beyond_sampling(case, without(case.problem, found, k), refused)
     return found, tuple(rivals)
+
+
+def _one_for_all(case: Case, found: Hypothesis, rivals: Rivals) -> Hypothesis | None:
+    """One effect that explains as much as several which each cannot be told from it: it says the same with less.
+
+    Under a few levels of thrust a curve and an inertia together pass for a dead band, of which every level loses the
+    same.
+    """
+    if len(found.terms) < 2:
+        return None
+    base = nothing(case.problem)
+    for rival in rivals[0]:
+        term, effect = rival.terms[-1], rival.effects[-1]
+        if any(term.effect not in {other.terms[-1].effect for other in others} for others in rivals[1:]):
+            continue
+        one = settle(case.problem, [(effect, term.inner, ())], base, frozenset({effect.key}))
+        enough = base.criterion + (1.0 - SHAPE) * (found.criterion - base.criterion)
+        if one.criterion >= enough and not objection(case.problem, case.pieces, one)[0]:
+            return one
+    return None
 
 
 def p_value_of(case: Case, found: Hypothesis, k: int) -> float:
