@@ -45,3 +45,9 @@ def wealth(scores: Array) -> Array:
 def evidence(*scores: Array) -> float:
     """ln of the largest W that was reached, at least 0, where what we have is divided evenly among several scores."""
     return max(max(float(np.max(wealth(each), initial=0.0)) for each in scores) - math.log(len(scores)), 0.0)
+
+
+def standing(*scores: Array) -> float:
+    """ln of the W that is there at the end, likewise: later bets on the same may go on from it."""
+    ends = [float(wealth(each)[-1]) if each.size else 0.0 for each in scores]
+    return float(np.logaddexp.reduce(ends)) - math.log(len(scores))

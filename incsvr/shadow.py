@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from incsvr.bets import evidence, score
+from incsvr.bets import evidence, score, standing
 from incsvr.compensation import HEADING, Compensation
 from incsvr.errors import BadInput
 from incsvr.learning import learner
@@ -96,6 +96,7 @@ def compare(
         torque_with,
         evidence=evidence(*scores),
         against=evidence(*(-each for each in scores)),
+        won=standing(*scores),
     )
 
 

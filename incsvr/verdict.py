@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 CHANCE = 0.05
@@ -31,7 +31,8 @@ class Comparison:
         low, high: the change's 95 % interval [rad/s].
         turned: whether the vehicle moved enough to tell.
         torque_without, torque_with: root mean square of the torque's error on the samples of the same data [N m].
-        evidence, against: logarithms of what was won by betting on the effects, and against them (incsvr/bets.py).
+        evidence, against: logarithms of the most that bets on the effects, and against them, had won (incsvr/bets.py).
+        won: of what bets on them had won at the end.
     """
 
     without: float
@@ -43,6 +44,11 @@ class Comparison:
     torque_with: float
     evidence: float
     against: float
+    won: float = 0.0
+
+    def after(self, earlier: float) -> Comparison:
+        """The same where bets on the effects had won e^earlier on other data before."""
+        return replace(self, evidence=max(self.evidence + earlier, 0.0))
 
     @property
     def error(self) -> dict[str, Any]:

@@ -297,10 +297,13 @@ class LiveTracing:
         names = self._effects(content).compensation.names
         advise = self._config.tracing.live == "advise"
         step: str
+        won = 0.0
         if role == "suspected":
             settings, until = self._config.tracing, float(content.get("until", -math.inf))
             last = newest + settings.proof > until + TRIAL_PART * settings.window
-            step = verdict = on_trial(comparison, level(max(before.suspicions, 1)), last)
+            count, earlier = before.stake
+            won, comparison = comparison.won, comparison.after(earlier)
+            step = verdict = on_trial(comparison, level(count), last)
         else:
             step = verdict = in_force(comparison)
         if verdict == "promoted" and (advise or set(names) & set(before.held)):
@@ -310,7 +313,7 @@ class LiveTracing:
         elif verdict == "withdrawn" and advise:
             step, verdict = "doubtful", "doubted"
         compared = {"error": comparison.error} if comparison.turned else (content.get("proof") or None)
-        self._take_up(before.after_proof(newest, verdict, compared))
+        self._take_up(before.after_proof(newest, verdict, compared, won))
         again = step == "doubtful" and _last(before, names) == step
         if verdict in ("kept", "waits") or again:
             log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), verdict, comparison.sentence)

@@ -13,7 +13,7 @@ does not.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 from incsvr.verdict import Verdict
@@ -25,6 +25,8 @@ TRIAL_PART = 0.5
 """A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
 is this part of the window; then it has proven itself or is refused. What is in force is compared whenever so much is
 fresh. Before the fresh data the models know the rest of the window."""
+STANDING_BETS = 10
+"""Sets of effects whose bets are remembered; those that were suspected longest ago go."""
 STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
@@ -49,7 +51,10 @@ class Standing:
         proven: the trace whose effects have proven themselves and wait for an operator.
         fresh: neither a trace nor a proof has seen what is younger than this [s].
         traced: the newest data of the last trace [s].
-        suspicions: how often something was suspected: the chance that is spent on each becomes less.
+        suspicions: how many sets of effects were suspected: the chance that is spent on each becomes less.
+        bets: of a set of effects, by its names, its number among those suspected, and ln of what betting on it won
+            until now. What is suspected again goes on from there: its data are later ones each time, and what is won by
+            one bet after another is multiplied.
         held: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
     """
@@ -60,6 +65,7 @@ class Standing:
     fresh: float = 0.0
     traced: float | None = None
     suspicions: int = 0
+    bets: Mapping[str, tuple[int, float]] = field(default_factory=dict)
     held: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
 
@@ -68,7 +74,8 @@ class Standing:
         """The standing whose `to_dict` gave `data`."""
         known = {name: data[name] for name in Standing.__slots__ if name in data}  # an earlier version kept others
         listed = {name: tuple(known.get(name, ())) for name in ("held", "history")}
-        return Standing(**{**known, **listed})
+        bets = {name: (int(count), float(won)) for name, (count, won) in dict(known.get("bets", {})).items()}
+        return Standing(**{**known, **listed, "bets": bets})
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data."""
@@ -118,15 +125,32 @@ class Standing:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
         if found is None:
             return replace(self, shadow=None, traced=newest)
-        return replace(self, shadow=found, traced=newest, fresh=newest, suspicions=self.suspicions + 1)
+        key = _key(found)
+        count, won = self.bets.get(key, (self.suspicions + 1, 0.0))
+        others = [(name, bet) for name, bet in self.bets.items() if name != key]
+        bets = dict([*others[1 - STANDING_BETS :], (key, (count, won))])
+        suspicions = max(count, self.suspicions)
+        return replace(self, shadow=found, traced=newest, fresh=newest, suspicions=suspicions, bets=bets)
+
+    @property
+    def stake(self) -> tuple[int, float]:
+        """Of what is suspected: its number among those suspected, and ln of what earlier bets on it won."""
+        return (1, 0.0) if self.shadow is None else self.bets.get(_key(self.shadow), (max(self.suspicions, 1), 0.0))
 
     def overdue(self, newest: float, window: float) -> bool:
         """Whether half a window passed since the trace of what is suspected: the data before it are going, and a proof
         that could not be made by then cannot be made."""
         return self.shadow is not None and newest >= float(self.shadow.get("until", newest)) + TRIAL_PART * window
 
-    def after_proof(self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None) -> Standing:
-        """A proof of what is tried, on data up to `newest` [s], ended; `compared` is what it is in plain words."""
+    def after_proof(
+        self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None, won: float = 0.0
+    ) -> Standing:
+        """A proof of what is tried, on data up to `newest` [s], ended.
+
+        Args:
+            compared: what it is in plain words.
+            won: ln of what was won by bets on these data.
+        """
         if self.tried is None:
             return self
         role, content = self.tried
@@ -134,11 +158,14 @@ class Standing:
         on = replace(self, fresh=newest)
         match role, verdict:
             case "suspected", "promoted":
-                return replace(on, force=seen, shadow=None)
+                return replace(on, force=seen, shadow=None, bets=self._bets_without(content))
             case "suspected", "proven":
-                return replace(on, proven=seen, shadow=None)
+                return replace(on, proven=seen, shadow=None, bets=self._bets_without(content))
             case "suspected", "refused":
-                return replace(on, shadow=None)
+                count, before = self.stake
+                # with less than it began with, a new bet is the better one: it is counted anew
+                kept = {_key(content): (count, before + won)} if before + won > 0.0 else {}
+                return replace(on, shadow=None, bets={**self._bets_without(content), **kept})
             case "suspected", _:
                 return replace(on, shadow=seen)
             case "proven", "withdrawn":
@@ -149,6 +176,9 @@ class Standing:
                 return replace(on, force=None)
             case _, _:
                 return replace(on, force=seen)
+
+    def _bets_without(self, content: Content) -> dict[str, tuple[int, float]]:
+        return {name: bet for name, bet in self.bets.items() if name != _key(content)}
 
     def promoted(self, role: Role) -> Standing:
         """An operator has promoted what is suspected or proven."""
@@ -162,3 +192,8 @@ class Standing:
     def withdrawn(self, names: Sequence[str]) -> Standing:
         """An operator has withdrawn what is in force, these effects."""
         return replace(self, force=None, held=tuple(dict.fromkeys((*self.held, *names))))
+
+
+def _key(content: Content) -> str:
+    """The names of the effects of a trace."""
+    return ", ".join(sorted(str(finding["effect"]) for finding in content["effects"]))

@@ -75,8 +75,9 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
     within = local > 0.5 * (float(np.quantile(local, 0.1)) + float(np.max(local)))
     loud[: n * many] = np.repeat(_without_gaps(within, length), many)
     inside, outside = innovation[loud], innovation[~loud]
-    matters = inside.size > 0 and float(np.std(inside)) > LOUDER * float(np.std(outside))
-    return loud if matters else nowhere
+    if not inside.size or not outside.size:  # what comes and goes all the time is no spell
+        return nowhere
+    return loud if float(np.std(inside)) > LOUDER * float(np.std(outside)) else nowhere
 
 
 def sentence(found: Sequence[tuple[float, float]]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.bets import evidence, score, wealth
+from incsvr.bets import evidence, score, standing, wealth
 
 ROUNDS = 500
 
@@ -36,6 +36,25 @@ def test_one_block_full_of_outliers_is_one_bet() -> None:
 def test_an_effect_that_shows_in_every_block_is_found_within_twenty() -> None:
     found = [int(np.argmax(wealth(score(gains)) > np.log(1000.0))) for gains in walks(4.0, 2.0, 4)]
     assert 5 < np.quantile(found, 0.95) < 20
+
+
+def test_bets_that_go_on_from_what_was_won_before_keep_their_level() -> None:
+    """Trials of 100 blocks, one after the other, on a right forecast and on another beside it."""
+    for shift in (0.1, 0.3, 1.0):
+        won = []
+        for one, other in zip(walks(-0.5 * shift**2, shift, 5), walks(-0.5 * shift**2, shift, 6), strict=True):
+            earlier, most = 0.0, 0.0
+            for trial in zip(np.split(score(one), 5), np.split(score(other), 5), strict=True):
+                most = max(most, earlier + evidence(*trial))
+                earlier += standing(*trial)
+            won.append(most)
+        assert np.mean(np.array(won) >= np.log(20.0)) <= 0.05
+
+
+def test_bets_that_go_on_win_what_one_long_bet_wins() -> None:
+    first, second = np.split(score(walks(0.5, 1.0, 7, 1)[0]), 2)
+    both = standing(first) + standing(second)
+    assert both > 0.5 * standing(np.concatenate([first, second])) > np.log(20.0)
 
 
 def test_without_data_there_is_no_evidence() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from incsvr.verdict import Verdict
-from service.standing import STEPS, Standing
+from service.standing import STANDING_BETS, STEPS, Standing
 
 WINDOW, PROOF = 900.0, 300.0
 LAG = {"effects": [{"effect": "torque_lag"}], "model": {}}
@@ -39,6 +39,30 @@ def test_a_shadow_is_proven_on_what_came_after_its_trace() -> None:
 def test_what_becomes_of_a_shadow(verdict: Verdict, force: object, shadow: object) -> None:
     after = Standing().after_trace(900.0, LAG).after_proof(1200.0, verdict)
     assert (after.force, after.shadow, after.fresh) == (force, shadow, 1200.0)
+
+
+def test_what_is_suspected_again_goes_on_with_what_was_bet_on_it() -> None:
+    first = Standing().after_trace(900.0, LAG)
+    assert first.stake == (1, 0.0)
+    refused = first.after_proof(1350.0, "refused", won=2.5)
+    again = refused.after_trace(1350.0, LAG)
+    assert again.stake == (1, 2.5)
+    assert again.suspicions == 1
+    assert Standing.from_dict(json.loads(json.dumps(again.to_dict()))) == again
+    # bets that lost more than they won begin anew, and with less chance to spend
+    lost = again.after_proof(1800.0, "refused", won=-3.0).after_trace(1800.0, LAG)
+    assert lost.stake == (2, 0.0)
+    assert first.after_proof(1350.0, "promoted", won=5.0).bets == {}
+
+
+def test_other_effects_are_another_suspicion_and_old_bets_go() -> None:
+    standing = Standing().after_trace(0.0, LAG).after_proof(1.0, "refused", won=1.0)
+    other = standing.after_trace(1.0, BIAS)
+    assert other.stake == (2, 0.0)
+    for k in range(20):
+        found = {**LAG, "effects": [{"effect": f"coupling:{k}"}]}
+        other = other.after_trace(1.0, found).after_proof(2.0, "refused", won=1.0)
+    assert len(other.bets) == STANDING_BETS
 
 
 @pytest.mark.parametrize(("verdict", "force"), [("kept", LAG), ("doubted", LAG), ("withdrawn", None)])
