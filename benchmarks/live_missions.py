@@ -29,7 +29,8 @@ from incsvr.errors import BadInput
 from incsvr.shadow import as_run
 from incsvr.tracing import trace
 from service import demo_underway
-from service.config import Config, read
+from service.config import Config
+from service.config_sources import read
 from simulator import leng, underway
 from simulator.missions import Mission, play
 from simulator.online import learner_for, samples_of, signals_for

@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.provenance import provenance
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.config import read
+from service.config_sources import read
 from service.node import LearnerNode
 from service.wire import Health, Measurement
 from simulator.leng import recording

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from service.bus_check import check_bus, check_files
 from service.commented import commented
-from service.config import add_config_arguments, check_inertia, from_arguments, read
+from service.config import check_inertia
+from service.config_sources import add_config_arguments, from_arguments, read
 from service.effects import configured
 from service.inputs.hearing import Hearing
 from service.mapped_ingest import mapping

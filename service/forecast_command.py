@@ -15,7 +15,8 @@ from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
 from service import wire
 from service.client import NoAnswer, reaching
-from service.config import Config, add_config_arguments, from_arguments
+from service.config import Config
+from service.config_sources import add_config_arguments, from_arguments
 from service.output import add_json_argument, emit
 from service.wire import ForecastQuery, ForecastReply
 

@@ -16,7 +16,8 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.arrivals import Arrivals
-from service.config import Config, add_config_arguments, from_arguments
+from service.config import Config
+from service.config_sources import add_config_arguments, from_arguments
 from service.inputs import asking, bus_keys
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE

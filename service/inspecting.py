@@ -13,7 +13,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals.seldom import too_slow
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.measuring import Measured
 from service.inputs.presets import Proposal

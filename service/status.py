@@ -10,7 +10,7 @@ from rich.console import Console
 
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.client import Client, NoAnswer, reaching
-from service.config import add_config_arguments, from_arguments
+from service.config_sources import add_config_arguments, from_arguments
 from service.display import WIDTH, screen
 from service.output import add_json_argument, emit
 from service.wire import Health, ModelSnapshot

@@ -19,7 +19,7 @@ from rich.live import Live
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.client import Client, NoAnswer, reaching
-from service.config import add_config_arguments, from_arguments
+from service.config_sources import add_config_arguments, from_arguments
 from service.display import WIDTH, screen
 from service.lines import iteration_line, learning_line
 from service.session import told_to_stop

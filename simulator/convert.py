@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from service.output import add_json_argument, emit
 from simulator.logs import ARMED, Reading, add_log_arguments
 from simulator.recordings import Recording, sequence, write

@@ -16,7 +16,7 @@ from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.config import Config
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from service.effects import TracedEffects, configured, read_effects
 from service.output import add_json_argument, emit
 from simulator import coupling, declared_inertia, written

@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from incsvr.errors import BadInput
-from service.config import Config, add_config_arguments, from_arguments
+from service.config import Config
+from service.config_sources import add_config_arguments, from_arguments
 from service.session import connecting, from_file, open_session, told_to_stop
 from service.wire import Keys
 from simulator.kept import Kept, is_archive

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.config import from_arguments
+from service.config_sources import from_arguments
 from simulator import leng, planar, underway
 from simulator.player import Faults, messages
 from simulator.recordings import sequence, write

@@ -19,7 +19,7 @@ from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import chance
 from service.config import Config
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from service.output import add_json_argument, destination, emit
 from service.progress import progress
 from simulator import coupling, declared_inertia

@@ -17,7 +17,7 @@ from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, sea
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.config import Config
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from service.output import add_json_argument, emit
 from service.progress import progress
 from simulator import leng, written

@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 from service.cli import whole_parser
-from service.config import read
+from service.config_sources import read
 from service.session import free_endpoint, listening, open_session
 from tests.conftest import ROOT
 

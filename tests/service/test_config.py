@@ -14,7 +14,8 @@ from incsvr.plant.axes import BODY_YAW_RATE
 from incsvr.signals import SignalSettings
 from service.cli import main
 from service.commented import commented
-from service.config import Config, add_config_arguments, from_arguments, read
+from service.config import Config
+from service.config_sources import add_config_arguments, from_arguments, read
 from service.session import from_file
 from tests.conftest import ROOT
 

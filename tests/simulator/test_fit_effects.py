@@ -11,7 +11,7 @@ import pytest
 
 from incsvr.samples import Array
 from service.cli import main
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from service.effects import configured
 from service.node import LearnerNode
 from simulator.recordings import write

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service.cli import main
-from service.config import read as read_config
+from service.config_sources import read as read_config
 from simulator import leng
 from simulator.recordings import Recording, write
 

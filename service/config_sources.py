@@ -1,0 +1,145 @@
+"""Where the configuration in force comes from: a YAML file, then INCSVR_… variables, then flags.
+
+A nested value is named with two underscores in a variable, INCSVR_LEARNER__POLICY=paper, and with a dot in a flag,
+`--set learner.policy=paper`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from incsvr.errors import BadInput
+from service.config import Config, merged, validated
+from service.inputs.presets.defaults import defaults
+
+
+def add_config_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the flags that every command which speaks on the bus understands."""
+    parser.add_argument("--config", metavar="FILE", type=Path, help="the configuration; without it the defaults (Leng)")
+    parser.add_argument("--connect", metavar="ENDPOINT", help="where the bus is, such as tcp/127.0.0.1:7447")
+    parser.add_argument("--prefix", metavar="KEYS", help="the keys begin with it, such as leng/yaw")
+    parser.add_argument(
+        "--set", metavar="NAME=VALUE", action="append", default=[], help="one value, such as learner.policy=paper"
+    )
+
+
+def from_arguments(args: argparse.Namespace) -> Config:
+    """The configuration in force, given the flags of `add_config_arguments`."""
+    flags: dict[str, Any] = {}
+    origin: dict[tuple[str, ...], str] = {}
+    given = [("prefix", args.prefix, "--prefix"), ("bus.connect", args.connect, "--connect")]
+    for text in args.set:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise BadInput(f"--set {text}: write NAME=VALUE, such as learner.policy=paper")
+        given.append((name, yaml.safe_load(value), f"--set {name}"))
+    for name, value, flag in given:
+        if value is not None or flag.startswith("--set"):
+            path = tuple(name.split("."))
+            origin[path] = flag
+            flags = merged(flags, _nested(path, value))
+    return read(args.config, flags, origin)
+
+
+def read(
+    path: Path | None = None,
+    flags: Mapping[str, Any] | None = None,
+    origin: Mapping[tuple[str, ...], str] | None = None,
+) -> Config:
+    """The configuration in force: the file, then INCSVR_… variables, then flags.
+
+    Raises:
+        BadInput: naming the line, the variable or the flag, and what is allowed there.
+    """
+    values: dict[str, Any] = {}
+    where: dict[tuple[str, ...], str] = {}
+    if path is not None:
+        values, lines = _yaml(path)
+        where |= {place: f"{path}, line {line}" for place, line in lines.items()}
+    variables = _variables()
+    for place in _places(variables):
+        where[place] = "the variable INCSVR_" + "__".join(place).upper()
+    values = merged(merged(values, variables), flags or {})
+    values = merged(defaults(values), values)
+    where |= origin or {}
+    config = validated(values, where)
+    for index, entry in enumerate(config.also):
+        below = {place[2:]: source for place, source in where.items() if place[:2] == ("also", str(index))}
+        validated(merged(values | {"also": ()}, entry), where | below)
+    config.each()
+    return config
+
+
+def _yaml(path: Path) -> tuple[dict[str, Any], dict[tuple[str, ...], int]]:
+    """The values of a YAML file, and the line of each."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        node = yaml.compose(text, yaml.SafeLoader)
+        values = yaml.safe_load(text)
+    except FileNotFoundError:
+        raise BadInput(f"{path}: there is no such file; `incsvr config show` prints one to begin with") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path}: cannot be read as text ({error})") from None
+    except yaml.MarkedYAMLError as error:
+        line = (error.problem_mark or error.context_mark or yaml.Mark("", 0, 0, 0, None, 0)).line + 1
+        raise BadInput(f"{path}, line {line}: this is no YAML: {error.problem}") from None
+    except yaml.YAMLError as error:
+        raise BadInput(f"{path}: this is no YAML: {error}") from None
+    if values is None:
+        return {}, {}
+    if not isinstance(values, dict):
+        raise BadInput(f"{path}, line 1: the configuration is a list of `name: value` lines")
+    return values, dict(_lines(node, ()))
+
+
+def _lines(node: yaml.Node | None, place: tuple[str, ...]) -> list[tuple[tuple[str, ...], int]]:
+    found: list[tuple[tuple[str, ...], int]] = []
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            here = (*place, str(key.value))
+            found += [(here, key.start_mark.line + 1), *_lines(value, here)]
+    elif isinstance(node, yaml.SequenceNode):
+        for index, value in enumerate(node.value):
+            here = (*place, str(index))
+            found += [(here, value.start_mark.line + 1), *_lines(value, here)]
+    return found
+
+
+def _variables() -> dict[str, Any]:
+    """What the INCSVR_… variables say, nested."""
+    named = sorted(name for name in os.environ if name.startswith("INCSVR_"))
+    for name in named:
+        top = name.removeprefix("INCSVR_").partition("__")[0].lower()
+        if top not in Config.model_fields:
+            raise BadInput(f"the variable {name}: there is no {top}; `incsvr config show` lists all names")
+    if not named:
+        return {}
+    # Loaded where it is needed alone: it brings 10 MB and a quarter of a second with it.
+    from pydantic_settings import BaseSettings, EnvSettingsSource, SettingsConfigDict, SettingsError
+
+    class Variables(Config, BaseSettings):
+        model_config = SettingsConfigDict(env_prefix="INCSVR_", env_nested_delimiter="__")
+
+    try:
+        return EnvSettingsSource(Variables)()
+    except SettingsError as error:
+        raise BadInput(f"an INCSVR_ variable is not understood: {error}; lists are written as JSON") from None
+
+
+def _nested(path: tuple[str, ...], value: Any) -> dict[str, Any]:
+    for name in reversed(path):
+        value = {name: value}
+    return dict(value)
+
+
+def _places(values: Mapping[str, Any], place: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    found = []
+    for name, value in values.items():
+        found += _places(value, (*place, name)) if isinstance(value, Mapping) else [(*place, name)]
+    return found
