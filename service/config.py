@@ -19,19 +19,9 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import SignalSettings
 from service.inputs.settings import Inputs
-from service.sections import (
-    Archive,
-    Bus,
-    HealthLimits,
-    Learner,
-    Name,
-    Prefix,
-    Section,
-    Signals,
-    Simulation,
-    Tracing,
-    Vehicle,
-)
+from service.section import Name, Prefix, Section
+from service.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
+from service.vehicle import Vehicle
 
 
 class Config(Section):

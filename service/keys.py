@@ -21,7 +21,7 @@ from incsvr.errors import BadInput
 from service.certificates import VALID, Pair, authority, loaded, signed
 from service.output import add_json_argument, emit
 from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
-from service.sections import Prefix
+from service.section import Prefix
 from service.session import client_settings, listener_settings
 
 ENDPOINT = "tls/127.0.0.1:7447"

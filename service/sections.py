@@ -2,77 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Literal, Self
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from incsvr.learning.learner import Settings as LearnerSettings
-from incsvr.plant.attitude import Restoring
-from incsvr.plant.axes import AXES
-from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.settings import TorqueKind
 from service.endpoint import listens_everywhere
-
-
-def shaped(pattern: str, sentence: str) -> AfterValidator:
-    """A text that matches the whole pattern; a person who wrote another one is told the sentence."""
-
-    def checked(text: str) -> str:
-        if re.fullmatch(pattern, text) is None:
-            raise ValueError(sentence)
-        return text
-
-    return AfterValidator(checked)
-
-
-Endpoint = Annotated[
-    str,
-    shaped(
-        r"(tcp|tls|quic|ws|unixsock-stream)/\S+",
-        "write an endpoint as in tcp/127.0.0.1:7447; it begins with tcp/, tls/, quic/, ws/ or unixsock-stream/",
-    ),
-]
-Name = Annotated[
-    str,
-    Field(max_length=64),
-    shaped(r"[A-Za-z0-9_.-]+", "a name has letters without accents, digits, _, . and - alone"),
-]
-Prefix = Annotated[
-    str,
-    Field(max_length=128),
-    shaped(
-        r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*",
-        "a prefix is names with slashes between them, such as leng/yaw; a name has letters from a to z, digits, _, . "
-        "and - alone",
-    ),
-]
-
-
-def _row_by_row(given: Any) -> Any:
-    """Six rows of six as the 36 entries that they are."""
-    rows = given if isinstance(given, list | tuple) else ()
-    whole = len(rows) > 0 and all(isinstance(row, list | tuple) for row in rows)
-    return [entry for row in rows for entry in row] if whole else given
-
-
-def _of_a_body(entries: tuple[float, ...]) -> tuple[float, ...]:
-    mass_matrix(entries)
-    return entries
-
-
-MassMatrix = Annotated[tuple[float, ...], BeforeValidator(_row_by_row), AfterValidator(_of_a_body)]
-Metres = Annotated[float, Field(ge=-100.0, le=100.0)]
-Positive = Annotated[float, Field(gt=0.0, le=1e6)]
-Seconds = Annotated[float, Field(gt=0.0, le=1e6)]
-
-
-class Section(BaseModel):
-    """A part of the configuration: unknown names are refused, because they are misspelt ones."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+from service.section import Endpoint, Name, Positive, Seconds, Section
 
 
 class Bus(Section):
@@ -96,86 +35,6 @@ class Bus(Section):
         if listens_everywhere(endpoint):
             raise ValueError("this listens on all interfaces; name one address, or give a zenoh_file with TLS")
         return endpoint
-
-
-class Vehicle(Section):
-    """Whose damping it is."""
-
-    name: Name = Field(default="leng", description="the vehicle; a state of another one is refused")
-    axis: Literal["surge", "sway", "heave", "roll", "pitch", "yaw"] = Field(
-        default="yaw", description="whose velocity and force are learned; m/s, N and kg along an axis"
-    )
-    inertia: float = Field(default=350.0, gt=0.0, le=1e7, description="dry and added mass about yaw [kg m²]")
-    mass_matrix: MassMatrix | None = Field(
-        default=None,
-        description="M with added mass, surge to yaw [kg], [kg m²]: its diagonal, or 36 entries row by row, instead of "
-        "inertia; null takes the axis by itself",
-    )
-    weight: float | None = Field(
-        default=None,
-        gt=0.0,
-        le=1e9,
-        description="W [N], where weight and buoyancy are no part of the damping",
-    )
-    buoyancy: float | None = Field(default=None, gt=0.0, le=1e9, description="B [N]; null where it is the weight")
-    centre_of_gravity: tuple[Metres, Metres, Metres] = Field(
-        default=(0.0, 0.0, 0.0), description="from the origin: ahead, to starboard, below [m]"
-    )
-    centre_of_buoyancy: tuple[Metres, Metres, Metres] = Field(default=(0.0, 0.0, 0.0), description="likewise [m]")
-    rate_range: tuple[float, float] = Field(
-        default=(-0.25, 0.25), description="lowest and highest yaw rate it reaches [rad/s]"
-    )
-    rate_limit: float = Field(default=1.0, gt=0.0, le=50.0, description="a yaw rate beyond is no measurement [rad/s]")
-    torque_limit: float = Field(default=500.0, gt=0.0, le=1e7, description="a torque beyond is no measurement [N m]")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        low, high = self.rate_range
-        if not -self.rate_limit <= low < high <= self.rate_limit:
-            raise ValueError("rate_range needs its lower end first, and both within ± rate_limit")
-        return self
-
-    @model_validator(mode="after")
-    def _weighed(self) -> Self:
-        about = [name for name in ("buoyancy", "centre_of_gravity", "centre_of_buoyancy") if _given(self, name)]
-        if self.weight is None and about:
-            raise ValueError(f"{about[0]} says nothing without a weight; give weight [N] as well")
-        return self
-
-    @model_validator(mode="after")
-    def _of_one_inertia(self) -> Self:
-        """The mass matrix says what the inertia of the axis is."""
-        if self.mass_matrix is None:
-            return self
-        own = list(AXES).index(self.axis)
-        inertia = float(mass_matrix(self.mass_matrix)[own, own])
-        if not inertia > 0.0:
-            raise ValueError(f"mass_matrix has {inertia:g} for {self.axis}, the axis that is learned; give its inertia")
-        if "inertia" in self.model_fields_set and self.inertia != inertia:
-            raise ValueError(
-                f"inertia is {self.inertia:g}, and mass_matrix has {inertia:g} for {self.axis}; leave out inertia"
-            )
-        object.__setattr__(self, "inertia", inertia)
-        return self
-
-    @property
-    def inertia_said(self) -> bool:
-        """Whether somebody said the inertia, or that it is Leng, whose is known."""
-        leng = "name" in self.model_fields_set and self.name == "leng" and self.axis == "yaw"
-        return "inertia" in self.model_fields_set or self.mass_matrix is not None or leng
-
-    @property
-    def restoring(self) -> Restoring | None:
-        """Weight and buoyancy; None where they are left out."""
-        if self.weight is None:
-            return None
-        lift = self.weight if self.buoyancy is None else self.buoyancy
-        return Restoring(self.weight, lift, self.centre_of_gravity, self.centre_of_buoyancy)
-
-
-def _given(section: BaseModel, name: str) -> bool:
-    """Whether a value is not as it is by default."""
-    return bool(getattr(section, name) != type(section).model_fields[name].default)
 
 
 class Signals(Section):

@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from incsvr.samples import Array
 from service.inputs.units import FACTORS, unit
-from service.sections import Name, Section, shaped
+from service.section import Name, Section, shaped
 
 Sign = Literal[1, -1]
 StampUnit = Literal["s", "ms", "us", "ns"]
