@@ -10,47 +10,27 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
-import numpy as np
-
-from incsvr.learning.excitation import MANOEUVRE
-from incsvr.plant.axes import AXES, stream_of
+from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.checks import implausible
-from incsvr.signals.streams import FUTURE, JUMP
+from incsvr.signals.streams import JUMP
+from service import health_sentences as sentences
 from service import wire
+from service.heard import Heard, Lately
 from service.learning_state import LearningState
 from service.node import LearnerNode
 from service.recent import Pace
 from service.sections import HealthLimits
-from service.sequence import Sequence
 from service.starvation import NAMES, Starvation, slow_stream
 
-#: What the sender of a refused message should send, by the reasons.
-CURES = {
-    frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
-        'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
-    ),
-    frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
-}
 #: A stream that has not come for so long [s] is one to stand in for: streams come at 2 Hz and more.
 SILENT = 1.0
 #: Values of a stream by which is judged whether it is in another unit.
 LOOKED_AT = 1000
-
-
-@dataclass(slots=True)
-class _Stream:
-    received: int = 0  # values
-    sequence: Sequence = field(default_factory=Sequence)
-    at: float | None = None  # wall time of the newest message
-    t: float | None = None  # the vehicle's time of it
-    value: float | None = None
-    still_since: float | None = None  # the vehicle's time since which the value has been the same
 
 
 class HealthWatch:
@@ -71,10 +51,9 @@ class HealthWatch:
     def __init__(self, limits: HealthLimits, started: float, clock: Callable[[], float]) -> None:
         self._limits, self._started, self._clock = limits, started, clock
         self._lock = threading.Lock()
-        self._streams: dict[str, _Stream] = {name: _Stream() for name in NAMES}
+        self._streams: dict[str, Heard] = {name: Heard() for name in NAMES}
         self._refused: dict[str, int] = {}
-        self._seen: dict[str, int] = {}
-        self._fault: dict[str, tuple[float, int]] = {}  # counter → when it last grew, and by how much
+        self._lately = Lately()
         self._failure: tuple[float, str] | None = None
         self._unsaved: str | None = None
         self._paused: str | None = None
@@ -91,47 +70,26 @@ class HealthWatch:
 
     def among(self, coupled: Coupled | None) -> None:
         """The axis is learned in this body: what samples need of it, and what is taken for zero."""
-        if coupled is None:
-            return
-        self._body = coupled.streams
-        if coupled.missing:
-            unknown = ", ".join(f"channel {stream_of(coupled.axis, name)}" for name in coupled.missing)
-            self._notes = (
-                f"taken for zero in the vehicle's body, because nothing brings it: {unknown}; publish it and name it "
-                "in signals.channels, or have a learner of that axis in this process",
-            )
+        if coupled is not None:
+            self._body, self._notes = coupled.streams, sentences.taken_for_zero(coupled)
 
     def received(self, name: str, t: Array, value: Array) -> None:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
         with self._lock:
-            stream = self._stream(name)
-            stream.received += t.size
-            stream.at = self._clock()
-            believed = (t >= 0.0) & (t < FUTURE) & np.isfinite(value)
-            if not believed.all():
-                t, value = t[believed], value[believed]
-                if not t.size:
-                    return
-            if name in NAMES:
+            t, value = self._stream(name).came(self._clock(), t, value)
+            if name in NAMES and t.size:
                 (self._pace.rate if name == "yaw_rate" else self._pace.torque).add(t, value)
-            # Over a jump of the clock nothing is known.
-            changed = np.flatnonzero((value[1:] != value[:-1]) | (np.abs(np.diff(t)) > JUMP))
-            if changed.size:
-                stream.still_since = float(t[changed[-1] + 1])
-            elif value[0] != stream.value or stream.t is None or abs(float(t[0]) - stream.t) > JUMP:
-                stream.still_since = float(t[0])
-            stream.t, stream.value = float(t[-1]), float(value[-1])
 
     def numbered(self, name: str, sequence: int) -> None:
         """A message with this number came."""
         with self._lock:
             self._stream(name).sequence.came(sequence)
 
-    def _stream(self, name: str) -> _Stream:
+    def _stream(self, name: str) -> Heard:
         """The stream of that name; what comes after too many names is kept under one."""
         if name not in self._streams and len(self._streams) >= MAX_CHANNELS:
             name = "(further)"
-        return self._streams.setdefault(name, _Stream())
+        return self._streams.setdefault(name, Heard())
 
     def refused(self, reason: str, count: int = 1) -> None:
         """A message was no measurement."""
@@ -186,18 +144,7 @@ class HealthWatch:
             graded.insert(graver, ("WARN", learning.sentence))
         served, axis = node.served, AXES[node.config.vehicle.axis]
         with self._lock:
-            streams = {
-                name: wire.StreamHealth(
-                    received=stream.received,
-                    lost=stream.sequence.lost,
-                    age_s=None if stream.at is None else round(max(now - stream.at, 0.0), 3),
-                    t=stream.t,
-                    value=stream.value,
-                    period_s=readings[name].period if name in readings else None,
-                    held=readings[name].held if name in readings else 0,
-                )
-                for name, stream in self._streams.items()
-            }
+            streams = {name: stream.health(now, readings.get(name)) for name, stream in self._streams.items()}
         return wire.Health(
             level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
             reasons=tuple(said(axis, sentence) for _, sentence in graded),
@@ -268,49 +215,11 @@ class HealthWatch:
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
         warnings = [*self.notices, *node.said.warnings]
         with self._lock:
-            for reason in rejected.keys() | self._seen.keys():
-                grown = rejected.get(reason, 0) - self._seen.get(reason, 0)
-                at, before = self._fault.get(reason, (now, 0))
-                remembered = before if now - at <= self._limits.warn_for else 0
-                if grown > 0:
-                    self._fault[reason] = (now, remembered + grown)
-                elif grown < 0:  # messages that were overtaken, and not lost
-                    self._fault[reason] = (at, remembered + grown)
-            self._seen = rejected
-            recent = {
-                reason: count
-                for reason, (at, count) in sorted(self._fault.items())
-                if count > 0 and now - at <= self._limits.warn_for
-            }
-            if recent.pop("clock_restarted", 0):
-                warnings.append("the clocks of yaw rate and torque began anew")
-            for reason, count in recent.items():
-                warnings.append(f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}")
-            warnings += [sentence for reasons, sentence in CURES.items() if recent.keys() & reasons]
-            rate = self._streams["yaw_rate"]
-            if rate.still_since is not None and rate.t is not None:
-                still = rate.t - rate.still_since
-                if still > self._limits.stuck_after:
-                    warnings.append(f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s")
-        signals, recent_batches = node.config.signal_settings(), node.recent_batches
-        slow = slow_stream(signals, node.batches.smoothing, node.batches.readings)
+            warnings += sentences.rejected(self._lately.look(now, rejected, self._limits.warn_for))
+            warnings += sentences.stands_still(self._streams["yaw_rate"], self._limits.stuck_after)
+        slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
         warnings += [slow] if slow else []
         with self._lock:
             seldom = self._pace.look()
         warnings += [seldom.on_a_bus(self.asks)] if seldom is not None else []
-        quick, excitation = recent_batches.unresolved, recent_batches.excitation
-        if quick is not None:
-            warnings.append(f"{quick.sentence}; {quick.cure(signals)}")
-        if excitation is not None and excitation.little:
-            warnings.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
-        rates, served = node.batches.recent_rates, node.served.model
-        if rates and served.is_trained:
-            over_several = served.several is not None
-            said = served.at(node.batches.newest) if over_several else served.predict(np.array(rates))
-            if 2 * np.count_nonzero(said.extrapolated) > said.extrapolated.size:
-                low, high = served.trained_range or (0.0, 0.0)
-                warnings.append(
-                    f"the vehicle turns at {rates[-1]:.3g} rad/s, where the model extrapolates "
-                    f"(learned {low:.3g} to {high:.3g} rad/s{', among other velocities' if over_several else ''})"
-                )
-        return warnings
+        return [*warnings, *sentences.of_motion(node)]

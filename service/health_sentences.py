@@ -1,0 +1,70 @@
+"""The sentences of health about what was rejected and how the vehicle moves: from what is known, no state, no clock."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.learning.excitation import MANOEUVRE
+from incsvr.plant.axes import stream_of
+from incsvr.plant.body import Coupled
+from service.heard import Heard
+from service.node import LearnerNode
+
+#: What the sender of a refused message should send, by the reasons.
+CURES = {
+    frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
+        'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
+    ),
+    frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
+}
+
+
+def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
+    """What samples need of the body and nothing brings."""
+    if not coupled.missing:
+        return ()
+    unknown = ", ".join(f"channel {stream_of(coupled.axis, name)}" for name in coupled.missing)
+    return (
+        f"taken for zero in the vehicle's body, because nothing brings it: {unknown}; publish it and name it "
+        "in signals.channels, or have a learner of that axis in this process",
+    )
+
+
+def rejected(lately: dict[str, int]) -> list[str]:
+    """What was rejected, reason → how many, and what its senders should send."""
+    told = []
+    if lately.pop("clock_restarted", 0):
+        told.append("the clocks of yaw rate and torque began anew")
+    for reason, count in lately.items():
+        told.append(f"{count} {'value' if count == 1 else 'values'} rejected: {reason.replace('_', ' ')}")
+    return told + [sentence for reasons, sentence in CURES.items() if lately.keys() & reasons]
+
+
+def stands_still(rate: Heard, longest: float) -> list[str]:
+    """The yaw rate has been the same for longer than that [s]."""
+    if rate.still_since is not None and rate.t is not None:
+        still = rate.t - rate.still_since
+        if still > longest:
+            return [f"the yaw rate stands still at {rate.value:g} rad/s for {still:.1f} s"]
+    return []
+
+
+def of_motion(node: LearnerNode) -> list[str]:
+    """It is too quick for the streams, tells too little, or goes where the model only extrapolates."""
+    told, recent = [], node.recent_batches
+    quick, excitation = recent.unresolved, recent.excitation
+    if quick is not None:
+        told.append(f"{quick.sentence}; {quick.cure(node.config.signal_settings())}")
+    if excitation is not None and excitation.little:
+        told.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
+    rates, served = node.batches.recent_rates, node.served.model
+    if rates and served.is_trained:
+        over_several = served.several is not None
+        said = served.at(node.batches.newest) if over_several else served.predict(np.array(rates))
+        if 2 * np.count_nonzero(said.extrapolated) > said.extrapolated.size:
+            low, high = served.trained_range or (0.0, 0.0)
+            told.append(
+                f"the vehicle turns at {rates[-1]:.3g} rad/s, where the model extrapolates "
+                f"(learned {low:.3g} to {high:.3g} rad/s{', among other velocities' if over_several else ''})"
+            )
+    return told
