@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, SignalSettings
+from incsvr.signals.clocks import empty_streams
 from incsvr.signals.streams import CAPACITY
-from incsvr.signals.synchroniser import empty_streams
 
 _SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
 

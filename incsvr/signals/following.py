@@ -1,5 +1,8 @@
 """How wide the filter is at an instant, where no gap is set: as configured, or wide enough for the slower stream.
 
+It is FOLLOWS of that stream's period or more, up to WIDEST times the configured width; pauses are bridged up to BRIDGED
+times its width. A stream at 4 Hz is learned from like this; one slower by far has no samples.
+
 A torque that holds (holding.py) has no part in it. All follows from the stream's messages up to the instant alone, so
 that it is the same whenever it is asked for.
 """

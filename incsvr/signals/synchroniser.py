@@ -9,20 +9,8 @@ messages are bundled, how the streams are interleaved and when `ready` is called
 Only a stream that falls further behind than the bounds below (JUMP for a channel, CAPACITY for yaw rate and torque) is
 not waited for. The same code serves recordings, the simulator and the service.
 
-What is right where clocks are not (`incsvr.signals.streams` says what one stream does by itself):
-
-- The stamps of yaw rate and torque do not overlap (seconds since 1970 beside seconds since start, one clock an hour
-  ahead): there is no sample, because nothing but the stamps says which values belong together. `readings` says so.
-- One clock begins anew while the other goes on: the samples up to there are completed, what comes after is held, and no
-  sample is made until both clocks show the same time again, within JUMP. Old values are never paired with new ones.
-- Both begin anew (the vehicle was switched off and on), or the one goes back to where the other is: all is taken up
-  anew from the stamp since which both clocks run. After a clock was set, and only then, the order in which the
-  messages of different streams arrive has a say: stamps alone do not tell of which time they are.
-- A channel that was not configured is waited for while it comes: once it is JUMP behind, it delays nothing.
-
-Where no `gap` is set, the filter follows the streams: it is as wide as configured, or wide enough for the slower one
-(FOLLOWS of its period), up to WIDEST times; pauses are bridged up to BRIDGED times its width. A stream at 4 Hz is
-learned from like this; one slower by far has no samples, but a command that holds widens nothing (signals.holding).
+What is right where clocks are not, `incsvr.signals.clocks` says, and `incsvr.signals.following` how the filter follows
+slow streams. A channel that was not configured is waited for while it comes: once it is JUMP behind, it delays nothing.
 """
 
 from __future__ import annotations
@@ -38,10 +26,11 @@ from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
 from incsvr.samples import Samples
+from incsvr.signals.clocks import Clocks, channel
 from incsvr.signals.holding import filters
 from incsvr.signals.sampling import samples_at
-from incsvr.signals.settings import LONGEST_PAUSE, MAX_CHANNELS, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
-from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Reading, Stream
+from incsvr.signals.settings import LONGEST_PAUSE, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
+from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
@@ -73,11 +62,11 @@ class Synchroniser:
             from incsvr.torque_ledger import TorqueLedger
 
             self._ledger = TorqueLedger(compensation, settings)
-        self._streams = empty_streams(settings)
+        self._clocks = Clocks(settings)
+        self._streams = self._clocks.streams
         self._refused: Counter[str] = Counter()
         self._go_on(0)
         self._widening = 0
-        self._compared: tuple[list[Stream], float] = ([], 0.0)  # the clocks that were looked at last, and the lead
         self.clock_restarts = 0
         """How often the time of the samples went back with the clocks."""
         self.taken_up = 0
@@ -113,9 +102,7 @@ class Synchroniser:
 
     def push_one(self, name: str, time: float, value: float) -> None:
         """Takes one message: its stamp [s] and value ([rad/s] of "yaw_rate", [N m] of "torque", or a channel's)."""
-        stream = self._streams.get(name)
-        if stream is None:
-            stream = self._join(name)
+        stream = self._clocks.of(name)
         if stream is not None:
             stream.push(time, value)
         else:
@@ -130,9 +117,7 @@ class Synchroniser:
         stamps, values = (np.atleast_1d(np.asarray(part, dtype=np.float64)) for part in (time, value))
         if stamps.shape != values.shape or stamps.ndim != 1:
             raise BadInput(f"{name}: {stamps.size} time stamps and {values.size} values; give one stamp for each value")
-        stream = self._streams.get(name)
-        if stream is None:
-            stream = self._join(name)
+        stream = self._clocks.of(name)
         if stream is not None:
             stream.push_many(stamps, values)
         else:
@@ -170,32 +155,12 @@ class Synchroniser:
 
     def _take_up(self) -> bool:
         """Goes on with the clocks that began anew, where yaw rate and torque agree; True where samples may follow."""
-        clocks = [self._streams[name].latest for name in REQUIRED]
-        newest = [clock.newest for clock in clocks]
-        (before, led), lead = self._compared, newest[0] - newest[1]
-        self._compared = (clocks, lead)
-        # Played faster than they are taken in, two clocks that agree overtake each other.
-        if abs(lead) > JUMP and not (before == clocks and lead * led < 0.0):
-            return False
-        if not any(self._streams[name].next for name in REQUIRED):
-            for name, stream in self._streams.items():
-                if stream.next is not None and abs(stream.next.newest - min(newest)) <= JUMP:
-                    self._streams[name] = stream.next
+        period, reach = self.settings.sample_period, self.settings.reach
+        begin = self._clocks.take_up(self._next * period + reach)
+        if begin is None:
             return False
         self.taken_up += 1
-        begin = max(clock.since for clock in clocks)
-        looked_at = self._next * self.settings.sample_period + self.settings.reach
-        for name, stream in self._streams.items():
-            clock = stream.latest
-            if name not in REQUIRED and abs(clock.newest - min(newest)) > JUMP:
-                clock = stream.anew()  # it has still to come
-            # What a clock showed that was left alone is told; the seconds between two clocks are a pause like others.
-            if clock is not stream:
-                clock.refuse("clock_jump", stream.count(looked_at + JUMP, inf) + clock.count(-inf, clock.since))
-            clock.cut(clock.since)
-            clock.refuse("clocks_apart", clock.count(looked_at if clock is stream else -inf, begin - JUMP))
-            self._streams[name] = clock
-        following = ceil((begin - self.settings.reach) / self.settings.sample_period)
+        following = ceil((begin - reach) / period)
         if following < self._next:
             self.clock_restarts += 1
             self._refused["clock_restarted"] += 1
@@ -227,7 +192,7 @@ class Synchroniser:
         synchroniser._go_on(int(data["next"]))
         synchroniser._refused = Counter(data["refused"])
         for name, stream in data["streams"].items():
-            synchroniser._streams.setdefault(name, _channel(settings)).restore(stream)
+            synchroniser._streams.setdefault(name, channel(settings)).restore(stream)
         return synchroniser
 
     def _go_on(self, following: int) -> None:
@@ -235,12 +200,6 @@ class Synchroniser:
         self._next = following
         settings = self.settings
         self._due = following * settings.sample_period + settings.reach + settings.lateness - _ROUNDING
-
-    def _join(self, name: str) -> Stream | None:
-        """A stream for a channel that was not declared, as long as there is room."""
-        if len(self._streams) >= MAX_CHANNELS + len(REQUIRED):
-            return None
-        return self._streams.setdefault(name, _channel(self.settings))
 
     def _samples(self, end: int, settled: float) -> Samples:
         """The samples on the grid from where the last call ended up to `end`, without those across a gap.
@@ -288,17 +247,3 @@ class Synchroniser:
         if ledger is not None:
             ledger.forget(end * period - widest)
         return Samples.concatenate(parts)
-
-
-def empty_streams(settings: SignalSettings) -> dict[str, Stream]:
-    """Empty streams of what samples wait for, by name."""
-    return {
-        YAW_RATE: Stream(settings.rate_limit, settings.lateness),
-        TORQUE: Stream(settings.torque_limit, settings.lateness),
-        **{name: _channel(settings) for name in settings.channels},
-    }
-
-
-def _channel(settings: SignalSettings) -> Stream:
-    """The stream of a channel, which may come slowly."""
-    return Stream(inf, settings.lateness, FIRST_BELIEVED)
