@@ -75,6 +75,17 @@ class Bench:
         play(self.session, self.keys, what, speed=speed, stop=threading.Event())
 
 
+def cut(recording: Recording, end: float) -> Recording:
+    early = recording.time < end
+    return Recording(recording.name, recording.time[early], {n: v[early] for n, v in recording.columns.items()})
+
+
+@pytest.fixture(scope="module")
+def run() -> Recording:
+    """The first two minutes of Leng's first training run: three whole batches of 50 samples."""
+    return cut(leng.recording("T1", seed=7), 100.0)
+
+
 def teach(session: zenoh.Session, keys: wire.Keys, seed: int, first: float, last: float) -> None:
     """Sends part of Leng's first training run, in messages that carry five seconds of a stream; nothing is dropped."""
     for start in np.arange(first, last, 5.0).tolist():
