@@ -24,8 +24,8 @@ from service.asked import Asked, asked, listed, names
 from service.estimates import forecast_reply
 from service.health import HealthWatch
 from service.history import History
-from service.node import LearnerNode, NothingLearned
-from service.published import damping
+from service.node import LearnerNode
+from service.published import NothingLearned, damping
 from service.state_file import Row
 
 log = logging.getLogger(__name__)

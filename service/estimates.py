@@ -6,7 +6,8 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service import wire
-from service.node import LearnerNode, NothingLearned
+from service.node import LearnerNode
+from service.published import check_trained
 from service.stand_in import Ahead, StandIn
 
 EFFECTS = "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
@@ -106,6 +107,5 @@ def _ready(node: LearnerNode) -> StandIn:
         if node.config.further_inputs:
             raise BadInput(SEVERAL)
         raise BadInput(EFFECTS if node.config.coupled() is None else COUPLED)
-    if not node.served.model.is_trained:
-        raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
+    check_trained(node.served.model)
     return node.stand_in

@@ -33,9 +33,10 @@ from service.health import HealthWatch
 from service.health_publisher import HealthPublisher
 from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
+from service.iterated import Outcome
 from service.ledger import findings
 from service.lines import iteration_line
-from service.node import LearnerNode, Outcome
+from service.node import LearnerNode
 from service.outgoing import Outgoing
 from service.session import in_time
 from service.store import Store

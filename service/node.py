@@ -11,18 +11,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
-
-import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
-from incsvr.learning import learner
-from incsvr.learning.excitation import Excitation
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration
-from incsvr.plant.axes import AXES
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Said, Vehicle
 from service import wire
@@ -30,37 +25,12 @@ from service.asked import Asked
 from service.batches import Batches
 from service.config import Config
 from service.effects import TracedEffects
-from service.published import Served, damping, report, snapshot, textbook
+from service.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
+from service.published import Served, damping, snapshot, textbook
 from service.recent_batches import RecentBatches
 from service.restored import restored
 from service.stand_in import StandIn
 from service.window import Window
-
-
-class NothingLearned(BadInput):
-    """There is no model yet."""
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """One iteration as it is stored and published, and the learner's whole memory after it as plain data."""
-
-    snapshot: wire.ModelSnapshot
-    report: wire.IterationReport
-    memory: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class _Iterated:
-    """One iteration that is done and not adopted yet."""
-
-    guarded: Guarded
-    served: Served
-    covered: Array
-    clock_restarts: int
-    snapshot: wire.ModelSnapshot
-    report: wire.IterationReport
-    motion: tuple[Excitation, Samples] | None
 
 
 class LearnerNode:
@@ -96,7 +66,7 @@ class LearnerNode:
         self._validation: dict[str, Samples] = {}
         self._clock = clock
         known = restored(memory, self._settings)
-        self._guarded, self._covered = known.guarded, known.covered
+        self._guarded, self._covered = known.guarded, Covered(known.covered)
         paused = known.guarded.checks.paused_since is not None
         self.said = Said("it was before the restart; the next batch will tell" if paused else None)
         compensation = None if effects is None else effects.compensation
@@ -109,7 +79,6 @@ class LearnerNode:
         known_before = (memory or {}).get("forecast")
         alone = effects is None and coupled is None and not others
         self.stand_in = StandIn(signals, known_before) if alone else None
-        self._clock_restarts = 0
         self._looked_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
@@ -142,7 +111,7 @@ class LearnerNode:
             if verdict.learn:
                 if self.stand_in is not None:
                     self.stand_in.learned(self.served.model, batch, self.batches.smoothing)
-                new = self._iterated(guarded, batch, self.served.effects)
+                new = self._iterated(guarded, batch, self.served.effects, self._validation)
                 if new.served.model.is_trained:
                     outcome = self._adopt(new)
                 else:
@@ -180,20 +149,16 @@ class LearnerNode:
         if len(samples) < size:
             lasts = size * self.config.signals.sample_period
             raise BadInput(f"the recent data fill no batch to learn from; that takes {lasts:g} s of data")
-        guarded = guard.begin(self._settings)
-        for first in range(len(samples) % size, len(samples) - size, size):
-            guarded, _, _ = guard.learn(
-                self._settings, self._vehicle, guarded, samples.take(slice(first, first + size))
-            )
+        guarded = learned_anew(self._settings, self._vehicle, samples)
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
-        iterated = self._iterated(guarded, last, findings, validation)
-        if not iterated.served.model.is_trained:
+        new = self._iterated(guarded, last, findings, validation)
+        if not new.served.model.is_trained:
             raise BadInput("the recent data hold too little motion to learn from")
         self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
-        return self._adopt(iterated)
+        return self._adopt(new)
 
     def tell(
         self,
@@ -211,57 +176,22 @@ class LearnerNode:
         return self._published
 
     def _iterated(
-        self,
-        guarded: Guarded,
-        batch: Samples,
-        effects: tuple[dict[str, Any], ...],
-        validation: Mapping[str, Samples] | None = None,
-    ) -> _Iterated:
+        self, guarded: Guarded, batch: Samples, effects: tuple[dict[str, Any], ...], validation: Mapping[str, Samples]
+    ) -> Iterated:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
-        model = guarded.learner.model
-        predicted = model.at(batch).damping if model.is_trained else None
-        began = self._clock()
-        state, iteration = learner.step(self._settings, guarded.learner, batch)
-        if iteration.model.is_trained:
-            iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
-        took = self._clock() - began
-        newest, restarts = float(batch.time[-1]), self.batches.clock_restarts
-        covered = self._covering(batch, restarts)
-        served = Served(iteration.model, self._published + 1, iteration.number, newest, effects)
-        told = report(
-            iteration,
-            batch,
-            served,
-            boot=self.boot,
-            predicted=predicted,
-            training_s=took,
-            axis=AXES[self.config.vehicle.axis],
-            validation=(self._validation if validation is None else validation) if iteration.model.is_trained else {},
-            learned=self._fresh(covered, newest),
-        )
-        after = Guarded(state, guarded.checks, guarded.learner)
-        motion = Excitation.of(batch, iteration.undriven), batch
-        return _Iterated(after, served, covered, restarts, self._snapshot(served), told, motion)
+        step = stepped(self._settings, guarded, batch, self._clock)
+        covered = self._covered.over(batch, self._settings.rate_range, self.batches.clock_restarts)
+        newest = float(batch.time[-1])
+        served = Served(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)
+        return iterated(step, served, covered, self.config, self.boot, validation)
 
-    def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> _Iterated:
+    def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> Iterated:
         """To what was served before the last batch, because of this one, which is put aside."""
-        model = iteration.model
-        predicted = model.at(batch).damping if model.is_trained else None
-        served = replace(self.served, model=model, revision=self._published + 1, iteration=iteration.number)
-        told = report(
-            iteration,
-            batch,
-            served,
-            boot=self.boot,
-            predicted=predicted,
-            training_s=0.0,
-            axis=AXES[self.config.vehicle.axis],
-            validation=self._validation if model.is_trained else {},
-            learned=self.learned,
-        )
-        return _Iterated(guarded, served, self._covered, self._clock_restarts, self._snapshot(served), told, None)
+        served = replace(self.served, model=iteration.model, revision=self._published + 1, iteration=iteration.number)
+        step = taken_back(guarded, batch, iteration)
+        return iterated(step, served, self._covered, self.config, self.boot, self._validation)
 
-    def _adopt(self, new: _Iterated) -> Outcome:
+    def _adopt(self, new: Iterated) -> Outcome:
         """From now on this is what was learned and what is served."""
         self._keep(new)
         self.served, self._published = new.served, new.served.revision
@@ -269,9 +199,9 @@ class LearnerNode:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
         return Outcome(new.snapshot, new.report, self.memory())
 
-    def _keep(self, new: _Iterated) -> None:
+    def _keep(self, new: Iterated) -> None:
         """From now on the learner stands here, whatever is served."""
-        self._guarded, self._covered, self._clock_restarts = new.guarded, new.covered, new.clock_restarts
+        self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
             self.recent_batches.learned(*new.motion, self.batches.smoothing)
 
@@ -283,22 +213,19 @@ class LearnerNode:
             BadInput: it is asked over other velocities than damping was learned over.
         """
         served = self.served
-        if not served.model.is_trained:
-            raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
         return damping(served.model, asked, served.iteration, served.revision)
 
     @property
     def learned(self) -> float:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
-        newest = self.served.t
-        return 0.0 if newest is None else self._fresh(self._covered, newest)
+        return self._covered.fresh(self.served.t, self.config.health.fresh_for)
 
     def memory(self, whole: bool = False) -> dict[str, Any]:
         """All that must survive a restart, as plain data; `whole` adds the samples on their way to the next batch."""
         known: dict[str, Any] = {
             **self._guarded.to_dict(),
             "revision": self.served.revision,
-            "covered": [None if math.isinf(t) else t for t in self._covered.tolist()],
+            "covered": self._covered.to_list(),
             "t": self.served.t,
         }
         if whole:
@@ -313,30 +240,9 @@ class LearnerNode:
         Raises:
             NothingLearned: there is no model yet.
         """
-        served = self.served
-        if not served.model.is_trained:
-            raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
-        return textbook(served, self.boot)
+        return textbook(self.served, self.boot)
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""
         served = self.served
-        return self._snapshot(served) if served.revision else None
-
-    def _fresh(self, covered: Array, newest: float) -> float:
-        return float(np.mean(covered >= newest - self.config.health.fresh_for))
-
-    def _covering(self, batch: Samples, clock_restarts: int) -> Array:
-        """When each bin of the rate range was covered last, with this batch [s]."""
-        covered = self._covered.copy()
-        if clock_restarts > self._clock_restarts:
-            # The stamps begin at zero again: what was covered before counts as of then.
-            covered = np.where(np.isfinite(covered), 0.0, -math.inf)
-        low, high = self._settings.rate_range
-        bins = np.floor((batch.yaw_rate - low) / (high - low) * covered.size)
-        inside = (bins >= 0) & (bins < covered.size)
-        covered[bins[inside].astype(int)] = batch.time[inside]
-        return covered
-
-    def _snapshot(self, served: Served) -> wire.ModelSnapshot:
-        return snapshot(served, self.boot, self.config.vehicle.inertia)
+        return snapshot(served, self.boot, self.config.vehicle.inertia) if served.revision else None

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
@@ -20,6 +21,10 @@ from service.asked import Asked
 from service.batches import sampled
 
 
+class NothingLearned(BadInput):
+    """There is no model yet."""
+
+
 @dataclass(frozen=True, slots=True)
 class Served:
     """What queries are answered from; replaced as a whole."""
@@ -29,6 +34,12 @@ class Served:
     iteration: int
     t: float | None  # the vehicle's time of the newest sample in it [s]
     effects: tuple[dict[str, Any], ...] = ()  # in force
+
+
+def check_trained(model: Model) -> None:
+    """Raises NothingLearned where there is no model yet."""
+    if not model.is_trained:
+        raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
 
 
 def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
@@ -76,7 +87,12 @@ def _over(model: Model) -> wire.OverSeveral | None:
 
 
 def textbook(served: Served, boot: str) -> wire.Coefficients:
-    """The textbook's coefficients of the model that is served."""
+    """The textbook's coefficients of the model that is served.
+
+    Raises:
+        NothingLearned: there is no model yet.
+    """
+    check_trained(served.model)
     found = coefficients(served.model)
     return wire.Coefficients(
         boot=boot,
@@ -89,11 +105,13 @@ def textbook(served: Served, boot: str) -> wire.Coefficients:
 
 
 def damping(model: Model, asked: Asked, iteration: int, revision: int) -> wire.DampingReply:
-    """What a trained model of this iteration and revision says of what is asked.
+    """What a model of this iteration and revision says of what is asked.
 
     Raises:
+        NothingLearned: ask again later.
         BadInput: it is asked over other velocities than the model's.
     """
+    check_trained(model)
     velocity = asked.of(model)
     prediction = model.predict(velocity[:, 0]) if model.several is None else model.over(velocity)
     others = () if model.several is None else model.several.others

@@ -20,7 +20,8 @@ from service import wire
 from service.config import Config
 from service.effects import TracedEffects, taken_up
 from service.host import Host
-from service.node import LearnerNode, Outcome
+from service.iterated import Outcome
+from service.node import LearnerNode
 from service.session import connecting, free_endpoint, listening, open_session
 from service.standing import Standing
 from service.store import Store

@@ -13,7 +13,8 @@ import pytest
 
 from service import wire
 from service.history import NotKept
-from service.node import LearnerNode, Outcome
+from service.iterated import Outcome
+from service.node import LearnerNode
 from service.state_file import StateFile
 from service.store import Store
 from simulator import leng

@@ -10,7 +10,8 @@ import numpy as np
 from incsvr.samples import Array
 from service.asked import Asked
 from service.health import HealthWatch
-from service.node import LearnerNode, Outcome
+from service.iterated import Outcome
+from service.node import LearnerNode
 from simulator import leng
 from tests.service.conftest import configured
 

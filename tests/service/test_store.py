@@ -12,7 +12,8 @@ import pytest
 from incsvr.errors import BadInput
 from service.config import Config
 from service.history import NotKept
-from service.node import LearnerNode, Outcome
+from service.iterated import Outcome
+from service.node import LearnerNode
 from service.store import Store
 from service.wire import encode
 from simulator import leng

@@ -1,0 +1,135 @@
+"""One iteration, from its batch to what is said of it, as a value that nobody has adopted yet: nothing changes here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.learning import guarded as guard
+from incsvr.learning import learner
+from incsvr.learning.excitation import Excitation
+from incsvr.learning.guarded import Guarded
+from incsvr.learning.learner import Iteration, Settings
+from incsvr.plant.axes import AXES
+from incsvr.samples import Array, Samples
+from incsvr.signals.checks import Vehicle
+from service import wire
+from service.config import Config
+from service.published import Served, report, snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One iteration as it is stored and published, and the learner's whole memory after it as plain data."""
+
+    snapshot: wire.ModelSnapshot
+    report: wire.IterationReport
+    memory: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """When each bin of the rate range was covered last (bins,) [s], and how often clocks had begun anew by then."""
+
+    at: Array
+    clock_restarts: int = 0
+
+    def over(self, batch: Samples, rate_range: tuple[float, float], clock_restarts: int) -> Covered:
+        """With this batch."""
+        at = self.at.copy()
+        if clock_restarts > self.clock_restarts:
+            # The stamps begin at zero again: what was covered before counts as of then.
+            at = np.where(np.isfinite(at), 0.0, -math.inf)
+        low, high = rate_range
+        bins = np.floor((batch.yaw_rate - low) / (high - low) * at.size)
+        inside = (bins >= 0) & (bins < at.size)
+        at[bins[inside].astype(int)] = batch.time[inside]
+        return Covered(at, clock_restarts)
+
+    def fresh(self, newest: float | None, fresh_for: float) -> float:
+        """The part of the range that was covered within so long [s] before the newest sample, 0 to 1."""
+        return 0.0 if newest is None else float(np.mean(self.at >= newest - fresh_for))
+
+    def to_list(self) -> list[float | None]:
+        """The times as plain data, None where it never was."""
+        return [None if math.isinf(t) else t for t in self.at.tolist()]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """The learner after a batch, and how it came there.
+
+    Attributes:
+        predicted: (n,) what was said of the batch before [N m]; None where nothing was.
+        training_s: how long it took [s].
+        motion: what moved the vehicle in a batch that was learned, and the batch.
+    """
+
+    guarded: Guarded
+    batch: Samples
+    iteration: Iteration
+    predicted: Array | None
+    training_s: float = 0.0
+    motion: tuple[Excitation, Samples] | None = None
+
+
+def stepped(settings: Settings, guarded: Guarded, batch: Samples, clock: Callable[[], float]) -> Step:
+    """A batch is learned; only the training time is measured with the clock [s]."""
+    model = guarded.learner.model
+    predicted = model.at(batch).damping if model.is_trained else None
+    began = clock()
+    state, iteration = learner.step(settings, guarded.learner, batch)
+    if iteration.model.is_trained:
+        iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
+    took = clock() - began
+    after = Guarded(state, guarded.checks, guarded.learner)
+    return Step(after, batch, iteration, predicted, took, (Excitation.of(batch, iteration.undriven), batch))
+
+
+def taken_back(guarded: Guarded, batch: Samples, iteration: Iteration) -> Step:
+    """The batch before is taken back because of this one."""
+    model = iteration.model
+    return Step(guarded, batch, iteration, model.at(batch).damping if model.is_trained else None)
+
+
+def learned_anew(settings: Settings, vehicle: Vehicle, samples: Samples) -> Guarded:
+    """The learner before the last batch of these samples, from nothing; what fills no batch is left out first."""
+    guarded, size = guard.begin(settings), settings.batch
+    for first in range(len(samples) % size, len(samples) - size, size):
+        guarded, _, _ = guard.learn(settings, vehicle, guarded, samples.take(slice(first, first + size)))
+    return guarded
+
+
+@dataclass(frozen=True, slots=True)
+class Iterated:
+    """One iteration that is done and not adopted yet."""
+
+    guarded: Guarded
+    served: Served
+    covered: Covered
+    snapshot: wire.ModelSnapshot
+    report: wire.IterationReport
+    motion: tuple[Excitation, Samples] | None
+
+
+def iterated(
+    step: Step, served: Served, covered: Covered, config: Config, boot: str, validation: Mapping[str, Samples]
+) -> Iterated:
+    """The iteration that leads to what is to be served, as it is told."""
+    told = report(
+        step.iteration,
+        step.batch,
+        served,
+        boot=boot,
+        predicted=step.predicted,
+        training_s=step.training_s,
+        axis=AXES[config.vehicle.axis],
+        validation=validation if step.iteration.model.is_trained else {},
+        learned=covered.fresh(served.t, config.health.fresh_for),
+    )
+    shot = snapshot(served, boot, config.vehicle.inertia)
+    return Iterated(step.guarded, served, covered, shot, told, step.motion)
