@@ -1,10 +1,11 @@
-"""What the ledger says of live tracing: each step with its evidence, and what was found and is not in force."""
+"""What the ledger says of live tracing: each step with its evidence, what was found, what is in force, in its words."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from service.standing import Content, Standing
+from service.standing import Content, Role, Standing
 
 EVIDENCE = ("p_value", "share")
 """Of a finding, what a step about it repeats."""
@@ -35,3 +36,30 @@ def evidence(content: Content | None) -> dict[str, dict[str, Any]]:
         | ({} if error is None else {"error": error})
         for finding in content["effects"]
     }
+
+
+def offered(standing: Standing, names: Callable[[Content], Sequence[str]]) -> dict[str, tuple[Role, Content]]:
+    """Effect → the trace that holds it and could be promoted, a proven one rather than a suspected one."""
+    found: dict[str, tuple[Role, Content]] = {}
+    ordered: tuple[tuple[Role, Content | None], ...] = (("proven", standing.proven), ("suspected", standing.shadow))
+    for role, content in ordered:
+        if content is not None:
+            for name in names(content):
+                found.setdefault(name, (role, content))
+    return found
+
+
+def last(standing: Standing, names: Sequence[str]) -> str | None:
+    """The last step about these effects."""
+    return next((step["step"] for step in reversed(standing.history) if step["effect"] in names), None)
+
+
+def together(name: str, names: Sequence[str]) -> str:
+    """What else was promoted or withdrawn with this effect."""
+    others = [each for each in names if each != name]
+    return f", together with {', '.join(others)}, which one trace found beside it" if others else ""
+
+
+def in_force(names: Sequence[str]) -> str:
+    """The effects in force."""
+    return f"in force: {', '.join(names) or 'nothing'}"

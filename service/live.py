@@ -7,37 +7,23 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
-from incsvr.verdict import Comparison, in_force, level, on_trial
+from incsvr.verdict import Comparison
+from service import beside, ledger
 from service.answers import Verb
+from service.beside import Begin, Beside
 from service.child import Child
 from service.config import Config
 from service.effects import TracedEffects, taken_up
-from service.ledger import evidence
+from service.judged import judged
 from service.node import LearnerNode
-from service.standing import FRESH_PART, RESIDUAL, TRIAL_PART, Content, Role, Standing, Work
+from service.standing import RESIDUAL, Content, Standing, Work
 
 log = logging.getLogger(__name__)
-
-Streams = Mapping[str, tuple[Array, Array]]
-
-
-class Beside(Protocol):
-    """What works beside the learner, as `service.child.Child` does in a process of its own."""
-
-    @property
-    def ended(self) -> bool: ...
-    def answer(self) -> Any: ...
-    def close(self) -> None: ...
-
-
-Begin = Callable[[Mapping[str, Any], Streams], Beside | None]
 
 
 class LiveTracing:
@@ -95,14 +81,10 @@ class LiveTracing:
         work = before.due(newest, settings.window, settings.proof)
         if work is None:
             return False
-        since = self._since(newest) if work == "prove" else newest - settings.window
-        recent = {
-            name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])
-            for name, (t, value) in node.batches.recent().items()
-        }
+        recent = beside.recent(node.batches.recent(), settings, before, work, newest)
         self._work = (work, newest)
         try:
-            self._child = self._begin(self._job(work, newest), recent)
+            self._child = self._begin(beside.job(self._config, before, work, newest), recent)
         except OSError as error:
             self._failed(node, before, f"no process could be started beside the learner: {error}")
             return True
@@ -145,28 +127,28 @@ class LiveTracing:
         """
         before, now = self.standing, () if self.effects is None else self.effects.compensation.names
         newest = node.served.t or 0.0
-        offered = self._offered()
+        offered = ledger.offered(self.standing, self._names)
         if verb == "promote":
             if name in offered:
                 role, content = offered[name]
-                names = self._effects(content).compensation.names
+                names = self._names(content)
                 self._take_up(before.promoted(role))
-                why = f"by an operator; it was {role}{_together(name, names)}"
+                why = f"by an operator; it was {role}{ledger.together(name, names)}"
                 self._note(node.published + 1, newest, "promoted", why, *names, content=content)
                 return before
             if name in now:
                 return None
             raise BadInput(
-                f"{name[:80]} was not found here; found: {', '.join(offered) or 'nothing'}; {_in_force(now)}"
+                f"{name[:80]} was not found here; found: {', '.join(offered) or 'nothing'}; {ledger.in_force(now)}"
             )
         if name in now:
             self._take_up(before.withdrawn(now))
-            why = f"by an operator{_together(name, now)}; nobody else promotes it again"
+            why = f"by an operator{ledger.together(name, now)}; nobody else promotes it again"
             self._note(node.published + 1, newest, "withdrawn", why, *now, content=before.force)
             return before
         if name in before.held:
             return None
-        raise BadInput(f"{name[:80]} is not in force here, so it cannot be withdrawn; {_in_force(now)}")
+        raise BadInput(f"{name[:80]} is not in force here, so it cannot be withdrawn; {ledger.in_force(now)}")
 
     def put_back(self, node: LearnerNode, instead: Standing, why: str) -> None:
         """What was in force before stays so, because the learner could not change over."""
@@ -175,13 +157,8 @@ class LiveTracing:
         about = self.effects if tried is None else tried
         names = () if about is None else about.compensation.names
         verdict = "to be withdrawn" if tried is None else "to be promoted"
-        self._note(
-            node.served.revision,
-            newest,
-            "failed",
-            f"{verdict}, but the learner could not change over: {why}",
-            *names,
-        )
+        told = f"{verdict}, but the learner could not change over: {why}"
+        self._note(node.served.revision, newest, "failed", told, *names)
 
     def close(self) -> None:
         """Ends the process beside."""
@@ -189,83 +166,27 @@ class LiveTracing:
             self._child.close()
             self._child = None
 
-    def _offered(self) -> dict[str, tuple[Role, Content]]:
-        """Effect → the trace that holds it and could be promoted, a proven one rather than a suspected one."""
-        offered: dict[str, tuple[Role, Content]] = {}
-        standing = self.standing
-        ordered: tuple[tuple[Role, Content | None], ...] = (
-            ("proven", standing.proven),
-            ("suspected", standing.shadow),
-        )
-        for role, content in ordered:
-            if content is not None:
-                for name in self._effects(content).compensation.names:
-                    offered.setdefault(name, (role, content))
-        return offered
-
     def _failed(self, node: LearnerNode, before: Standing, why: str) -> None:
         """As before, but for what the same data would only fail at again: the next try is on fresh data."""
         work, newest = self._work
         trace = work == "trace"
         told = f"the {'trace' if trace else 'proof'} failed: {why}"
         if not trace and before.shadow is not None and before.overdue(newest, self._config.tracing.window):
-            names = self._effects(before.shadow).compensation.names
+            names = self._names(before.shadow)
             self._take_up(before.after_proof(newest, "refused"))
             self._note(node.served.revision, newest, "refused", f"unproven within half a window; {told}", *names)
             return
         self._take_up(before.after_trace(newest, None) if trace else before.after_proof(newest, "waits"))
-        if trace and _last(before, [RESIDUAL]) == "failed":  # a vehicle that lies still fails each time
+        if trace and ledger.last(before, [RESIDUAL]) == "failed":  # a vehicle that lies still fails each time
             log.info("%s: %s", self._config.prefix, told)
             return
         self._note(node.served.revision, newest, "failed", told)
-
-    def _fresh(self, newest: float) -> float:
-        """Where the data of a proof begin that its effects have not seen [s].
-
-        It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
-        """
-        role, content = self.standing.tried or ("force", {})
-        longest = newest - TRIAL_PART * self._config.tracing.window
-        return float(content.get("until", longest)) if role == "suspected" else longest
-
-    def _since(self, newest: float) -> float:
-        """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
-        begins, tried = self._fresh(newest) - (1.0 - TRIAL_PART) * self._config.tracing.window, self.standing.tried
-        known = None if tried is None else tried[1].get("since")
-        return begins if known is None else max(begins, float(known))
-
-    def _job(self, work: Work, newest: float) -> dict[str, Any]:
-        coupled, smoothing = self._config.coupled(), self._config.signals.smoothing
-        body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
-        return body | self._work_of(work, newest)
-
-    def _work_of(self, work: Work, newest: float) -> dict[str, Any]:
-        if work == "trace" or self.standing.tried is None:
-            return {
-                "work": work,
-                "inertia": self._config.vehicle.inertia,
-                "axis": self._config.vehicle.axis,
-                "rate_limit": self._config.vehicle.rate_limit,
-                "torque": self._config.signals.torque,
-                "half": newest - 0.5 * self._config.tracing.window,
-                "shortest": FRESH_PART * self._config.tracing.window,
-            }
-        role, content = self.standing.tried
-        return {
-            "work": work,
-            "signals": asdict(self._config.signal_settings()),
-            "learner": asdict(self._config.learner_settings()),
-            "fresh": self._fresh(newest),
-            "closed": content.get("loop") != "open",
-            "without": None if role == "force" else self.standing.force,
-            "effects": content,
-        }
 
     def _traced(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
         effects = self._effects(found)
         names = effects.compensation.names
         usable = bool(effects.findings) and not effects.integrated
-        known = self.standing.proven is not None and set(self._effects(self.standing.proven).compensation.names)
+        known = self.standing.proven is not None and set(self._names(self.standing.proven))
         content = {
             "effects": effects.findings,
             **{key: found[key] for key in ("model", "loop", "since")},
@@ -278,7 +199,7 @@ class LiveTracing:
         note = partial(self._note, node.served.revision, newest)
         for finding in found["effects"]:
             name = finding["effect"]
-            if _last(self.standing, [name]) == "left out":
+            if ledger.last(self.standing, [name]) == "left out":
                 continue
             if name not in names:
                 note("left out", next(step["why"] for step in effects.history if step["effect"] == name), name)
@@ -289,46 +210,19 @@ class LiveTracing:
                 note("suspected", finding["sentence"], name, content=content)
 
     def _proven(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
-        comparison = Comparison(**found)
-        before = self.standing
+        comparison, before = Comparison(**found), self.standing
         if before.tried is None:
             return
-        role, content = before.tried
-        names = self._effects(content).compensation.names
-        advise = self._config.tracing.live == "advise"
-        step: str
-        won = 0.0
-        if role == "suspected":
-            settings, until = self._config.tracing, float(content.get("until", -math.inf))
-            last = newest + settings.proof > until + TRIAL_PART * settings.window
-            count, earlier = before.stake
-            won, comparison = comparison.won, comparison.after(earlier)
-            step = verdict = on_trial(comparison, level(count), last)
-        else:
-            step = verdict = in_force(comparison)
-        if verdict == "promoted" and (advise or set(names) & set(before.held)):
-            step = verdict = "proven"
-        elif verdict == "withdrawn" and role == "proven":
-            step = "no longer proven"
-        elif verdict == "withdrawn" and advise:
-            step, verdict = "doubtful", "doubted"
-        compared = {"error": comparison.error} if comparison.turned else (content.get("proof") or None)
-        self._take_up(before.after_proof(newest, verdict, compared, won))
-        again = step == "doubtful" and _last(before, names) == step
-        if verdict in ("kept", "waits") or again:
-            log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), verdict, comparison.sentence)
+        content = before.tried[1]
+        names = self._names(content)
+        told = judged(before, before.tried, names, comparison, newest, self._config.tracing)
+        self._take_up(before.after_proof(newest, told.verdict, told.compared, told.won))
+        if told.step is None:
+            log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(names), told.verdict, told.why)
             return
-        instead = "in place of those in force, " if role == "suspected" and before.force is not None else ""
-        cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
         changes = not _same(self.standing.force, before.force)
-        self._note(
-            node.published + 1 if changes else node.served.revision,
-            newest,
-            step,
-            instead + comparison.sentence + cure,
-            *names,
-            content={**content, "proof": compared},
-        )
+        revision = node.published + 1 if changes else node.served.revision
+        self._note(revision, newest, told.step, told.why, *names, content={**content, "proof": told.compared})
 
     def _take_up(self, standing: Standing) -> None:
         self.effects = None if standing.force is None else self._effects(standing.force)
@@ -337,9 +231,12 @@ class LiveTracing:
     def _effects(self, found: Mapping[str, Any]) -> TracedEffects:
         return taken_up(found, self._config.vehicle.inertia, self._config.signals.channels, "the live trace")
 
+    def _names(self, found: Mapping[str, Any]) -> tuple[str, ...]:
+        return self._effects(found).compensation.names
+
     def _note(self, revision: int, t: float, step: str, why: str, *about: str, content: Content | None = None) -> None:
         """A step on data up to `t` [s], with the revision that is served after it, in the ledger and in the log."""
-        told, known = {"step": step, "why": why, "t": t, "revision": revision}, evidence(content)
+        told, known = {"step": step, "why": why, "t": t, "revision": revision}, ledger.evidence(content)
         for name in about or (RESIDUAL,):
             self.standing = self.standing.noted(told | known.get(name, {}), (name,))
         log.info("%s: %s: %s: %s", self._config.prefix, ", ".join(about) or RESIDUAL, step, why)
@@ -348,17 +245,3 @@ class LiveTracing:
 def _same(one: Content | None, other: Content | None) -> bool:
     """Whether both are the same trace, however often it was compared."""
     return (one or {}).get("model") is (other or {}).get("model")
-
-
-def _last(standing: Standing, names: Sequence[str]) -> str | None:
-    """The last step about these effects."""
-    return next((step["step"] for step in reversed(standing.history) if step["effect"] in names), None)
-
-
-def _together(name: str, names: Sequence[str]) -> str:
-    others = [each for each in names if each != name]
-    return f", together with {', '.join(others)}, which one trace found beside it" if others else ""
-
-
-def _in_force(names: Sequence[str]) -> str:
-    return f"in force: {', '.join(names) or 'nothing'}"

@@ -1,0 +1,82 @@
+"""The work beside a learner that traces: who does it, what it is asked, and which of the recent data it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any, Protocol
+
+from incsvr.samples import Array
+from service.config import Config
+from service.sections import Tracing
+from service.standing import FRESH_PART, TRIAL_PART, Standing, Work
+
+Streams = Mapping[str, tuple[Array, Array]]
+
+
+class Beside(Protocol):
+    """What works beside the learner, as `service.child.Child` does in a process of its own."""
+
+    @property
+    def ended(self) -> bool: ...
+    def answer(self) -> Any: ...
+    def close(self) -> None: ...
+
+
+Begin = Callable[[Mapping[str, Any], Streams], Beside | None]
+
+
+def recent(streams: Streams, settings: Tracing, standing: Standing, work: Work, newest: float) -> Streams:
+    """Of the recent streams, name → (stamps [s], values), what the work is about that is due at `newest` [s]."""
+    since = _since(settings, standing, newest) if work == "prove" else newest - settings.window
+    return {
+        name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])
+        for name, (t, value) in streams.items()
+    }
+
+
+def job(config: Config, standing: Standing, work: Work, newest: float) -> dict[str, Any]:
+    """The work that is due at `newest` [s], as `service.tracing_job.answered` takes it."""
+    coupled, smoothing = config.coupled(), config.signals.smoothing
+    body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
+    return body | _job(config, standing, work, newest)
+
+
+def _job(config: Config, standing: Standing, work: Work, newest: float) -> dict[str, Any]:
+    if work == "trace" or standing.tried is None:
+        return {
+            "work": work,
+            "inertia": config.vehicle.inertia,
+            "axis": config.vehicle.axis,
+            "rate_limit": config.vehicle.rate_limit,
+            "torque": config.signals.torque,
+            "half": newest - 0.5 * config.tracing.window,
+            "shortest": FRESH_PART * config.tracing.window,
+        }
+    role, content = standing.tried
+    return {
+        "work": work,
+        "signals": asdict(config.signal_settings()),
+        "learner": asdict(config.learner_settings()),
+        "fresh": _fresh(config.tracing, standing, newest),
+        "closed": content.get("loop") != "open",
+        "without": None if role == "force" else standing.force,
+        "effects": content,
+    }
+
+
+def _fresh(settings: Tracing, standing: Standing, newest: float) -> float:
+    """Where the data of a proof begin that its effects have not seen [s].
+
+    It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
+    """
+    role, content = standing.tried or ("force", {})
+    longest = newest - TRIAL_PART * settings.window
+    return float(content.get("until", longest)) if role == "suspected" else longest
+
+
+def _since(settings: Tracing, standing: Standing, newest: float) -> float:
+    """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
+    begins, tried = _fresh(settings, standing, newest) - (1.0 - TRIAL_PART) * settings.window, standing.tried
+    known = None if tried is None else tried[1].get("since")
+    return begins if known is None else max(begins, float(known))

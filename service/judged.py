@@ -1,0 +1,73 @@
+"""What becomes of traced effects that were compared on fresh data, under `advise` or `adopt`, as the ledger says it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from incsvr.verdict import Comparison, Verdict, in_force, level, on_trial
+from service.ledger import last
+from service.sections import Tracing
+from service.standing import TRIAL_PART, Content, Role, Standing
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What becomes of them.
+
+    Attributes:
+        verdict: how live tracing goes on.
+        step: of the ledger; None where it says nothing new.
+        why: the step's sentence.
+        compared: the errors before and after, of the last comparison that could tell; None where there was none.
+        won: ln of what was won by bets on these data.
+    """
+
+    verdict: Verdict
+    step: str | None
+    why: str
+    compared: Mapping[str, Any] | None
+    won: float
+
+
+def judged(
+    standing: Standing,
+    tried: tuple[Role, Content],
+    names: Sequence[str],
+    comparison: Comparison,
+    newest: float,
+    settings: Tracing,
+) -> Judged:
+    """What becomes of the effects of these names.
+
+    Args:
+        standing: of live tracing before.
+        tried: the trace that they are of, as `standing.tried` gives it.
+        comparison: with and without them on fresh data up to `newest` [s].
+    """
+    (role, content), advise = tried, settings.live == "advise"
+    step: str
+    won = 0.0
+    if role == "suspected":
+        until = float(content.get("until", -math.inf))
+        at_last = newest + settings.proof > until + TRIAL_PART * settings.window
+        count, earlier = standing.stake
+        won, comparison = comparison.won, comparison.after(earlier)
+        step = verdict = on_trial(comparison, level(count), at_last)
+    else:
+        step = verdict = in_force(comparison)
+    if verdict == "promoted" and (advise or set(names) & set(standing.held)):
+        step = verdict = "proven"
+    elif verdict == "withdrawn" and role == "proven":
+        step = "no longer proven"
+    elif verdict == "withdrawn" and advise:
+        step, verdict = "doubtful", "doubted"
+    compared = {"error": comparison.error} if comparison.turned else (content.get("proof") or None)
+    again = step == "doubtful" and last(standing, names) == step
+    if verdict in ("kept", "waits") or again:
+        return Judged(verdict, None, comparison.sentence, compared, won)
+    instead = "in place of those in force, " if role == "suspected" and standing.force is not None else ""
+    cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
+    return Judged(verdict, step, instead + comparison.sentence + cure, compared, won)
