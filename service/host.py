@@ -20,22 +20,20 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import AXES
-from incsvr.samples import Array, Samples
+from incsvr.samples import Array
 from service import wire
 from service.answers import Answers, Verb
 from service.archive import archive_of
+from service.changing_over import ChangingOver
 from service.company import Company
 from service.config import Config
+from service.disk_first import PARAMETERS, DiskFirst
 from service.effects import TracedEffects, configured
 from service.estimates import estimate
 from service.health import HealthWatch
 from service.health_publisher import HealthPublisher
 from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
-from service.iterated import Outcome
-from service.ledger import findings
-from service.lines import iteration_line
 from service.node import LearnerNode
 from service.outgoing import Outgoing
 from service.session import in_time
@@ -45,13 +43,8 @@ from service.validation import read_validation
 if TYPE_CHECKING:
     from service.live import LiveTracing
     from service.mapped_ingest import MappedIngest
-    from service.standing import Standing
 
 log = logging.getLogger(__name__)
-
-PARAMETERS = "parameters"
-"""The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
-_DONE = {"promote": "promoted", "withdraw": "withdrawn"}
 
 
 class Host:
@@ -75,16 +68,19 @@ class Host:
         self._archive = archive_of(config, self.node.boot, learners)
         self._watch_over(effects)
         self.watch.among(config.coupled())
-        if self._live is not None:
-            self._say(self._live)
         self._outgoing = Outgoing(session, self.keys, self._archive)
+        self._disk_first = DiskFirst(config, self.node, self._store, self._history, self._outgoing, self._live)
+        self._changing: ChangingOver | None = None
+        if self._live is not None:
+            self._changing = ChangingOver(config, self.node, self._live, self._disk_first, self._watch_over)
+            self._changing.say()
         self._health_publisher = HealthPublisher(session, config, self._outgoing)
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._outgoing.publish(self.keys.model, wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._history)
-        self._mapped = self._mapping(learners)
+        self._mapped = self._disk_first.mapped = self._mapping(learners)
         self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners, archive=self._archive)
         self.tick()
         self._outgoing.publish(self.keys.effects, wire.encode(self.node.ledger))
@@ -185,11 +181,11 @@ class Host:
             self.watch.failed(f"an iteration failed and its batch is lost: {error}")
             return True
         if outcome is not None:
-            self._announce(outcome)
+            self._disk_first.iteration(outcome)
         elif self._store is not None:
             self._store.save_again()
-        if self._live is not None:
-            self._trace(self._live)
+        if self._changing is not None:
+            self._changing.after_batch()
         self.answers.decide(self._decided)
         return outcome is not None
 
@@ -207,7 +203,7 @@ class Host:
                 last.callback(self._live.close)
             if self._store is not None:
                 last.callback(self._store.close)
-            last.callback(self._save)
+            last.callback(self._disk_first.last_samples)
             self.ingest.drain()
 
     def _undeclare(self) -> None:
@@ -217,110 +213,13 @@ class Host:
         self._health_publisher.close()
         self._company.close()
 
-    def _save(self) -> None:
-        """What is on its way to the next batch is kept."""
-        if self._store is None:
-            return
-        self._store.save_memory(self._memory(self.node.memory(whole=True)))
-        if self._store.problem is not None:
-            log.error("%s: the last samples were not saved: %s", self.keys.prefix, self._store.problem)
-
-    def _trace(self, live: LiveTracing) -> None:
-        """What live tracing has to do after a batch, or when its process has ended."""
-        try:
-            # Also while learning is paused: what the checks take for a clock that jumped may be an effect.
-            said = live.after(self.node)
-            if live.waits:
-                instead = live.conclude(self.node)
-                if instead is not None:
-                    self._change_over(live, instead)
-                self._tell(live)
-                said = live.after(self.node)  # the data for what comes next may be there already
-            if said:
-                self._tell(live)
-        except Exception:  # what is traced must not end the learning
-            log.exception("%s: a fault of this program", self.keys.prefix)
-
     def _decided(self, verb: Verb, name: str) -> bytes:
-        """What an operator decides, in force and on the disk before it is answered: the ledger then.
-
-        Raises:
-            BadInput: it cannot be; all is as it was, or what is in force is not on the disk yet.
-        """
-        if self._live is None:
+        """What an operator decides (`ChangingOver.decided`)."""
+        if self._changing is None:
             raise BadInput("tracing.live is off here, so nothing is found; set it to advise or adopt")
-        instead = self._live.decide(self.node, verb, name)
-        if instead is not None:
-            problem = self._change_over(self._live, instead)
-            self._tell(self._live)
-            if problem is not None:
-                raise BadInput(f"{name} could not be {_DONE[verb]}: {problem}")
-        if self._store is not None and self._store.problem is not None:
-            raise BadInput(f"{name} is {_DONE[verb]}, but that is not on the disk yet: {self._store.problem}")
-        return wire.encode(self.node.ledger)
-
-    def _change_over(self, live: LiveTracing, instead: Standing) -> str | None:
-        """From the effects before to those that are in force now, in one revision; where that fails, all stays.
-
-        Returns:
-            why it failed.
-        """
-        try:
-            outcome = self.node.relearn(live.effects, self._validation(live.effects), live.since)
-        except Exception as error:  # whatever effects do to the samples, learning goes on
-            why = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
-            if not isinstance(error, BadInput):
-                log.exception("%s: a fault of this program", self.keys.prefix)
-            live.put_back(self.node, instead, why)
-            return why
-        self._watch_over(live.effects)
-        self._say(live)
-        self._announce(outcome)
-        return None
-
-    def _say(self, live: LiveTracing) -> None:
-        self.node.tell(findings(live.standing), live.standing.history, live.work)
-
-    def _tell(self, live: LiveTracing) -> None:
-        """The ledger, disk first."""
-        self._say(live)
-        if self._store is not None:
-            self._store.save_memory(self._memory(self.node.memory()))
-        self._outgoing.publish(self.keys.effects, wire.encode(self.node.ledger))
-
-    def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
-        """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
-        if self._mapped is not None:
-            memory = memory | {PARAMETERS: self._mapped.parameters()}
-        if self._live is None:
-            return memory
-        effects = self._live.effects
-        return memory | {"live": self._live.to_dict(), "effects": None if effects is None else effects.identity}
-
-    def _validation(self, effects: TracedEffects | None) -> dict[str, Samples]:
-        """The validation data freed of these effects; a recording that cannot be is left out aloud."""
-        found = {}
-        for name, path in self._config.validation.items():
-            try:
-                found[name] = read_validation(path, self._config, effects)
-            except BadInput as error:
-                log.warning("%s: %s", self.keys.prefix, error)
-        return found
+        return self._changing.decided(verb, name)
 
     def _watch_over(self, effects: TracedEffects | None) -> None:
         self._warnings = effects.warnings if effects else ()
         channels = self._config.signals.channels
         self.watch.effect_channels = effects.compensation.reads(channels) if effects else ()
-
-    def _announce(self, outcome: Outcome) -> None:
-        """Disk first, then bus: what was published is never unknown after a crash."""
-        snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
-        row = (outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
-        if self._store is None:
-            self._history.add(*row)
-        else:
-            self._store.save(self._memory(outcome.memory), *row)
-        self._outgoing.publish(self.keys.model, snapshot)
-        self._outgoing.publish(self.keys.iteration, report)
-        self._outgoing.publish(self.keys.coefficients, wire.encode(self.node.coefficients()))
-        log.info("%s: %s", self.keys.prefix, iteration_line(outcome.report, AXES[self._config.vehicle.axis]))

@@ -1,0 +1,81 @@
+"""What a learner has learned, on the disk first, then on the bus: what was published is never unknown after a crash."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from incsvr.plant.axes import AXES
+from service import wire
+from service.config import Config
+from service.history import History
+from service.iterated import Outcome
+from service.lines import iteration_line
+from service.node import LearnerNode
+from service.outgoing import Outgoing
+from service.store import Store
+
+if TYPE_CHECKING:
+    from service.live import LiveTracing
+    from service.mapped_ingest import MappedIngest
+
+log = logging.getLogger(__name__)
+
+PARAMETERS = "parameters"
+"""The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
+
+
+@dataclass(slots=True)
+class DiskFirst:
+    """The way out of one learner: without a `store` its newest revisions are kept in the `history` alone."""
+
+    config: Config
+    node: LearnerNode
+    store: Store | None
+    history: History
+    outgoing: Outgoing
+    live: LiveTracing | None
+    mapped: MappedIngest | None = None
+
+    def iteration(self, outcome: Outcome) -> None:
+        """An iteration that was adopted."""
+        keys = wire.Keys(self.config.prefix)
+        snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)
+        row = (outcome.snapshot.revision, outcome.snapshot.t, snapshot, report)
+        if self.store is None:
+            self.history.add(*row)
+        else:
+            self.store.save(self._memory(outcome.memory), *row)
+        self.outgoing.publish(keys.model, snapshot)
+        self.outgoing.publish(keys.iteration, report)
+        self.outgoing.publish(keys.coefficients, wire.encode(self.node.coefficients()))
+        log.info("%s: %s", keys.prefix, iteration_line(outcome.report, AXES[self.config.vehicle.axis]))
+
+    def ledger(self) -> None:
+        """The ledger of effects as the node has it."""
+        if self.store is not None:
+            self.store.save_memory(self._memory(self.node.memory()))
+        self.outgoing.publish(wire.Keys(self.config.prefix).effects, wire.encode(self.node.ledger))
+
+    @property
+    def problem(self) -> str | None:
+        """Why what was learned is not on the disk; None where it is, or nothing is kept."""
+        return None if self.store is None else self.store.problem
+
+    def last_samples(self) -> None:
+        """What is on its way to the next batch is kept."""
+        if self.store is None:
+            return
+        self.store.save_memory(self._memory(self.node.memory(whole=True)))
+        if self.store.problem is not None:
+            log.error("%s: the last samples were not saved: %s", self.config.prefix, self.store.problem)
+
+    def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
+        """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
+        if self.mapped is not None:
+            memory = memory | {PARAMETERS: self.mapped.parameters()}
+        if self.live is None:
+            return memory
+        effects = self.live.effects
+        return memory | {"live": self.live.to_dict(), "effects": None if effects is None else effects.identity}
