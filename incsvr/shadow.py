@@ -2,14 +2,14 @@
 
 Two models are fitted to the data before, one with the effects and one without, and foretell each rise of the yaw rate
 in the fresh data from what is known before it: what that says holds also where a controller closes the loop
-(incsvr/bets.py). For people two learners go over the data before, too, and their models run freely over the fresh data,
-from its first measured yaw rate, with the torque and the channels alone.
+(incsvr/bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and their models
+run freely over the fresh data, from its first measured yaw rate, with the torque and the channels alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +24,7 @@ from incsvr.tracing.forward.equations import Part
 from incsvr.tracing.forward.fit import Fit, fit
 from incsvr.tracing.forward.grid import Grid, cells
 from incsvr.tracing.forward.regression import log_densities
-from incsvr.tracing.forward.validation import residual
+from incsvr.tracing.forward.validation import model_of, residual
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import change_of_rms, rms
@@ -32,6 +32,8 @@ from incsvr.tracing.weak.grid import on_fine_grid
 from incsvr.tracing.weak.weak_form import SUBSTEPS
 from incsvr.verdict import Comparison
 
+FEWEST_BEFORE = 10.0
+"""Time scales of the motion that the data before must last: a damping of eight knots is told from them."""
 STILL = 0.2
 """A vehicle that turns less than this part of what it did before tells nothing of its effects."""
 SCALES = 4.0
@@ -69,9 +71,10 @@ def compare(
     """
     before = {name: (t[t < fresh], values[t < fresh]) for name, (t, values) in streams.items()}
     run = as_run({name: (t[t >= fresh], values[t >= fresh]) for name, (t, values) in streams.items()})
+    told = _forecasts(streams, fresh, without, effects)
     bare = replace(effects.model, terms=() if without is None else without.model.terms)
-    plain_model = _taught(bare, before, signals, settings, without)
-    better_model = _taught(effects.model, before, signals, settings, effects)
+    plain_model = _taught(bare, before, signals, settings, without, told.plain)
+    better_model = _taught(effects.model, before, signals, settings, effects, told.better)
     plain, step = _free_run(run, plain_model)
     better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
@@ -83,7 +86,7 @@ def compare(
         _torque_error(streams, fresh, signals, model, freed_of)
         for model, freed_of in ((plain_model, without), (better_model, effects))
     )
-    scores = [score(_gains(streams, fresh, without, effects))]
+    scores = [score(told.gains)]
     if not closed:
         scores.append(_free_scores(plain, better, max(round(FREE_BLOCK * effects.model.scale / step), 1)))
     return Comparison(
@@ -100,20 +103,39 @@ def compare(
     )
 
 
-def _gains(streams: Streams, fresh: float, without: Compensation | None, effects: Compensation) -> Array:
-    """(blocks,) by how much log-likelihood the effects foretell the fresh data better."""
+@dataclass(frozen=True, slots=True)
+class _Forecasts:
+    """Of the models without and with the effects, fitted to the data before.
+
+    Attributes:
+        gains: (blocks,) by how much log-likelihood the effects foretell the fresh data better.
+        plain, better: the models.
+    """
+
+    gains: Array
+    plain: TracedModel
+    better: TracedModel
+
+
+def _forecasts(streams: Streams, fresh: float, without: Compensation | None, effects: Compensation) -> _Forecasts:
     run, model = as_run(streams), effects.model
     wanted = {*effects.channels, *(() if without is None else without.channels)}
     names = [name for name in run.channels if name in wanted or name == HEADING]
     grid = cells([run], model.inertia, names)
-    ends = np.searchsorted(grid.signals.time, fresh)
+    ends = int(np.searchsorted(grid.signals.time, fresh))
+    if ends * grid.cell < FEWEST_BEFORE * model.scale:
+        raise BadInput(
+            f"{ends * grid.cell:.3g} s of data came before the fresh data, too few to learn the damping from: "
+            f"{FEWEST_BEFORE * model.scale:.3g} s are needed"
+        )
     known = [slice(a, min(b, ends)) for a, b in pairwise(grid.starts.tolist()) if a < ends]
     before = grid.pieces(known)
     plain = fit(before, () if without is None else _parts(without))
     better = fit(before, _parts(effects), plain)
     gain = (_foretold(grid, better) - _foretold(grid, plain))[ends:]
     block = np.floor((grid.signals.time[ends:] - fresh) / (BLOCK * model.scale)).astype(np.intp)
-    return np.asarray(np.bincount(block, gain), dtype=np.float64)
+    gains = np.bincount(block, gain).astype(np.float64)
+    return _Forecasts(gains, model_of(before, plain), model_of(before, better))
 
 
 def _free_scores(plain: Sequence[Array], better: Sequence[Array], length: int) -> Array:
@@ -152,10 +174,12 @@ def _taught(
     signals: SignalSettings,
     settings: learner.Settings,
     effects: Compensation | None,
+    instead: TracedModel,
 ) -> TracedModel:
     """The model with the damping that a learner has after these streams, over the rates that it was trained at.
 
     Damping vanishes at rest: a constant moment that the learner took for it is taken out, and is no part of the model.
+    Where the learner learned nothing, as while a heading is held, the damping is that of the forecasts, `instead`.
     """
     samples, _ = synchronise(signals, streams, effects)
     state = learner.start(settings)
@@ -164,7 +188,7 @@ def _taught(
     for first in range(0, len(samples) - size + 1, size):
         state, _ = learner.step(settings, state, samples.take(slice(first, first + size)))
     if state.model.trained_range is None:
-        raise BadInput(f"{len(samples)} samples came before the fresh data, too few to learn the damping from")
+        return replace(model, rate=instead.rate, damping=instead.damping)
     low, high = state.model.trained_range
     rate = np.unique(np.concatenate([np.linspace(min(low, -1e-6), 0.0, 101), np.linspace(0.0, max(high, 1e-6), 101)]))
     at_rest = state.model.predict(np.zeros(1)).damping

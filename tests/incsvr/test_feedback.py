@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from incsvr.tracing.weak.hypothesis import nothing, settle
 from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.weak_form import split
+from simulator import recordings
+from simulator.trace import runs_of
 
 INERTIA, DRAG, PERIOD, SIZE = 350.0, 160.0, 0.05, 8
 N = 16_000
@@ -68,6 +71,14 @@ def test_a_late_thrust_under_a_fast_command_is_no_controller(seed: int) -> None:
     pushed, came = (np.diff(values.reshape(-1, SIZE).mean(axis=1), 4) for values in (torque, rate))
     assert np.corrcoef(pushed, came)[0, 1] < -0.1
     assert read(torque, rate, late=SIZE) == 0.0
+
+
+@pytest.mark.parametrize("run", ["run_04", "run_05"])
+def test_measured_levels_of_thrust_are_an_open_loop(measured: Path, run: str) -> None:
+    """Its thrust keeps its value in most blocks. Differences over ten of them hold the jumps between, and the thrust
+    comes late: it would pass for a controller of 17 to 25 N m s/rad."""
+    recording = recordings.read(measured / "bluerov" / f"{run}.csv")
+    assert not pose(runs_of([recording]), 1.125, []).closed_loop
 
 
 @pytest.mark.parametrize("seed", [4, 5, 6])
