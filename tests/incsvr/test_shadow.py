@@ -57,6 +57,14 @@ def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
     assert on_trial(compared(streams, effects(("bias_torque", BIAS)), TRUE)) == "promoted"
 
 
+def test_effects_are_proven_where_nothing_was_learned_before(streams: Streams) -> None:
+    """As while a heading is held: the damping is then that of the forecasts."""
+    seldom = SignalSettings(sample_period=20.0)
+    found = compare(streams, 200.0, seldom, Settings(), None, TRUE)
+    assert on_trial(found) == "promoted"
+    assert found.without + found.estimate < 0.5 * found.without
+
+
 def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
     (t, rate), (when, torque) = streams["yaw_rate"], streams["torque"]
     still = {
