@@ -130,7 +130,9 @@ def _forecasts(streams: Streams, fresh: float, without: Compensation | None, eff
         )
     known = [slice(a, min(b, ends)) for a, b in pairwise(grid.starts.tolist()) if a < ends]
     before = grid.pieces(known)
-    plain = fit(before, () if without is None else _parts(without))
+    bare = () if without is None else _parts(without)
+    # once more from where it ended, for so the other begins: else what its noise gains by that would pass for effects
+    plain = fit(before, bare, fit(before, bare))
     better = fit(before, _parts(effects), plain)
     gain = (_foretold(grid, better) - _foretold(grid, plain))[ends:]
     block = np.floor((grid.signals.time[ends:] - fresh) / (BLOCK * model.scale)).astype(np.intp)
