@@ -135,10 +135,12 @@ class LearnerNode:
         What came before the time `since` [s], when the vehicle may have been without them, is left out.
 
         The new learner is built beside the old one, which is served until one revision leads from the one to the other.
-        Its batch is the one that was learned last, and its iteration counts on. Call it from the thread that learns.
+        Its batch is the one that was learned last, and its iteration counts on. Where the recent data teach nothing, as
+        while a heading is held, what was learned before them stands, and what comes is freed of the effects. Call it
+        from the thread that learns.
 
         Raises:
-            BadInput: the recent data fill no batch or hold too little motion, or the learner refuses them. Whatever is
+            BadInput: the recent data fill no batch, nothing was ever learned, or the learner refuses them. Whatever is
                 raised, all is as it was.
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
@@ -153,6 +155,8 @@ class LearnerNode:
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
         new = self._iterated(guarded, last, findings, validation)
+        if not new.served.model.is_trained and self.served.model.is_trained:
+            new = self._iterated(self._guarded, last, findings, validation)
         if not new.served.model.is_trained:
             raise BadInput("the recent data hold too little motion to learn from")
         self.batches.begin_anew(compensation, float(last.time[-1]), restarts)

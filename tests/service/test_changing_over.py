@@ -95,6 +95,27 @@ def test_what_fails_in_the_middle_leaves_the_learner_as_it_was(failing: Recordin
     assert tried.batches.rejected == untouched.batches.rejected
 
 
+def test_where_the_recent_data_teach_nothing_the_learned_curve_stands(tmp_path: Path) -> None:
+    """As while a heading is held: the effect comes into force beside the curve that was learned before."""
+    write_trace(tmp_path / "trace.json")
+    found = json.loads((tmp_path / "trace.json").read_text(encoding="utf-8"))
+    node = LearnerNode(configured(tracing__live=True, tracing__window=240.0, tracing__proof=90.0), boot="")
+    run = recording(3, 200.0)
+    pushed([node], run)
+    learned(node)
+    held = 201.0 + 0.1 * np.arange(3190, dtype=np.float64)
+    waits = np.random.default_rng(1).normal(0.0, 1e-4, held.size)
+    for name, (t, value) in {"yaw_rate": (held, waits), "torque": (held, -1000.0 * waits)}.items():
+        node.push(name, t, value)
+    learned(node)
+    before = node.latest()
+    assert before is not None
+    after = node.relearn(taken_up(found, leng.INERTIA, (), "a test"), {})
+    assert "torque_lag" in after.report.batch.parts
+    assert after.snapshot.support == before.support
+    assert after.snapshot.revision == before.revision + 1
+
+
 def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
     failing: Recording, found: dict[str, Any], tmp_path: Path
 ) -> None:
