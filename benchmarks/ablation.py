@@ -2,15 +2,15 @@
 
     python -m benchmarks.ablation [--first-seed N] [--every K] [--rules NAME…] [--processes N]
 
-The same recordings every time: the trial simulator with a torque that is the command, that is measured, and with all
-noise in the torque's sensor, and the second simulator, which shares no line with the first. A rule is taken out by
-putting what it does where it finds nothing in its place. Writes results/ablation.json and .md.
+The same recordings every time: the trial simulator with a torque that is the command, and with one that is measured,
+and the second simulator, which shares no line with the first. The first row watches every rule (ablation_rules.py):
+a recording is traced again only without those that did something in it, for without the others the answer is the same.
+Writes results/ablation.json and .md.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import multiprocessing
 import os
@@ -18,24 +18,25 @@ import random
 import shlex
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import partial
 from pathlib import Path
 from statistics import mean
 from typing import Any
 
+import numpy as np
+
 from benchmarks import second_cases, trace_cases
+from benchmarks.ablation_rules import RULES
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
 from benchmarks.trace_judge import GOOD, judge
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
-from incsvr.tracing.weak import alignment
-from incsvr.tracing.weak.evidence import gain_of
-from incsvr.tracing.weak.posing import pose
 from service.progress import progress
 from simulator import trial
 from simulator.recordings import Recording
@@ -47,42 +48,8 @@ FIRST_SEED = 820_000
 OWN = {"one": 40, "half": 20, "two": 20, "quiet": 24}
 SECOND = {"one": 36, "quiet": 14}
 """Cases of each group, drawn from every cell."""
-NOISES: tuple[TorqueNoise, ...] = ("commanded", "measured", "torque")
+NOISES: tuple[TorqueNoise, ...] = ("commanded", "measured")
 AS_IT_IS = "as it is"
-
-Patch = tuple[str, str, Any]
-"""Module, name in it (of a class's function with the class), and what stands there instead."""
-
-
-def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str]) -> Any:
-    return alignment.settled(runs, pose(runs, inertia, channels, held=False), channels)[0]
-
-
-RULES: Mapping[str, Sequence[Patch]] = {
-    "alignment: whether the torque holds": [("incsvr.tracing.weak.pipeline", "aligned", _linear)],
-    "feedback: what a controller answers": [("incsvr.tracing.weak.problem", "Problem.feedback_beside", lambda *_: 0.0)],
-    "known command": [("incsvr.tracing.weak.problem", "Problem.knows_command", lambda *_: False)],
-    "faint beside the others": [("incsvr.tracing.weak.acceptance", "_faint", lambda *_: None)],
-    "several on one sine": [("incsvr.tracing.weak.acceptance", "given_away", lambda *_: 0.0)],
-    "swapping and climbing": [
-        ("incsvr.tracing.weak.search", "Search._swapped", lambda _, base: base),
-        ("incsvr.tracing.weak.search", "Search.climbed", lambda _, base: base),
-    ],
-    "noise at the effect's own frequencies, slip": [
-        ("incsvr.tracing.weak.acceptance", "evidence", gain_of),
-        ("incsvr.tracing.weak.pipeline", "evidence", gain_of),
-    ],
-    "residual that rises, command that but jumps": [
-        ("incsvr.tracing.weak.acceptance", "rose", lambda *_: False),
-        ("incsvr.tracing.weak.acceptance", "in_passing", lambda *_: 0.0),
-    ],
-    "free run as a judge": [("incsvr.tracing.weak.acceptance", "pays", lambda *_: True)],
-    "forward form: leads in closed loop, judges commands": [
-        ("incsvr.tracing.forward.loop", "Loop.closed", property(lambda _: False)),
-        ("incsvr.tracing.trace", "_unpaid", lambda *_: {}),
-    ],
-}
-"""Of each rule, or group, what takes it out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +73,22 @@ def cases(first_seed: int, every: int) -> list[Case]:
     return drawn
 
 
-def examine(case: Case, rule: str) -> dict[str, Any]:
-    """What the tracer names without this rule, judged."""
-    for module, name, instead in RULES.get(rule, ()):
-        *path, last = name.split(".")
-        setattr(reduce(getattr, path, importlib.import_module(module)), last, instead)
+def examine(case: Case, rule: str, ends: float) -> dict[str, Any]:
+    """What the tracer names without this rule, judged; of the first row, which rules did something. Nothing after the
+    instant at which it ends."""
+    if time.monotonic() > ends:
+        return {}
+    acted = set[str]()
+    with ExitStack() as stack:
+        for patch in RULES.get(rule, ()):
+            patch.apply()
+        for name, patches in RULES.items() if rule not in RULES else ():
+            for patch in patches:
+                stack.enter_context(patch.observed(partial(acted.add, name)))
+        return _traced(case, rule) | {"acted": sorted(acted)}
+
+
+def _traced(case: Case, rule: str) -> dict[str, Any]:
     recording, inertia, hidden, torque = _played(case)
     columns = dict(recording.columns)
     run = Run(recording.name, recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
@@ -157,46 +135,56 @@ def right(record: Mapping[str, Any]) -> bool:
 def report(document: Mapping[str, Any]) -> str:
     """The tables, as Markdown."""
     records: list[dict[str, Any]] = document["records"]
-    rules = list(dict.fromkeys(record["rule"] for record in records))
-    base = {_key(record): record for record in records if record["rule"] == rules[0]}
-    head = ["without", "right, of", *(f"{s}: {g}" for s, g in _groups(records)), "gained", "lost", "false", "s"]
+    base = {_key(record): record for record in records if record["rule"] not in RULES}
+    groups = list(dict.fromkeys(_group(record) for record in base.values()))
+    whole = [[each for each in base.values() if _group(each) == group] for group in groups]
     rows = []
-    for rule in rules:
-        own = [record for record in records if record["rule"] == rule]
-        beside = [(record, base[_key(record)]) for record in own if _key(record) in base]
-        parts = [[x for x in own if (x["simulator"], x["group"]) == part] for part in _groups(records)]
-        rows.append(
-            [
-                rule,
-                _of(own),
-                *(_of(part) for part in parts),
-                str(sum(right(new) and not right(old) for new, old in beside)),
-                str(sum(right(old) and not right(new) for new, old in beside)),
-                str(sum(x["group"] == "quiet" and not right(x) for x in own)),
-                f"{mean(x['seconds'] for x in own):.1f}",
-            ]
-        )
+    for rule in dict.fromkeys(record["rule"] for record in records if record["rule"] in RULES):
+        own = [(record, base[_key(record)]) for record in records if record["rule"] == rule]
+        gained = sum(right(new) and not right(old) for new, old in own)
+        lost = sum(right(old) and not right(new) for new, old in own)
+        false = [sum(bool(not each["hidden"] and not right(each)) for each in side) for side in zip(*own, strict=True)]
+        spent = [sum(each["seconds"] for each in side) for side in zip(*own, strict=True)]
+        rows.append([rule, len(own), gained, lost, false[0] - false[1], f"{spent[0] / spent[1]:.2f}"])
+    idle = [rule for rule in RULES if rule in document["rules"] and rule not in {row[0] for row in rows}]
+    rows += [[rule, 0, 0, 0, 0, "–"] for rule in idle]
     return "\n".join(
         [
             "# What each rule of the tracer earns",
             "",
             f"Made by `{document['command']}`, {document['date']}, seeds {document['first_seed']}… "
-            f"({document['cores']} cores, load {document['load_before']:.1f} before). Right or in the class, of the "
-            "recordings of each kind (with nothing hidden: nothing named); gained and lost against the first row on "
-            "the same recordings; mean processor time of a recording of 12 minutes. Where gained and lost differ by "
-            "less than twice the square root of their sum, the difference is chance.",
+            f"({document['cores']} cores, load {document['load_before']:.1f} before)"
+            + (f"; {document['not_run']} tracings were not run for want of time" if document["not_run"] else "")
+            + ". A recording lasts 12 minutes.",
             "",
-            table(head, rows),
+            "As it is; right or in the class, of the recordings of each kind (with nothing hidden: nothing named), and "
+            "the mean processor time:",
+            "",
+            table(
+                ["", *(f"{simulator}: {group}" for simulator, group in groups), "all", "s"],
+                [[document["call"], *map(_of, whole), _of([*base.values()]), f"{_seconds(base.values()):.1f}"]],
+            ),
+            "",
+            "Without one rule; *acts in*: recordings in which it does something, the others come out the same without "
+            "it; gained, lost and falsely named where nothing is hidden, against the row above; *time*: over that of "
+            "the row above on the recordings in which it acts. Where gained and lost differ by less than twice the "
+            "square root of their sum, the difference is chance.",
+            "",
+            table(["without", "acts in", "gained", "lost", "false", "time"], [[*map(str, row)] for row in rows]),
         ]
     )
 
 
-def _groups(records: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
-    return list(dict.fromkeys((record["simulator"], record["group"]) for record in records))
+def _group(record: Mapping[str, Any]) -> tuple[str, str]:
+    return record["simulator"], record["group"]
 
 
 def _key(record: Mapping[str, Any]) -> tuple[str, str, int]:
     return record["simulator"], record["group"], record["index"]
+
+
+def _seconds(records: Iterable[Mapping[str, Any]]) -> float:
+    return float(mean(record["seconds"] for record in records))
 
 
 def _of(records: Sequence[Mapping[str, Any]]) -> str:
@@ -209,36 +197,54 @@ def main() -> int:
     parser.add_argument("--every", type=int, default=1, help="take every so-many-th case (default: all)")
     parser.add_argument("--rules", nargs="*", default=list(RULES), help="to take out, each alone (default: all)")
     parser.add_argument("--call", default=AS_IT_IS, help="name of the first row (default: %(default)s)")
-    parser.add_argument("--beside", type=Path, metavar="JSON", help="results of another commit, as further rows")
+    parser.add_argument("--minutes", type=float, default=np.inf, help="after which none is begun (default: no limit)")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=RESULTS)
     args = parser.parse_args()
     where = provenance(shlex.join(["python", "-m", "benchmarks.ablation", *sys.argv[1:]]))
-    work = [(case, rule) for rule in (args.call, *args.rules) for case in cases(args.first_seed, args.every)]
+    ends = time.monotonic() + 60.0 * args.minutes
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    records: dict[int, dict[str, Any]] = {}
+    work = [(case, args.call) for case in cases(args.first_seed, args.every)]
+    later: list[tuple[Case, str]] = []
+    records: list[dict[str, Any]] = []
     # a process for each case: what takes a rule out must not reach the next
     context = multiprocessing.get_context("spawn")
-    with (
-        ProcessPoolExecutor(args.processes, context, max_tasks_per_child=1) as pool,
-        progress("tracing", len(work)) as advance,
-    ):
-        futures = {pool.submit(examine, *item): place for place, item in enumerate(work)}
-        for future in as_completed(futures):
-            records[futures[future]] = future.result()
-            advance()
-    found = [records[place] for place in sorted(records)]
-    if args.beside:
-        found = [*json.loads(args.beside.read_text(encoding="utf-8"))["records"], *found]
-    document = {**where, "first_seed": args.first_seed, "records": found}
+    with ProcessPoolExecutor(args.processes, context, max_tasks_per_child=1) as pool:
+        for done in _run(pool, work, np.inf):
+            records.append(done)
+            case = Case(done["simulator"], done["group"], args.first_seed, done["index"])
+            later += [(case, rule) for rule in args.rules if rule in done["acted"]]
+        # in random order: where the time ends, each rule has been tried on a part of its recordings that chance chose
+        random.Random(args.first_seed).shuffle(later)
+        records += _run(pool, later, ends)
+    records.sort(key=lambda each: [*RULES].index(each["rule"]) if each["rule"] in RULES else -1)
+    document = {
+        **where,
+        "first_seed": args.first_seed,
+        "call": args.call,
+        "rules": args.rules,
+        "not_run": len(work) + len(later) - len(records),
+        "records": records,
+    }
     text = report(document)
     args.out.mkdir(parents=True, exist_ok=True)
-    lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in found)
-    head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
+    lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
+    head = json.dumps({key: value for key, value in document.items() if key != "records"}, ensure_ascii=False)[:-1]
     (args.out / "ablation.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
     (args.out / "ablation.md").write_text(text + "\n", encoding="utf-8")
     print(text)
     return 0
+
+
+def _run(pool: ProcessPoolExecutor, work: Sequence[tuple[Case, str]], ends: float) -> Iterator[dict[str, Any]]:
+    """The records as they come; those not begun at `ends` are left out."""
+    waiting = {pool.submit(examine, *item, ends) for item in work}
+    with progress("tracing", len(work)) as advance:
+        for future in as_completed(waiting):
+            found = future.result()
+            if found:
+                yield found
+            advance()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,178 @@
+"""The rules of the tracer, and what takes each of them out: what it does where it finds nothing, in its place."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from incsvr.effects import Effect
+from incsvr.tracing.forward.thresholds import REQUIRED_GAIN
+from incsvr.tracing.run import Run
+from incsvr.tracing.weak import alignment
+from incsvr.tracing.weak.evidence import gain_beside_slip, gain_of
+from incsvr.tracing.weak.hypothesis import Hypothesis
+from incsvr.tracing.weak.indistinguishable import indistinguishable
+from incsvr.tracing.weak.pipeline import Case, Rivals
+from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.required_gain import penalised_criterion
+from incsvr.tracing.weak.search import FINALISTS, Search
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """One name of one module, and what stands there instead.
+
+    Attributes:
+        module: its name.
+        name: in it, of a method with its class.
+        instead: a function, a property or a number.
+        watched: whether each call may be compared with the replacement's: where none of a recording differs, the rule
+            did nothing there, and the answer without it is the same. Else it is taken to act everywhere.
+    """
+
+    module: str
+    name: str
+    instead: Any
+    watched: bool = True
+
+    def apply(self) -> None:
+        """Put the replacement in place, for good."""
+        owner, last = self._place()
+        setattr(owner, last, self.instead)
+
+    @contextmanager
+    def observed(self, acted: Callable[[], None]) -> Iterator[None]:
+        """Calls `acted` whenever the rule does something else than its replacement would."""
+        if not self.watched:
+            acted()
+            yield
+            return
+        owner, last = self._place()
+        there = getattr(owner, last)
+        ours, theirs = (_called(each) for each in (there, self.instead))
+
+        def both(*args: Any, **named: Any) -> Any:
+            found = ours(*args, **named)
+            if not _same(found, theirs(*args, **named)):
+                acted()
+            return found
+
+        setattr(owner, last, property(both) if isinstance(there, property) else both)
+        try:
+            yield
+        finally:
+            setattr(owner, last, there)
+
+    def _place(self) -> tuple[Any, str]:
+        *path, last = self.name.split(".")
+        return reduce(getattr, path, importlib.import_module(self.module)), last
+
+
+def _called(there: Any) -> Any:
+    """The function itself, of a property the one that reads it."""
+    return there.fget if isinstance(there, property) else there
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    try:
+        return bool(one is other or one == other)
+    except ValueError:  # two hypotheses whose arrays differ
+        return False
+
+
+def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str], _: bool) -> Any:
+    return alignment.settled(runs, pose(runs, inertia, channels, held=False), channels)[0]
+
+
+def _by_equation(_: Search, seen: Sequence[Hypothesis]) -> list[Hypothesis]:
+    ranked = sorted(seen, key=penalised_criterion, reverse=True)
+    best = ranked[:FINALISTS]
+    return best if any(len(h.terms) == 1 for h in best) else best + [h for h in ranked if len(h.terms) == 1][:1]
+
+
+def _all_of_them(case: Case, found: Hypothesis, _: dict[str, str]) -> tuple[Hypothesis, Rivals]:
+    every = range(len(found.terms))
+    return found, tuple(indistinguishable(case.problem, found, k, case.effects) for k in every)
+
+
+def _subclasses(parent: type, method: str) -> list[type]:
+    children: list[type] = parent.__subclasses__()
+    below = [each for child in children for each in _subclasses(child, method)]
+    return [parent, *below] if method in vars(parent) else below
+
+
+def _of_effects(method: str, instead: Any) -> list[Patch]:
+    """Patches of a method of every effect that has one of its own."""
+    return [
+        Patch(each.__module__, f"{each.__name__}.{method}", instead)
+        for each in dict.fromkeys(_subclasses(Effect, method))
+    ]
+
+
+WEAK, FORWARD = "incsvr.tracing.weak.", "incsvr.tracing.forward."
+
+RULES: Mapping[str, Sequence[Patch]] = {
+    "forward form leads where a controller answers a command": [
+        Patch(FORWARD + "loop", "Loop.closed", property(lambda _: False))
+    ],
+    "forward form judges the others of a command": [Patch("incsvr.tracing.trace", "_unpaid", lambda *_: {})],
+    "forward: a searched parameter climbs with the noise anew": [
+        Patch(FORWARD + "search", "climbed", lambda _, fitted: fitted)
+    ],
+    "forward: swapping": [Patch(FORWARD + "search", "_swapped", lambda _, best: best)],
+    "forward: more asked beside what commands still tell": [
+        Patch(FORWARD + "search", "required", lambda _: REQUIRED_GAIN)
+    ],
+    "forward: spikes taken out": [Patch(FORWARD + "interpolation", "without_spikes", lambda values: values)],
+    "forward: relevance": [Patch(FORWARD + "search", "is_relevant", lambda *_: True)],
+    "inertia wrong by a factor, told by the free run": [
+        Patch("incsvr.tracing.output_error", "Identified.contradicts", lambda *_: False)
+    ],
+    "weak: held or linear torque, and the streams' offset": [
+        Patch(WEAK + "pipeline", "aligned", _linear, watched=False)
+    ],
+    "weak: a controller's answer": [Patch(WEAK + "problem", "Problem.feedback_beside", lambda *_, **__: 0.0)],
+    "weak: known command": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
+    "weak: levels that a command comes back to": [Patch(WEAK + "command", "shared", lambda _: None)],
+    "weak: Jacobian of what answers the noise": [
+        Patch(WEAK + "whitening", "answering", lambda *_: [], watched=False),
+        Patch(WEAK + "refining", "answering", lambda *_: [], watched=False),
+    ],
+    "weak: noise at the effect's own frequencies": [
+        Patch(WEAK + "acceptance", "evidence", gain_beside_slip, watched=False),
+        Patch(WEAK + "pipeline", "evidence", gain_beside_slip, watched=False),
+    ],
+    "weak: streams apart by part of a sample": [Patch(WEAK + "evidence", "gain_beside_slip", gain_of, watched=False)],
+    "weak: an offset within the sampling pays": [Patch(WEAK + "hypothesis", "ALIGNMENT", 0.0, watched=False)],
+    "weak: tied with an offset within the sampling": [
+        Patch(WEAK + "pipeline", "_beyond_sampling", _all_of_them, watched=False)
+    ],
+    "weak: a filter on the torque's noise is no evidence": [
+        Patch(WEAK + "hypothesis", "noise_gain", lambda *_: 0.0),
+        Patch(WEAK + "indistinguishable", "noise_gain", lambda *_: 0.0),
+    ],
+    "weak: second scan as if the noise were white": [Patch(WEAK + "scan", "SWALLOWED", 0, watched=False)],
+    "weak: climbing": [Patch(WEAK + "search", "Search.climbed", lambda _, base: base)],
+    "weak: swapping": [Patch(WEAK + "search", "Search._swapped", lambda _, base: base)],
+    "weak: finalists by the free run": [Patch(WEAK + "search", "Search._finalists", _by_equation)],
+    "weak: faint beside the others": [Patch(WEAK + "acceptance", "_faint", lambda *_: None)],
+    "weak: rules for one sine": [Patch(WEAK + "problem", "Problem.one_sine", property(lambda _: False))],
+    "weak: residual that rises": [Patch(WEAK + "acceptance", "rose", lambda *_: False)],
+    "weak: only where the command jumps": [Patch(WEAK + "acceptance", "PASSING", 1.0, watched=False)],
+    "weak: lost in the noise": [Patch(WEAK + "acceptance", "lost_in_noise", lambda _: [])],
+    "weak: free run as a judge": [
+        Patch(WEAK + "acceptance", "pays", lambda *_: True),
+        Patch(WEAK + "search", "pays", lambda *_: True),
+    ],
+    "weak: short memories must prove themselves": _of_effects("must_prove", lambda *_: False),
+    "too slight to matter": _of_effects("slight", lambda *_: ""),
+}
+"""Of each rule, what takes it out."""
