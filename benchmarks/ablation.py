@@ -1,6 +1,6 @@
 """What each rule of the tracer earns: the tables again without it, on seeds that no rule was made for.
 
-    python -m benchmarks.ablation [--first-seed N] [--every K] [--rules NAME…] [--processes N]
+    python -m benchmarks.ablation [--first-seed N] [--every K] [--rules NAME…] [--together] [--processes N]
 
 The same recordings every time: the trial simulator with a torque that is the command, and with one that is measured,
 and the second simulator, which shares no line with the first. The first row watches every rule (ablation_rules.py):
@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import second_cases, trace_cases
-from benchmarks.ablation_rules import RULES
+from benchmarks.ablation_rules import RULES, Patch
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
 from benchmarks.trace_judge import GOOD, judge
@@ -49,7 +49,7 @@ OWN = {"one": 40, "half": 20, "two": 20, "quiet": 24}
 SECOND = {"one": 36, "quiet": 14}
 """Cases of each group, drawn from every cell."""
 NOISES: tuple[TorqueNoise, ...] = ("commanded", "measured")
-AS_IT_IS = "as it is"
+AS_IT_IS, TOGETHER = "as it is", " + "
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +80,17 @@ def examine(case: Case, rule: str, ends: float) -> dict[str, Any]:
         return {}
     acted = set[str]()
     with ExitStack() as stack:
-        for patch in RULES.get(rule, ()):
+        for patch in _patches(rule):
             patch.apply()
-        for name, patches in RULES.items() if rule not in RULES else ():
+        for name, patches in RULES.items() if not _patches(rule) else ():
             for patch in patches:
                 stack.enter_context(patch.observed(partial(acted.add, name)))
         return _traced(case, rule) | {"acted": sorted(acted)}
+
+
+def _patches(rule: str) -> list[Patch]:
+    """What takes a rule out, or several; nothing of the first row."""
+    return [patch for name in rule.split(TOGETHER) for patch in RULES.get(name, ())]
 
 
 def _traced(case: Case, rule: str) -> dict[str, Any]:
@@ -135,18 +140,20 @@ def right(record: Mapping[str, Any]) -> bool:
 def report(document: Mapping[str, Any]) -> str:
     """The tables, as Markdown."""
     records: list[dict[str, Any]] = document["records"]
-    base = {_key(record): record for record in records if record["rule"] not in RULES}
+    base = {_key(record): record for record in records if record["rule"] == document["call"]}
     groups = list(dict.fromkeys(_group(record) for record in base.values()))
     whole = [[each for each in base.values() if _group(each) == group] for group in groups]
     rows = []
-    for rule in dict.fromkeys(record["rule"] for record in records if record["rule"] in RULES):
+    for rule in dict.fromkeys(record["rule"] for record in records if record["rule"] != document["call"]):
         own = [(record, base[_key(record)]) for record in records if record["rule"] == rule]
         gained = sum(right(new) and not right(old) for new, old in own)
         lost = sum(right(old) and not right(new) for new, old in own)
         false = [sum(bool(not each["hidden"] and not right(each)) for each in side) for side in zip(*own, strict=True)]
         spent = [sum(each["seconds"] for each in side) for side in zip(*own, strict=True)]
-        rows.append([rule, len(own), gained, lost, false[0] - false[1], f"{spent[0] / spent[1]:.2f}"])
-    idle = [rule for rule in RULES if rule in document["rules"] and rule not in {row[0] for row in rows}]
+        rows.append(
+            [rule.replace(TOGETHER, "; "), len(own), gained, lost, false[0] - false[1], f"{spent[0] / spent[1]:.2f}"]
+        )
+    idle = [rule for rule in document["rules"] if rule not in {record["rule"] for record in records}]
     rows += [[rule, 0, 0, 0, 0, "–"] for rule in idle]
     return "\n".join(
         [
@@ -196,6 +203,7 @@ def main() -> int:
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--every", type=int, default=1, help="take every so-many-th case (default: all)")
     parser.add_argument("--rules", nargs="*", default=list(RULES), help="to take out, each alone (default: all)")
+    parser.add_argument("--together", action="store_true", help="all of these rules at once")
     parser.add_argument("--call", default=AS_IT_IS, help="name of the first row (default: %(default)s)")
     parser.add_argument("--minutes", type=float, default=np.inf, help="after which none is begun (default: no limit)")
     parser.add_argument("--processes", type=int, default=2)
@@ -203,6 +211,7 @@ def main() -> int:
     args = parser.parse_args()
     where = provenance(shlex.join(["python", "-m", "benchmarks.ablation", *sys.argv[1:]]))
     ends = time.monotonic() + 60.0 * args.minutes
+    rules = [TOGETHER.join(args.rules)] if args.together else args.rules
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     work = [(case, args.call) for case in cases(args.first_seed, args.every)]
     later: list[tuple[Case, str]] = []
@@ -213,16 +222,16 @@ def main() -> int:
         for done in _run(pool, work, np.inf):
             records.append(done)
             case = Case(done["simulator"], done["group"], args.first_seed, done["index"])
-            later += [(case, rule) for rule in args.rules if rule in done["acted"]]
+            later += [(case, rule) for rule in rules if {*rule.split(TOGETHER)} & {*done["acted"]}]
         # in random order: where the time ends, each rule has been tried on a part of its recordings that chance chose
         random.Random(args.first_seed).shuffle(later)
         records += _run(pool, later, ends)
-    records.sort(key=lambda each: [*RULES].index(each["rule"]) if each["rule"] in RULES else -1)
+    records.sort(key=lambda each: [args.call, *rules].index(each["rule"]))
     document = {
         **where,
         "first_seed": args.first_seed,
         "call": args.call,
-        "rules": args.rules,
+        "rules": rules,
         "not_run": len(work) + len(later) - len(records),
         "records": records,
     }
