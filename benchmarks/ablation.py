@@ -73,11 +73,8 @@ def cases(first_seed: int, every: int) -> list[Case]:
     return drawn
 
 
-def examine(case: Case, rule: str, ends: float) -> dict[str, Any]:
-    """What the tracer names without this rule, judged; of the first row, which rules did something. Nothing after the
-    instant at which it ends."""
-    if time.monotonic() > ends:
-        return {}
+def examine(case: Case, rule: str) -> dict[str, Any]:
+    """What the tracer names without this rule, judged; of the first row, which rules did something."""
     acted = set[str]()
     with ExitStack() as stack:
         for patch in _patches(rule):
@@ -219,13 +216,13 @@ def main() -> int:
     # a process for each case: what takes a rule out must not reach the next
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(args.processes, context, max_tasks_per_child=1) as pool:
-        for done in _run(pool, work, np.inf):
+        for done in _run(pool, work, np.inf, args.processes):
             records.append(done)
             case = Case(done["simulator"], done["group"], args.first_seed, done["index"])
             later += [(case, rule) for rule in rules if {*rule.split(TOGETHER)} & {*done["acted"]}]
         # in random order: where the time ends, each rule has been tried on a part of its recordings that chance chose
         random.Random(args.first_seed).shuffle(later)
-        records += _run(pool, later, ends)
+        records += _run(pool, later, ends, args.processes)
     records.sort(key=lambda each: [args.call, *rules].index(each["rule"]))
     document = {
         **where,
@@ -245,14 +242,19 @@ def main() -> int:
     return 0
 
 
-def _run(pool: ProcessPoolExecutor, work: Sequence[tuple[Case, str]], ends: float) -> Iterator[dict[str, Any]]:
-    """The records as they come; those not begun at `ends` are left out."""
-    waiting = {pool.submit(examine, *item, ends) for item in work}
+def _run(
+    pool: ProcessPoolExecutor, work: Sequence[tuple[Case, str]], ends: float, processes: int
+) -> Iterator[dict[str, Any]]:
+    """The records as they come; none is begun after it `ends`."""
+    waiting = iter(work)
+    running = {pool.submit(examine, *item) for _, item in zip(range(processes), waiting, strict=False)}
     with progress("tracing", len(work)) as advance:
-        for future in as_completed(waiting):
-            found = future.result()
-            if found:
-                yield found
+        while running:
+            done = next(as_completed(running))
+            running.remove(done)
+            if time.monotonic() < ends and (item := next(waiting, None)) is not None:
+                running.add(pool.submit(examine, *item))
+            yield done.result()
             advance()
 
 
