@@ -15,13 +15,11 @@ from incsvr.effects import Effect
 from incsvr.tracing.forward.thresholds import REQUIRED_GAIN
 from incsvr.tracing.run import Run
 from incsvr.tracing.weak import alignment
-from incsvr.tracing.weak.evidence import gain_beside_slip, gain_of
+from incsvr.tracing.weak.evidence import gain_of
 from incsvr.tracing.weak.hypothesis import Hypothesis
 from incsvr.tracing.weak.indistinguishable import indistinguishable
 from incsvr.tracing.weak.pipeline import Case, Rivals
 from incsvr.tracing.weak.posing import pose
-from incsvr.tracing.weak.required_gain import penalised_criterion
-from incsvr.tracing.weak.search import FINALISTS, Search
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +90,6 @@ def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str], _: boo
     return alignment.settled(runs, pose(runs, inertia, channels, held=False), channels)[0]
 
 
-def _by_equation(_: Search, seen: Sequence[Hypothesis]) -> list[Hypothesis]:
-    ranked = sorted(seen, key=penalised_criterion, reverse=True)
-    best = ranked[:FINALISTS]
-    return best if any(len(h.terms) == 1 for h in best) else best + [h for h in ranked if len(h.terms) == 1][:1]
-
-
 def _all_of_them(case: Case, found: Hypothesis, _: dict[str, str]) -> tuple[Hypothesis, Rivals]:
     every = range(len(found.terms))
     return found, tuple(indistinguishable(case.problem, found, k, case.effects) for k in every)
@@ -141,17 +133,14 @@ RULES: Mapping[str, Sequence[Patch]] = {
     ],
     "weak: a controller's answer": [Patch(WEAK + "problem", "Problem.feedback_beside", lambda *_, **__: 0.0)],
     "weak: known command": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
-    "weak: levels that a command comes back to": [Patch(WEAK + "command", "shared", lambda _: None)],
     "weak: Jacobian of what answers the noise": [
         Patch(WEAK + "whitening", "answering", lambda *_: [], watched=False),
         Patch(WEAK + "refining", "answering", lambda *_: [], watched=False),
     ],
     "weak: noise at the effect's own frequencies": [
-        Patch(WEAK + "acceptance", "evidence", gain_beside_slip, watched=False),
-        Patch(WEAK + "pipeline", "evidence", gain_beside_slip, watched=False),
+        Patch(WEAK + "acceptance", "evidence", gain_of, watched=False),
+        Patch(WEAK + "pipeline", "evidence", gain_of, watched=False),
     ],
-    "weak: streams apart by part of a sample": [Patch(WEAK + "evidence", "gain_beside_slip", gain_of, watched=False)],
-    "weak: an offset within the sampling pays": [Patch(WEAK + "hypothesis", "ALIGNMENT", 0.0, watched=False)],
     "weak: tied with an offset within the sampling": [
         Patch(WEAK + "pipeline", "_beyond_sampling", _all_of_them, watched=False)
     ],
@@ -159,20 +148,11 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "hypothesis", "noise_gain", lambda *_: 0.0),
         Patch(WEAK + "indistinguishable", "noise_gain", lambda *_: 0.0),
     ],
-    "weak: second scan as if the noise were white": [Patch(WEAK + "scan", "SWALLOWED", 0, watched=False)],
-    "weak: climbing": [Patch(WEAK + "search", "Search.climbed", lambda _, base: base)],
-    "weak: swapping": [Patch(WEAK + "search", "Search._swapped", lambda _, base: base)],
-    "weak: finalists by the free run": [Patch(WEAK + "search", "Search._finalists", _by_equation)],
-    "weak: faint beside the others": [Patch(WEAK + "acceptance", "_faint", lambda *_: None)],
     "weak: rules for one sine": [Patch(WEAK + "problem", "Problem.one_sine", property(lambda _: False))],
-    "weak: residual that rises": [Patch(WEAK + "acceptance", "rose", lambda *_: False)],
-    "weak: only where the command jumps": [Patch(WEAK + "acceptance", "PASSING", 1.0, watched=False)],
-    "weak: lost in the noise": [Patch(WEAK + "acceptance", "lost_in_noise", lambda _: [])],
     "weak: free run as a judge": [
         Patch(WEAK + "acceptance", "pays", lambda *_: True),
         Patch(WEAK + "search", "pays", lambda *_: True),
     ],
-    "weak: short memories must prove themselves": _of_effects("must_prove", lambda *_: False),
     "too slight to matter": _of_effects("slight", lambda *_: ""),
 }
 """Of each rule, what takes it out."""

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.effects import Effect, Signals, Term
-from incsvr.effects.torque_delay import TorqueDelay
+from incsvr.effects import Effect, Term
 from incsvr.tracing.run import Array
 from incsvr.tracing.statistics import NORMAL_95
 from incsvr.tracing.weak.damping import SPLINE
-from incsvr.tracing.weak.hypothesis import SAMPLING, Hypothesis, views
+from incsvr.tracing.weak.hypothesis import Hypothesis, views
 from incsvr.tracing.weak.noise_autocorrelation import DEGREES
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.whitening import Fit, fit, loudness, whiten
@@ -22,64 +21,20 @@ NEIGHBOURS = 12
 
 def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     """2 Δℓ of the k-th effect's core columns: everything else refitted without them, its offset kept, the AR anew."""
-    return 2.0 * (hypothesis.fit.log_likelihood - _fitted(problem, hypothesis, k, None).log_likelihood)
+    return 2.0 * (hypothesis.fit.log_likelihood - _fitted(problem, hypothesis, k).log_likelihood)
 
 
-def gain_beside_slip(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
-    """`gain_of` where torque and yaw rate may be apart by part of a sample: what that explains needs no effect.
-
-    It can but pass for another effect of the motion; one that itself is a delay, or stands beside one, is spared. On
-    one sine it may pass for any, and the class that is named says so.
-    """
-    effect = hypothesis.effects[k]
-    late = effect.acts == "thrust" and effect.lingers
-    told = late or not effect.of_phase or "torque_delay" in hypothesis.names()
-    if told or problem.one_sine or float(np.ptp(problem.signals.torque)) == 0.0:
-        return gain_of(problem, hypothesis, k)
-    seen, delay = views(problem, hypothesis), TorqueDelay()
-    slope = problem.blocks.mean(_slope(seen.of(delay)))
-    slip = slope, seen.answers(delay, _slope, slope)
-    whole = max(hypothesis.fit.log_likelihood, _slipped(problem, hypothesis, None, slip))
-    return 2.0 * (whole - _slipped(problem, hypothesis, k, slip))
-
-
-def _slope(s: Signals) -> Array:
-    """(n, 1) change of the thrust with time [N m/s]."""
-    return s.slope(s.thrust)[:, None]
-
-
-def _slipped(problem: Problem, hypothesis: Hypothesis, out: int | None, slip: tuple[Array, Array]) -> float:
-    """ℓ with the streams apart by what fits best, at most what lies within the sampling."""
-    found = _fitted(problem, hypothesis, out, slip)
-    most = SAMPLING * problem.resolution
-    apart = float(np.clip(found.theta[-1], -most, most))
-    if apart != found.theta[-1]:
-        found = _fitted(problem, hypothesis, out, None, apart * slip[0][:, 0])
-    return found.log_likelihood
-
-
-def _fitted(
-    problem: Problem,
-    hypothesis: Hypothesis,
-    out: int | None,
-    beside: tuple[Array, Array] | None,
-    taken: Array | float = 0.0,
-) -> Fit:
-    """A fit from the start, without the effect `out` if there is one, with the columns `beside`, `taken` off y."""
-    core, blocks = np.zeros(0, dtype=np.intp), len(problem.blocks)
-    if out is not None:
-        core = hypothesis.position[out] + np.arange(hypothesis.effects[out].core)
-    more, answers = (np.zeros((blocks, 0)), np.zeros((2, blocks, 0))) if beside is None else beside
-    columns = np.concatenate([np.delete(hypothesis.columns, core, axis=1), more], axis=1)
-    turned = np.concatenate([np.delete(hypothesis.turned, core, axis=2), answers], axis=2)
-    feigned = np.concatenate([np.delete(hypothesis.feigned, core), np.zeros(more.shape[1])])
-    offsets = [offset for j, offset in enumerate(hypothesis.offsets) if j != out]
-    y = problem.y - (sum(offsets, np.zeros(blocks)) + taken)
+def _fitted(problem: Problem, hypothesis: Hypothesis, out: int) -> Fit:
+    """A fit from the start, without the core columns of the effect `out`."""
+    core = hypothesis.position[out] + np.arange(hypothesis.effects[out].core)
+    columns, turned = np.delete(hypothesis.columns, core, axis=1), np.delete(hypothesis.turned, core, axis=2)
+    feigned = np.delete(hypothesis.feigned, core)
+    y = problem.y - sum((x for j, x in enumerate(hypothesis.offsets) if j != out), np.zeros(len(problem.blocks)))
     return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned, spline=SPLINE)
 
 
 def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
-    """`gain_beside_slip`, judged against the noise at the effect's own frequencies.
+    """`gain_of`, judged against the noise at the effect's own frequencies.
 
     The AR(3) whitens the noise but roughly. Where the innovations' spectrum, smoothed over its neighbourhood, is higher
     at the frequencies of the effect than in the mean, the gain is divided by as much: the sandwich estimator of W. K.
@@ -97,12 +52,7 @@ def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
     window = np.concatenate([np.ones(NEIGHBOURS), np.zeros(3), np.ones(NEIGHBOURS)])
     near = np.convolve(noise, window, "same") / np.convolve(np.ones_like(noise), window, "same")
     inflation = float(power @ near / max(power.sum() * np.mean(noise), 1e-300))
-    return gain_beside_slip(problem, hypothesis, k) / max(inflation, 1.0)
-
-
-def explained(problem: Problem, gain: float) -> float:
-    """Of a gain in 2 ℓ, the variance that it explains in parts of that which it leaves."""
-    return float(np.expm1(gain / problem.blocks.whole.size))
+    return gain_of(problem, hypothesis, k) / max(inflation, 1.0)
 
 
 def intervals(problem: Problem, hypothesis: Hypothesis) -> list[dict[str, tuple[float, float]]]:

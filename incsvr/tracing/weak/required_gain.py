@@ -8,10 +8,7 @@ from incsvr.tracing.weak.hypothesis import Hypothesis, price
 from incsvr.tracing.weak.problem import Problem
 
 LEAST_GAIN = 12.0
-"""Least gain of the criterion by which an effect is added.
-
-Twice that on one sine for an effect of the motion: of the noise, too, only a few lines count there.
-"""
+"""Least gain of the criterion by which an effect is added."""
 
 STRONG = 40.0
 """Gain of the criterion that leaves no doubt but that of a biased equation, which a free run would show by its sign."""
@@ -38,8 +35,6 @@ def penalised_criterion(hypothesis: Hypothesis) -> float:
 
 
 def required_gain(problem: Problem, base: Hypothesis, k: int) -> float:
-    """2 Δℓ that is asked of the k-th effect: its price and a threshold; on one sine twice that of an effect of the
-    motion."""
+    """2 Δℓ that is asked of the k-th effect: its price and a threshold."""
     effect = base.effects[k]
-    doubled = 2.0 if problem.one_sine and effect.of_phase else 1.0
-    return price(effect, effect.core, problem) + doubled * LEAST_GAIN
+    return price(effect, effect.core, problem) + LEAST_GAIN

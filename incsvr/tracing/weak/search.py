@@ -22,23 +22,11 @@ FOLLOWED = 12
 BETTER = 1.0
 """Of the criterion: a set of effects that was judged is judged again where it comes with values so much better."""
 
-CLIMBS = 12
-"""How many leads are tried as an addition to what the gates let pass."""
-
-CLIMBERS = 2
-"""How many of the best of these are put before the gates in turn."""
-
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
 
-SWAPS = 3
-"""How many leads are tried in the place of one of several effects."""
-
 FINALISTS = 4
 """How many of the best sets are put before the gates."""
-
-HEARD = 8
-"""How many of the best sets are asked for a free run where the equation is biased."""
 
 
 @dataclass
@@ -90,54 +78,25 @@ class Search:
             proves = self.free_run(cleaned) < self.free_run(base)
             if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
-        best = self._swapped(self.climbed(best))
         for name in best.names():
             self.refused.pop(name, None)
         return best
 
-    def climbed(self, base: Hypothesis) -> Hypothesis:
-        """`base` with what the gates let in one by one: where they threw an effect out, another may take its place."""
-        while len(base.terms) < self.most:
-            steps = (self._clean(grown) for grown in self._grown([base], CLIMBS)[:CLIMBERS])
-            best = next((step for step in steps if self._beats(step, base)), base)
-            if best is base:
-                break
-            base = best
-        return base
-
-    def _swapped(self, base: Hypothesis) -> Hypothesis:
-        """`base` with one of several effects replaced by what explains more in its place, if the beam missed that."""
-        best = base
-        for k in range(len(base.terms) if len(base.terms) > 1 else 0):
-            less = without(self.problem, base, k)
-            others = [effect for effect in self.effects if effect.name not in base.names()]
-            for lead in best_leads(self.problem, less, others, SWAPS):
-                new = with_lead(self.problem, less, lead)
-                if penalised_criterion(new) > penalised_criterion(best) and not against_physics(self.problem, new):
-                    best = new
-        cleaned = self._clean(best)
-        return base if best is base or not self._beats(cleaned, base) else self._swapped(self.climbed(cleaned))
-
     def _finalists(self, seen: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """The best by the equation, and the best single effect, lest it go down with those it was grown into; where the
-        torque answers the disturbances the best by the free run, too."""
+        """The best by the equation, and the best single effect, lest it go down with those it was grown into."""
         ranked = sorted(seen, key=penalised_criterion, reverse=True)
         best = ranked[:FINALISTS]
-        if not any(len(h.terms) == 1 for h in best):
-            best += [h for h in ranked if len(h.terms) == 1][:1]
-        if self.closed_loop:
-            best += [h for h in sorted(ranked[:HEARD], key=self.free_run)[:FINALISTS] if h not in best]
-        return best
+        return best if any(len(h.terms) == 1 for h in best) else best + [h for h in ranked if len(h.terms) == 1][:1]
 
     def _beats(self, new: Hypothesis, old: Hypothesis) -> bool:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
         But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
-        nor is it one for what may be the noise's colour or the sampling where the equation prefers another.
+        nor is it one for what is but the sampling where the equation prefers another.
         """
-        if self._doubtful(new) != self._doubtful(old):
-            doubtful, other = (new, old) if self._doubtful(new) else (old, new)
-            if penalised_criterion(other) >= penalised_criterion(doubtful):
+        if self._of_sampling(new) != self._of_sampling(old):
+            sampled, other = (new, old) if self._of_sampling(new) else (old, new)
+            if penalised_criterion(other) >= penalised_criterion(sampled):
                 return other is new
         if not self.closed_loop and abs(penalised_criterion(new) - penalised_criterion(old)) > STRONG:
             return penalised_criterion(new) > penalised_criterion(old)
@@ -145,21 +104,14 @@ class Search:
             return self.free_run.better(new, old)
         return penalised_criterion(new) > penalised_criterion(old)
 
-    def _doubtful(self, hypothesis: Hypothesis) -> bool:
-        """Whether it holds an effect that the noise's colour might be taken for, or nothing but how it was sampled."""
-        named = zip(hypothesis.effects, hypothesis.terms, strict=True)
-        sampled = bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
-        return sampled or any(effect.must_prove(term, self.problem.signals) for effect, term in named)
+    def _of_sampling(self, hypothesis: Hypothesis) -> bool:
+        """Whether it holds nothing but how the streams were sampled."""
+        return bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
-        """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
-
-        Of two that hide each other neither is worth its price alone; what would explain most of white noise, an AR may
-        have swallowed: it is grown further before the others. On one sine any two seem so.
-        """
+        """The hypotheses of the beam, each with one more effect; one for each set of names, best first."""
         grown: dict[frozenset[str], Hypothesis] = {}
         settled: set[frozenset[str]] = set()
-        swallowed: set[frozenset[str]] = set()
         fitting = [[effect for effect in self.effects if effect.name not in base.names()] for base in beam]
         found = [best_leads(self.problem, base, f, tries) for base, f in zip(beam, fitting, strict=True)]
         promise = sorted(
@@ -167,7 +119,7 @@ class Search:
         )
         floor = promise[-FOLLOWED] if len(beam) > 1 and len(promise) > FOLLOWED else -inf
         for base, leads in zip(beam, found, strict=True):
-            first, least = not base.terms and not self.problem.one_sine, HOPELESS[bool(base.terms)]
+            least = HOPELESS[bool(base.terms)]
             leads = [lead for lead in leads if lead.score > least and penalised_criterion(base) + lead.score >= floor]
             sets = [frozenset(e.key for e in (*base.effects, lead.effect)) for lead in leads]
             for keys, lead in zip(sets, leads, strict=True):
@@ -176,17 +128,14 @@ class Search:
                 new = with_lead(self.problem, base, lead)
                 names = frozenset(new.names())
                 known = grown.get(names)
-                less = penalised_criterion(new) <= penalised_criterion(base) - (LEAST_GAIN if first else 0.0)
-                worse = (less and not (first and lead.hidden)) or (
-                    known is not None and penalised_criterion(known) >= penalised_criterion(new)
-                )
+                # of two that hide each other neither may be worth its price alone
+                least_gain = 0.0 if base.terms else -LEAST_GAIN
+                less = penalised_criterion(new) <= penalised_criterion(base) + least_gain
+                worse = less or (known is not None and penalised_criterion(known) >= penalised_criterion(new))
                 if not worse and not against_physics(self.problem, new):
                     grown[names] = new
-                    swallowed |= {names} if less else set()
             settled |= set(sets)
-        return sorted(
-            grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, penalised_criterion(h)), reverse=True
-        )
+        return sorted(grown.values(), key=penalised_criterion, reverse=True)
 
     def _less(self, base: Hypothesis, k: int) -> Hypothesis:
         """`base` without its k-th effect, which the others may have grown around: as it was before, where that is

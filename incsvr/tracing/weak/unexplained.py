@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from incsvr.effects import SmoothTerm
 from incsvr.plant.axes import YAW
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.statistics import p_value
 from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.hypothesis import Hypothesis
-from incsvr.tracing.weak.partial_contribution import CONTRIBUTION, partial_contribution
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEAST_GAIN, FreeRun
 from incsvr.tracing.weak.scan import scan, with_lead
 
 LEVEL = 1e-3
 """Largest p-value, corrected for the number of terms tried."""
+
+CONTRIBUTION = 0.05
+"""Least deviation of what a term alone explains, in deviations of the block residual."""
 
 SHAPE = 0.06
 """Of the largest effect's contribution: the catalogue knows no effect's true shape more closely than that, and any
@@ -41,8 +45,8 @@ def smooth_terms(
         grown = with_lead(problem, hypothesis, leads[0])
         last = len(grown.terms) - 1
         p = p_value(evidence(problem, grown, last), grown.effects[last].core, len(tried))
-        others = max((partial_contribution(grown, k) for k in range(last)), default=0.0)
-        large = partial_contribution(grown, last) > max(CONTRIBUTION, SHAPE * others)
+        others = max((_contribution(grown, k) for k in range(last)), default=0.0)
+        large = _contribution(grown, last) > max(CONTRIBUTION, SHAPE * others)
         if not (
             free_run.better(grown, hypothesis)
             and large
@@ -53,3 +57,14 @@ def smooth_terms(
         hypothesis = grown
         found.append(Unexplained(leads[0].effect.name.split(":", 1)[1], p))
     return hypothesis, tuple(found)
+
+
+def _contribution(hypothesis: Hypothesis, k: int) -> float:
+    """Deviation of what the k-th effect alone explains, in (robust) deviations of the block residual."""
+    core = hypothesis.position[k] + np.arange(hypothesis.effects[k].core)
+    rest = np.delete(hypothesis.columns, core, axis=1)
+    part = hypothesis.columns[:, core] @ hypothesis.fit.theta[core] + hypothesis.offsets[k]
+    residual = hypothesis.fit.residual
+    alone = part - rest @ np.linalg.lstsq(rest, part, rcond=1e-10)[0]
+    deviation = min(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), float(np.std(residual)))
+    return float(np.std(alone)) / max(deviation, 1e-300)

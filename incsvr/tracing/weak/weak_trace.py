@@ -23,7 +23,7 @@ from incsvr.tracing.skill import horizons, proven, trivial
 from incsvr.tracing.spells import sentence as sentence_of_spells
 from incsvr.tracing.spells import spans, spells
 from incsvr.tracing.statistics import Change, change_of_rms, p_value
-from incsvr.tracing.weak.acceptance import sound
+from incsvr.tracing.weak.acceptance import forbidden
 from incsvr.tracing.weak.declaration import remarks
 from incsvr.tracing.weak.evidence import intervals
 from incsvr.tracing.weak.excitation import answered
@@ -223,7 +223,7 @@ def _why_not(problem: Problem, found: Hypothesis, lead: Lead) -> str:
     """Why a candidate that no gate ever saw is not added."""
     if lead.score < LEAST_GAIN:
         return "too little evidence beside what was found"
-    reason, k = sound(problem, with_lead(problem, found, lead))
+    reason, k = forbidden(problem, with_lead(problem, found, lead))
     return reason if reason and k == len(found.terms) else "beside what was found it brings too little"
 
 
