@@ -133,6 +133,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
     ],
     "weak: a controller's answer": [Patch(WEAK + "problem", "Problem.feedback_beside", lambda *_, **__: 0.0)],
     "weak: known command": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
+    "weak: levels that a command comes back to": [Patch(WEAK + "command", "shared", lambda _: None)],
     "weak: Jacobian of what answers the noise": [
         Patch(WEAK + "whitening", "answering", lambda *_: [], watched=False),
         Patch(WEAK + "refining", "answering", lambda *_: [], watched=False),
@@ -141,6 +142,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "acceptance", "evidence", gain_of, watched=False),
         Patch(WEAK + "pipeline", "evidence", gain_of, watched=False),
     ],
+    "weak: an offset within the sampling pays": [Patch(WEAK + "hypothesis", "ALIGNMENT", 0.0, watched=False)],
     "weak: tied with an offset within the sampling": [
         Patch(WEAK + "pipeline", "_beyond_sampling", _all_of_them, watched=False)
     ],
@@ -148,6 +150,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "hypothesis", "noise_gain", lambda *_: 0.0),
         Patch(WEAK + "indistinguishable", "noise_gain", lambda *_: 0.0),
     ],
+    "weak: second scan as if the noise were white": [Patch(WEAK + "scan", "SWALLOWED", 0, watched=False)],
     "weak: rules for one sine": [Patch(WEAK + "problem", "Problem.one_sine", property(lambda _: False))],
     "weak: free run as a judge": [
         Patch(WEAK + "acceptance", "pays", lambda *_: True),

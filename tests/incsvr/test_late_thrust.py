@@ -21,7 +21,7 @@ def test_the_search_begins_at_the_start_next_to_the_delay(late: int) -> None:
     thrust = np.concatenate([np.zeros(late), torque[:-late]])
     problem = turning(0, torque, outside=thrust - torque)
     base, delay = nothing(problem), catalogue([])["torque_delay"]
-    (lead,) = scan(problem, base, [delay])
+    (lead,) = scan(problem, base, [delay], coloured=False)
     starts = [start for (start,) in delay.starts(views(problem, base).of(delay))]
     assert lead.inner == (min(starts, key=lambda start: abs(start - 0.05 * late)),)
 

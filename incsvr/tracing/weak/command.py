@@ -11,7 +11,7 @@ from scipy.ndimage import median_filter
 
 from incsvr.effects import Signals
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.levels import as_levels, at_rest
+from incsvr.tracing.weak.levels import as_levels, at_rest, shared
 from incsvr.tracing.weak.noise import JUMP, differences
 from incsvr.tracing.weak.sweeps import as_sweeps
 from incsvr.tracing.weak.tones import as_tones
@@ -53,7 +53,8 @@ class Command:
         foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
         stays: whether it stays between its jumps.
         plain: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it likes.
-        exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it.
+        exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it, if
+            the command does not come back to it.
         steps: whether it is of levels.
     """
 
@@ -94,7 +95,11 @@ def told(signals: Signals, blocks: Blocks, before: Command | None = None) -> Com
         plain = np.where(rests, 0.0, levels) if plain is levels else plain
         course = np.where(rests, 0.0, course)
         foretold = np.where(blocks.mean(rests.astype(np.float64)) == 1.0, 0.0, foretold)
-    return Command(course, foretold, stays, plain, plain is not None and not steps, steps)
+    again = shared(plain) if stays and steps and plain is not None else None
+    if again is not None:
+        plain, course, foretold = again, again, blocks.mean(again)
+    exact = plain is not None and (not steps or again is not None)
+    return Command(course, foretold, stays, plain, exact, steps)
 
 
 def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:

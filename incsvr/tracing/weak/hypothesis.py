@@ -15,6 +15,9 @@ from incsvr.tracing.weak.refining import refined
 from incsvr.tracing.weak.views import Views
 from incsvr.tracing.weak.whitening import Fit, deafened, fit
 
+ALIGNMENT = 30.0
+"""What a delay within the sampling pays in 2 ℓ: any effect that explains as much is the better explanation."""
+
 TIMED = 2
 """Passes in which the jumps of the command are taken as on time: where a new effect is far from its value, what it does
 there would pass for the noise of their instants."""
@@ -177,6 +180,7 @@ def settle(
         before = fitted.log_likelihood
     found = tuple(Term(e.name, e.variant, c, i) for e, c, i in zip(effects, coefficients, inner, strict=True))
     paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
+    paid += ALIGNMENT * sum(below_sampling(term, problem) for term in found)
     paid -= len(problem.blocks) * sum(noise_gain(problem, fitted, e, t) for e, t in zip(effects, found, strict=True))
     return Hypothesis(
         found,

@@ -22,6 +22,19 @@ REST = 3.0
 CROWD = 3.0
 """Deviations by which more than half of the stays so near to nothing must be half as near: even ones are half."""
 
+MOST_LEVELS = 9
+"""That a command may come back to."""
+
+VISITS = 6
+"""Stays at each, in the mean, from which levels are told to be the same."""
+
+APART = 0.15
+"""Deviation of the stays from the levels that they share, in parts of the least distance of two: of commands that take
+any level it is above 0.25, however many they are cut into."""
+
+CELLS = 200
+"""Over which the stays are counted."""
+
 
 def at_rest(signals: Signals, levels: Array) -> NDArray[np.bool_]:
     """(n,) where the command stays as near to nothing as its noise alone may bring it: there it asks for nothing.
@@ -77,3 +90,48 @@ def _slow_leaps(torque: Array) -> NDArray[np.bool_]:
     highest = (change > usual) & (change == maximum_filter1d(change, 2 * FEW + 1))
     cells: NDArray[np.bool_] = maximum_filter1d(highest, 3)
     return cells
+
+
+def shared(levels: Array) -> Array | None:
+    """`levels` with the stays at one of a few levels at that; None where the command takes any.
+
+    A stay holds as much noise as lasts with it; a level that the command comes back to, that of all its stays.
+    """
+    edges = np.flatnonzero(np.diff(levels, prepend=np.nan, append=np.nan) != 0.0)
+    length = np.diff(edges)
+    stays = length > WIDEST
+    level, weight = levels[edges[:-1][stays]], length[stays].astype(np.float64)
+    best: tuple[float, Array] = APART, np.zeros(0)
+    for few in range(2, min(MOST_LEVELS, level.size // VISITS) + 1):
+        centres = _centres(level, weight, few)
+        own = np.argmin(np.abs(level[:, None] - centres), axis=1)
+        scatter = float(np.sqrt(np.average((level - centres[own]) ** 2, weights=weight)))
+        # of too few levels one would hold two, of too many two would lie beside each other
+        best = min(best, (scatter / float(np.min(np.diff(centres))), centres[own]), key=lambda each: each[0])
+    if not best[1].size:
+        return None
+    found = levels.copy()
+    found[np.repeat(stays, length)] = np.repeat(best[1], length[stays])
+    return found
+
+
+def _centres(level: Array, weight: Array, few: int) -> Array:
+    """(few,) about which the levels scatter least, rising: by dynamic programming over a count, then means."""
+    cell = np.linspace(level.min(), level.max() + 1e-9, CELLS + 1)
+    count, *moments = (np.histogram(level, cell, weights=weight * level**k)[0] for k in range(3))
+    n, first, second = (np.concatenate([[0.0], np.cumsum(x)]) for x in (count, *moments))
+    a, b = np.arange(CELLS)[:, None], np.arange(1, CELLS + 1)
+    mass, moment = np.maximum(n[b] - n[a], 1e-9 * n[-1]), first[b] - first[a]
+    cost = np.where(b > a, np.maximum(second[b] - second[a] - moment**2 / mass, 0.0), np.inf)
+    best, cuts = cost[0], []
+    for _ in range(few - 1):
+        whole = best[:-1, None] + cost[1:]
+        cuts.append(np.argmin(whole, axis=0) + 1)
+        best = np.min(whole, axis=0)
+    ends = [CELLS]
+    for cut in reversed(cuts):
+        ends.append(int(cut[ends[-1] - 1]))
+    own = np.searchsorted(cell[np.array(ends[:0:-1])], level)
+    total = np.bincount(own, weights=weight, minlength=few)
+    centres: Array = np.bincount(own, weights=weight * level, minlength=few) / np.maximum(total, 1e-300)
+    return np.unique(centres)

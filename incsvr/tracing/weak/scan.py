@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,10 @@ from incsvr.tracing.run import Array
 from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.views import Views
-from incsvr.tracing.weak.whitening import whiten
+from incsvr.tracing.weak.whitening import deafened, whiten
+
+SWALLOWED = 2
+"""Effects beside which an AR has nothing left to swallow that would be worth a second scan."""
 
 TOLD = 1e-9
 """Of a column's square: less than that is left where it is but a sum of others."""
@@ -29,6 +32,7 @@ class Lead:
         score: its 2 Δℓ less its price.
         gain: its 2 Δℓ.
         promised: the coefficients that would give as much.
+        hidden: whether it is what explains most, were the noise white: what an AR has swallowed.
     """
 
     effect: Effect
@@ -36,6 +40,7 @@ class Lead:
     score: float
     gain: float
     promised: tuple[float, ...]
+    hidden: bool = False
 
     def doubtful(self, seen: Views) -> bool:
         """Whether physics forbids the promised coefficients."""
@@ -43,10 +48,34 @@ class Lead:
         return bool(self.effect.implausible(term, seen.of(self.effect)))
 
 
-def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect]) -> list[Lead]:
-    """Score test of every effect and every start of its inner parameter, best first: what the columns gain in 2 ℓ over
-    `base`, its AR and weights held."""
-    ar, root = base.fit.ar, np.sqrt(base.fit.weight)[:, None]
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What two scans over one base share.
+
+    Attributes:
+        seen: the signals beside the base.
+        columns: of each effect its starts and the block means of their columns, side by side.
+    """
+
+    seen: Views
+    columns: dict[str, tuple[list[tuple[float, ...]], Array]] = field(default_factory=dict)
+
+
+def scan(
+    problem: Problem,
+    base: Hypothesis,
+    effects: Iterable[Effect],
+    coloured: bool = True,
+    known: Known | None = None,
+) -> list[Lead]:
+    """Score test of every effect and every start of its inner parameter, best first.
+
+    What the columns gain in 2 ℓ over `base`, its AR and weights held; with `coloured` off, as if the residual were
+    white and no larger where the command jumps (an AR estimated on a residual that still holds an effect hides it).
+    `known` goes from one scan over the same base to the next.
+    """
+    ar = base.fit.ar if coloured else np.zeros(3)
+    root = np.sqrt(base.fit.weight if coloured else deafened(base.fit).weight)[:, None]
     q, r = np.linalg.qr(root * whiten(base.columns, ar, problem.blocks))
     z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
     variance = float(z @ z) / z.size
@@ -59,12 +88,15 @@ def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect]) -> list[
 
     turned = pull_of(base.turned)
     upright = r + 1e-9 * (float(np.max(np.abs(np.diag(r)))) + 1e-300) * np.eye(r.shape[0])
-    seen = views(problem, base)
+    known = Known(views(problem, base)) if known is None else known
+    seen = known.seen
     leads = []
     for effect in effects:
         if effect.beside and effect.beside not in base.names():
             continue
-        starts, columns = _at_starts(problem, effect, seen.of(effect))
+        if effect.key not in known.columns:
+            known.columns[effect.key] = _at_starts(problem, effect, seen.of(effect))
+        starts, columns = known.columns[effect.key]
         if not starts:
             continue
         c = root * whiten(columns, ar, problem.blocks)
@@ -79,9 +111,9 @@ def scan(problem: Problem, base: Hypothesis, effects: Iterable[Effect]) -> list[
             continue
         inner, part = starts[best], parts[best]
         normal, score = c[:, part].T @ c[:, part], c[:, part].T @ z
-        # what the Jacobian adds to the score, less what the base's own columns would take of it
-        answers = seen.turned(effect, inner, (), columns[:, part])
-        score += variance * (pull_of(answers) - np.linalg.solve(upright, along[:, part]).T @ turned)
+        if coloured:  # what the Jacobian adds to the score, less what the base's own columns would take of it
+            answers = seen.turned(effect, inner, (), columns[:, part])
+            score += variance * (pull_of(answers) - np.linalg.solve(upright, along[:, part]).T @ turned)
         gain = _gained(effect, normal, score, size[part])
         # a column that is but a sum of others has no coefficient of its own
         told, promised = _told(normal, size[part]), np.zeros(count)
@@ -162,8 +194,26 @@ def without(problem: Problem, base: Hypothesis, k: int) -> Hypothesis:
 
 
 def best_leads(problem: Problem, base: Hypothesis, effects: Sequence[Effect], width: int) -> list[Lead]:
-    """The `width` best of the scan."""
-    return _spread(scan(problem, base, effects), width, views(problem, base))
+    """The `width` best of the coloured scan and a third as many of the white one, once each with the better score.
+
+    An AR that has swallowed a tone hides its period, so that an effect may come with two inner parameters; one that has
+    swallowed a constant hides that. In a loop that swings it hides how long a delay is: one that is among the best
+    comes with its start by the white scan, too.
+    """
+    known = Known(views(problem, base))
+    first = _spread(scan(problem, base, effects, known=known), width, known.seen)
+    white = scan(problem, base, effects, coloured=False, known=known) if len(base.terms) < SWALLOWED else []
+    kept = {lead.effect.key for lead in first}
+    second = [
+        *_spread(white, (width + 2) // 3, known.seen),
+        *(lead for lead in white if lead.effect.secant and lead.effect.key in kept),
+    ]
+    best: dict[tuple[str, tuple[float, ...]], Lead] = {}
+    for lead in (*first, *second):
+        key = lead.effect.key, lead.inner
+        if key not in best or lead.score > best[key].score:
+            best[key] = replace(lead, hidden=bool(second) and key == (second[0].effect.key, second[0].inner))
+    return list(best.values())
 
 
 def _spread(leads: list[Lead], width: int, seen: Views) -> list[Lead]:

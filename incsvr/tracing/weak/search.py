@@ -109,9 +109,14 @@ class Search:
         return bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
-        """The hypotheses of the beam, each with one more effect; one for each set of names, best first."""
+        """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
+
+        Of two that hide each other neither is worth its price alone; what would explain most of white noise, an AR may
+        have swallowed: it is grown further before the others. On one sine any two seem so.
+        """
         grown: dict[frozenset[str], Hypothesis] = {}
         settled: set[frozenset[str]] = set()
+        swallowed: set[frozenset[str]] = set()
         fitting = [[effect for effect in self.effects if effect.name not in base.names()] for base in beam]
         found = [best_leads(self.problem, base, f, tries) for base, f in zip(beam, fitting, strict=True)]
         promise = sorted(
@@ -119,7 +124,7 @@ class Search:
         )
         floor = promise[-FOLLOWED] if len(beam) > 1 and len(promise) > FOLLOWED else -inf
         for base, leads in zip(beam, found, strict=True):
-            least = HOPELESS[bool(base.terms)]
+            first, least = not base.terms and not self.problem.one_sine, HOPELESS[bool(base.terms)]
             leads = [lead for lead in leads if lead.score > least and penalised_criterion(base) + lead.score >= floor]
             sets = [frozenset(e.key for e in (*base.effects, lead.effect)) for lead in leads]
             for keys, lead in zip(sets, leads, strict=True):
@@ -128,14 +133,17 @@ class Search:
                 new = with_lead(self.problem, base, lead)
                 names = frozenset(new.names())
                 known = grown.get(names)
-                # of two that hide each other neither may be worth its price alone
-                least_gain = 0.0 if base.terms else -LEAST_GAIN
-                less = penalised_criterion(new) <= penalised_criterion(base) + least_gain
-                worse = less or (known is not None and penalised_criterion(known) >= penalised_criterion(new))
+                less = penalised_criterion(new) <= penalised_criterion(base) - (LEAST_GAIN if first else 0.0)
+                worse = (less and not (first and lead.hidden)) or (
+                    known is not None and penalised_criterion(known) >= penalised_criterion(new)
+                )
                 if not worse and not against_physics(self.problem, new):
                     grown[names] = new
+                    swallowed |= {names} if less else set()
             settled |= set(sets)
-        return sorted(grown.values(), key=penalised_criterion, reverse=True)
+        return sorted(
+            grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, penalised_criterion(h)), reverse=True
+        )
 
     def _less(self, base: Hypothesis, k: int) -> Hypothesis:
         """`base` without its k-th effect, which the others may have grown around: as it was before, where that is
