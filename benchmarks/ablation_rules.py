@@ -18,7 +18,7 @@ from incsvr.tracing.weak import alignment
 from incsvr.tracing.weak.evidence import gain_of
 from incsvr.tracing.weak.hypothesis import Hypothesis
 from incsvr.tracing.weak.indistinguishable import indistinguishable
-from incsvr.tracing.weak.pipeline import Case, Rivals
+from incsvr.tracing.weak.pipeline import Case, Indistinguishable
 from incsvr.tracing.weak.posing import pose
 
 
@@ -87,10 +87,10 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str], _: bool) -> Any:
-    return alignment.settled(runs, pose(runs, inertia, channels, held=False), channels)[0]
+    return alignment.settled(runs, pose(runs, inertia, channels, zero_order_hold=False), channels)[0]
 
 
-def _all_of_them(case: Case, found: Hypothesis, _: dict[str, str]) -> tuple[Hypothesis, Rivals]:
+def _all_of_them(case: Case, found: Hypothesis, _: dict[str, str]) -> tuple[Hypothesis, Indistinguishable]:
     every = range(len(found.terms))
     return found, tuple(indistinguishable(case.problem, found, k, case.effects) for k in every)
 
@@ -115,7 +115,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
     "forward form leads where a controller answers a command": [
         Patch(FORWARD + "loop", "Loop.closed", property(lambda _: False))
     ],
-    "forward form judges the others of a command": [Patch("incsvr.tracing.trace", "_unpaid", lambda *_: {})],
+    "forward form judges the others of a command": [Patch("incsvr.tracing.trace", "_unsupported", lambda *_: {})],
     "forward: a searched parameter climbs with the noise anew": [
         Patch(FORWARD + "search", "climbed", lambda _, fitted: fitted)
     ],

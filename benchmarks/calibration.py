@@ -43,7 +43,7 @@ def examine(case: tuple[int, str, float]) -> list[dict[str, Any]]:
     seed, excitation, autocorrelation = case
     vehicle = ("leng", "small")[seed % 2]
     outcome = play(Trial(seed, (), 1.0, vehicle, excitation, autocorrelation, DURATION, "commanded"))
-    problem = pose([as_run(outcome)], outcome.inertia, [], held=True)
+    problem = pose([as_run(outcome)], outcome.inertia, [], zero_order_hold=True)
     base, found = nothing(problem), []
     for effect in candidates([]):
         try:

@@ -210,7 +210,7 @@ def _free_run(run: Run, model: TracedModel) -> tuple[list[Array], float]:
     """The errors of each stretch without a pause [rad/s], and the time between two of them [s]."""
     sampled = float(np.median(np.diff(stream(run, run.yaw_rate)[0])))
     step = max(model.block / SUBSTEPS, sampled)
-    signals = on_fine_grid([run], step, list(run.channels), held=False, inertia=model.inertia)
+    signals = on_fine_grid([run], step, list(run.channels), zero_order_hold=False, inertia=model.inertia)
     signals = replace(signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin)
     index, simulated = model.simulate(signals)
     error, stretch = simulated - signals.rate[index], np.searchsorted(signals.start, index, side="right")

@@ -79,7 +79,7 @@ def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple
         how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
-    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures).told(reading.axis), others
+    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures).in_terms_of(reading.axis), others
 
 
 def traced(

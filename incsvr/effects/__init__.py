@@ -35,7 +35,7 @@ from incsvr.effects.torque_saturation import Saturation, SoftSaturation
 from incsvr.effects.wave import Wave
 from incsvr.plant.axes import YAW, of_rate, products
 
-__all__ = ["RIVALS", "Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
+__all__ = ["ALTERNATIVES", "Effect", "Signals", "SmoothTerm", "Term", "ThrustEfficiency", "candidates", "catalogue"]
 
 SPEED = "surge"
 """The channel in which the speed past propellers and rudders stands."""
@@ -71,12 +71,12 @@ def candidates(channels: Iterable[str] = (), rate: str = YAW.rate, one_clock: bo
     return tuple(effect for effect in fixed if one_clock or not effect.needs_clock)
 
 
-RIVALS: tuple[Effect, ...] = (ThrustEfficiency(), GyroLag())
+ALTERNATIVES: tuple[Effect, ...] = (ThrustEfficiency(), GyroLag())
 """What is never named on its own: it is asked of each whether it explains as much as what was found."""
 
 
 def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
-    """All effects by key, with the rivals and the smooth terms that are never named as effects.
+    """All effects by key, with the alternatives and the smooth terms that are never named as effects.
 
     A channel may also be a product of two, a*b, on any axis.
     """
@@ -85,4 +85,4 @@ def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
     pairs = [pair for pair in (name.split("*") for name in names) if len(pair) == 2]
     moved = [Coriolis(first, second, own) for first, second in pairs for own in ("", first, second)]
     speeds = (ThrustSpeed(SPEED, "falls"), ThrustSpeed(SPEED, "square"))
-    return {effect.key: effect for effect in (*candidates(names), *RIVALS, *speeds, *smooth, *moved)}
+    return {effect.key: effect for effect in (*candidates(names), *ALTERNATIVES, *speeds, *smooth, *moved)}

@@ -31,7 +31,7 @@ class Coulomb(Effect):
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994"
     acts = "motion"
     looks = 2.0
-    dry = True
+    dry_friction = True
 
     def __init__(self, variant: Literal["", "sharp"]) -> None:
         self.variant = variant

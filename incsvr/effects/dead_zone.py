@@ -33,7 +33,7 @@ class DeadZone(Effect):
     acts = "thrust"
     stage = 1
     searched = True
-    whole = True
+    fixed_coefficient = True
     looks = 12.0
 
     def __init__(self, variant: str) -> None:
@@ -57,11 +57,11 @@ class DeadZone(Effect):
         width = inner[-1]
 
         def lost(c: Array) -> Array:
-            if self.variant == "shifted" or s.doubt <= 0.0:
+            if self.variant == "shifted" or s.uncertainty <= 0.0:
                 return self.lost(c, width)
             inside = self.lost(c, width)
-            near = np.abs(np.abs(c) - width) < FAR * s.doubt
-            inside[near] = _doubted(c[near], width, s.doubt)
+            near = np.abs(np.abs(c) - width) < FAR * s.uncertainty
+            inside[near] = _averaged(c[near], width, s.uncertainty)
             return inside
 
         return stack(s.over_jumps(s.expected, lost))
@@ -78,9 +78,9 @@ class DeadZone(Effect):
         return command - term.coefficients[0] * s.over_jumps(command, lambda c: self.lost(c, term.inner[-1]))
 
 
-def _doubted(command: Array, width: float, doubt: float) -> Array:
+def _averaged(command: Array, width: float, uncertainty: float) -> Array:
     """What a step's band takes, in the mean over a Gaussian doubt of the command."""
-    low, high = (-width - command) / doubt, (width - command) / doubt
+    low, high = (-width - command) / uncertainty, (width - command) / uncertainty
     density = np.exp(-0.5 * low**2) - np.exp(-0.5 * high**2)
-    inside: Array = command * (ndtr(high) - ndtr(low)) + doubt / np.sqrt(2.0 * np.pi) * density
+    inside: Array = command * (ndtr(high) - ndtr(low)) + uncertainty / np.sqrt(2.0 * np.pi) * density
     return inside

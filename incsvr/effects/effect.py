@@ -57,12 +57,12 @@ class Effect(ABC):
         looks: about how many independent values of the inner parameters a search tries (paid for in evidence).
         curved: whether the columns change with θ, so that the fit is repeated.
         channels: extra streams that it reads.
-        whole: whether its coefficient is one by nature (inside a dead band all is lost): the inner parameter is
-            searched with that, or the two would stand for each other.
+        fixed_coefficient: whether its coefficient is one by nature (inside a dead band all is lost): the inner
+            parameter is searched with that, or the two would stand for each other.
         secant: whether its first column is the secant to the start of the search, to which that value belongs as the
             coefficient: with a free one a short delay would pass for any other, and a wrong one for its own opposite.
         shifts: whether it moves the thrust in time and leaves it as it is: the torque's noise moves with it.
-        dry: whether it is a friction of constant size, which can hold the vehicle.
+        dry_friction: whether it is a friction of constant size, which can hold the vehicle.
         lingers: whether what it takes depends on the past of the command or the rate.
         needs_clock: whether it refers to the recording's absolute time.
         beside: name of the effect without which this form is no other than the plain one; empty for none.
@@ -80,10 +80,10 @@ class Effect(ABC):
     looks: float = 1.0
     curved: bool = False
     channels: tuple[str, ...] = ()
-    whole: ClassVar[bool] = False
+    fixed_coefficient: ClassVar[bool] = False
     secant: ClassVar[bool] = False
     shifts: ClassVar[bool] = False
-    dry: ClassVar[bool] = False
+    dry_friction: ClassVar[bool] = False
     lingers: ClassVar[bool] = False
     needs_clock: bool = False
     beside: ClassVar[str] = ""

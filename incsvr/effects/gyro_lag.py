@@ -1,4 +1,4 @@
-"""A filter on the gyro: a rival of the rotor's lag that the streams hardly tell from it."""
+"""A filter on the gyro: an alternative of the rotor's lag that the streams hardly tell from it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ class GyroLag(TorqueLag):
     """T r_m′ + r_m = r. To first order I (r + T ṙ)′ + d(r + T ṙ) = τ, as with a lag of the thrust.
 
     Both show the answer later than the command; only how the vehicle answers the water tells them apart. Never named on
-    its own: it stands among the rivals, so that its tie is computed.
+    its own: it stands among the alternatives, so that its tie is computed.
     """
 
     name = "gyro_lag"

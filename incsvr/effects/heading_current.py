@@ -39,7 +39,7 @@ class HeadingCurrent(Effect):
         amplitude = math.hypot(*term.coefficients)
         if amplitude > float(np.max(np.abs(s.torque))) + float(np.max(np.abs(s.damping))):
             return "the moment of the current would exceed thrust and damping"
-        turned = max((float(np.ptp(s.heading[run])) for run in s.runs()), default=0.0)
-        if turned * self.harmonic < 0.7:
-            return f"the vehicle turned through {math.degrees(turned):.0f}° only"
+        angle_range = max((float(np.ptp(s.heading[run])) for run in s.runs()), default=0.0)
+        if angle_range * self.harmonic < 0.7:
+            return f"the vehicle turned through {math.degrees(angle_range):.0f}° only"
         return ""

@@ -14,7 +14,7 @@ from incsvr.effects.even_table import EvenTable
 Array = NDArray[np.float64]
 
 MOSTLY_TORQUE = 0.65
-"""Share of the torque's noise above which the rate side is the cleaner one: what turned the vehicle is in both."""
+"""Fraction of the torque's noise above which the rate side is the cleaner one: what turned the vehicle is in both."""
 
 AT_MOST = 2.0
 """T_c in which the vehicle settles: a delay of two would be half a period of a loop that never does."""
@@ -52,10 +52,10 @@ class Signals:
         applied: (n,) thrust moment seen from the rate side, I ṙ + d(r) + …, after the stage in question [N m].
         command: (n,) moment seen from the torque side, before the stage in question [N m].
         expected: (n,) the command without its noise, as far as that can be told [N m].
-        foretold: (n,) likewise, free of what the torque's noise brings anew in a block [N m].
-        doubt: deviation of the error of `expected` [N m].
+        predicted_torque: (n,) likewise, free of what the torque's noise brings anew in a block [N m].
+        uncertainty: deviation of the error of `expected` [N m].
         residual: (n,) what the model so far leaves of the torque, held over each block [N m].
-        share: part of the noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
+        torque_noise_fraction: part of the noise that sits in the recorded torque, 0…1; the rest turned the vehicle.
         gyro: part of the equation's noise that is neither but the gyro's, 0…1.
         known: whether `command` is free of the torque's noise.
         edges: (2, n) yaw rate at the beginning of each cell and, as it is predicted from there, at its end [rad/s];
@@ -83,10 +83,10 @@ class Signals:
     applied: Array = field(default_factory=_empty)
     command: Array = field(default_factory=_empty)
     expected: Array = field(default_factory=_empty)
-    foretold: Array = field(default_factory=_empty)
-    doubt: float = 0.0
+    predicted_torque: Array = field(default_factory=_empty)
+    uncertainty: float = 0.0
     residual: Array = field(default_factory=_empty)
-    share: float = 0.0
+    torque_noise_fraction: float = 0.0
     gyro: float = 0.0
     known: bool = False
     edges: Array = field(default_factory=_empty)
@@ -100,7 +100,7 @@ class Signals:
     @property
     def from_rate(self) -> bool:
         """Whether thrust effects are to be built from the rate side: most of the noise sits in the recorded torque."""
-        return self.share > MOSTLY_TORQUE and not self.known
+        return self.torque_noise_fraction > MOSTLY_TORQUE and not self.known
 
     @property
     def thrust(self) -> Array:
@@ -123,7 +123,7 @@ class Signals:
     @property
     def turning(self) -> float:
         """Part of the noise that turned the vehicle, 0…1; the gyro's, a difference, has none of the slow part."""
-        return 1.0 - self.share
+        return 1.0 - self.torque_noise_fraction
 
     @property
     def settling(self) -> float:
@@ -213,10 +213,10 @@ class Signals:
     def later(self, values: Array, delay: float) -> Array:
         """values(t + delay), held at the ends of each run; a negative delay looks back."""
         out = np.empty_like(values)
-        whole, part = divmod(delay / self.step, 1.0)
+        steps, part = divmod(delay / self.step, 1.0)
         for run in self.runs():
             x = values[run]
-            moved = x.take(np.arange(int(whole), int(whole) + x.size + 1), mode="clip")
+            moved = x.take(np.arange(int(steps), int(steps) + x.size + 1), mode="clip")
             out[run] = (1.0 - part) * moved[:-1] + part * moved[1:]
         return out
 

@@ -35,8 +35,8 @@ class SmoothTerm(Effect):
         if self._channel == "time":
             return s.time
         if self._channel == "heading":
-            turned: Array = np.mod(s.heading, 2.0 * np.pi)
-            return turned
+            wrapped: Array = np.mod(s.heading, 2.0 * np.pi)
+            return wrapped
         return s.channels[self._channel]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:

@@ -28,18 +28,18 @@ class _ThrustOfTime(Effect):
     needs_clock = True
 
     @abstractmethod
-    def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
+    def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
         """(n,) p, from 0 to 1."""
 
     def gain(self, s: Signals, term_inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         """(n,) factor on the thrust."""
         if not coefficients:
             return np.ones(len(s))
-        return np.clip(1.0 + coefficients[0] * self.course(s, term_inner), LEAST, MOST)
+        return np.clip(1.0 + coefficients[0] * self.progress(s, term_inner), LEAST, MOST)
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
-        return stack(-self.course(s, inner) * seen)
+        return stack(-self.progress(s, inner) * seen)
 
     def implausible(self, term: Term, s: Signals) -> str:
         left = 1.0 + term.coefficients[0]
@@ -72,7 +72,7 @@ class ThrustStep(_ThrustOfTime):
         begin, end = s.origin
         return begin + 0.04 * (end - begin), end - 0.04 * (end - begin)
 
-    def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
+    def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
         # one block wide, so that the search over the instant is smooth
         after: Array = np.clip((s.time - inner[-1]) / s.block + 0.5, 0.0, 1.0)
         return after
@@ -88,7 +88,7 @@ class ThrustDrift(_ThrustOfTime):
     sentence = "the thrust drifts over the recording, as with the charge of a battery"
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (motor voltage and thrust)"
 
-    def course(self, s: Signals, inner: tuple[float, ...]) -> Array:
+    def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
         return s.progress
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:

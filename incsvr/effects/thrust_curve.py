@@ -27,7 +27,7 @@ class ThrustCurve(Effect):
     acts = "thrust"
     stage = 1
     searched = True
-    whole = True
+    fixed_coefficient = True
     looks = 8.0
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
@@ -43,7 +43,7 @@ class ThrustCurve(Effect):
         return lost
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
+        return stack(s.over_jumps(s.predicted_torque, lambda command: self.lost(command, inner)))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"exponent": term.inner[-1]}

@@ -1,4 +1,4 @@
-"""The whole thrust scaled: a rival of the inertia that no yaw recording can tell from it."""
+"""The whole thrust scaled: an alternative of the inertia that no yaw recording can tell from it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from incsvr.effects.signals import Array, Signals
 class ThrustEfficiency(Effect):
     """a = g τ, so τ − a = (1/g − 1) a with a = I ṙ + d(r): the very columns of an inertia and a damping.
 
-    Never named on its own and never simulated: it stands among the rivals so that its tie is computed, not asserted.
+    Never named on its own and never simulated: it stands among the alternatives so that its tie is computed, not
+    asserted.
     """
 
     name = "thrust_efficiency"

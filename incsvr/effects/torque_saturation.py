@@ -34,7 +34,7 @@ BEYOND = (0.6, 0.8, 1.0, 1.25)
 class Saturation(Effect):
     """a = τ clipped at ±L, the same with its corner rounded over a part of L, or L tanh(τ/L).
 
-    Beyond the limit the rate side no longer knows the command, so the columns look at the foretold one: of noise
+    Beyond the limit the rate side no longer knows the command, so the columns look at the predicted one: of noise
     on a command that stays near its highest, what exceeds a limit looks like a saturation.
     """
 
@@ -44,7 +44,7 @@ class Saturation(Effect):
     acts = "thrust"
     stage = 2
     searched = True
-    whole = True
+    fixed_coefficient = True
     looks = 12.0
 
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
@@ -75,7 +75,7 @@ class Saturation(Effect):
         return rounded
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.over_jumps(s.foretold, lambda command: self.lost(command, inner)))
+        return stack(s.over_jumps(s.predicted_torque, lambda command: self.lost(command, inner)))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"limit_nm": term.inner[-1]}
@@ -83,7 +83,7 @@ class Saturation(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         if not 0.5 < term.coefficients[0] < 1.3:
             return f"beyond the limit {term.coefficients[0]:.0%} of the command would be lost, saturation loses all"
-        largest = np.abs(s.foretold)
+        largest = np.abs(s.predicted_torque)
         largest = largest[largest >= np.quantile(largest, 0.99)]
         part = float(np.mean(self.lost(largest, term.inner)) / np.mean(largest))
         if part < LEAST:

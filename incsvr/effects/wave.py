@@ -72,7 +72,11 @@ class Wave(Effect):
         if _harmonic(s, term.inner[-1], amplitude):
             return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
         commanded, above = _line(s, 1.0 / term.inner[-1])
-        if above > LINE and commanded > 2.0 * amplitude and not _alone(s, 1.0 / term.inner[-1], commanded, amplitude):
+        if (
+            above > LINE
+            and commanded > 2.0 * amplitude
+            and not _isolated(s, 1.0 / term.inner[-1], commanded, amplitude)
+        ):
             return "the command has a line of this period: that is the vehicle's own motion"
         return "the wave would exceed every command" if amplitude > 1.5 * float(np.max(np.abs(s.torque))) else ""
 
@@ -80,7 +84,7 @@ class Wave(Effect):
 HARMONICS = 15
 """Of a periodic command: as far as the shape error of an effect of the motion reaches."""
 
-ALONE = 3
+ISOLATED = 3
 """Highest harmonic that a motion may have alone: of r² the second, of r |r| mostly the third."""
 
 BESIDE = 0.3
@@ -106,8 +110,10 @@ def _harmonic(s: Signals, period: float, amplitude: float) -> bool:
         (here,) = _tones(s, s.torque, np.array([first]))
         if here > a_fifth and here >= max(_tones(s, s.torque, first + np.array([-finest, finest]) / harmonic)):
             others = np.array([k for k in range(1, HARMONICS + 1) if k != harmonic]) * first
-            alone = harmonic > ALONE and here < half and np.max(_tones(s, s.residual, others)) < BESIDE * amplitude
-            if not alone:
+            isolated = (
+                harmonic > ISOLATED and here < half and np.max(_tones(s, s.residual, others)) < BESIDE * amplitude
+            )
+            if not isolated:
                 return True
     return False
 
@@ -120,7 +126,7 @@ def _line(s: Signals, frequency: float) -> tuple[float, float]:
     return float(tones[0]), float(tones[0] ** 2 / max(np.mean(tones[1:] ** 2), 1e-300))
 
 
-def _alone(s: Signals, frequency: float, commanded: float, amplitude: float) -> bool:
+def _isolated(s: Signals, frequency: float, commanded: float, amplitude: float) -> bool:
     """Whether next to nothing is left where the command has lines near this one, of half its size [N m] at least: of
     the vehicle's own motion as much would be left there."""
     length = s.origin[1] - s.origin[0]
@@ -133,7 +139,7 @@ def _alone(s: Signals, frequency: float, commanded: float, amplitude: float) -> 
 def _tones(s: Signals, values: Array, frequency: Array) -> Array:
     """(k,) amplitude of `values` (n,) at each frequency; `frequency` (k,) in Hz."""
     hop = max(round(s.block / s.step), 1)
-    swings = (values - np.mean(values))[::hop]
+    centred = (values - np.mean(values))[::hop]
     phase = 2.0 * np.pi * frequency[:, None] * (s.time[::hop] - s.origin[0])
-    tones: Array = np.hypot(np.cos(phase) @ swings, np.sin(phase) @ swings) * 2.0 / swings.size
+    tones: Array = np.hypot(np.cos(phase) @ centred, np.sin(phase) @ centred) * 2.0 / centred.size
     return tones

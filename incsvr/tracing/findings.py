@@ -32,7 +32,7 @@ class Finding:
         interval: 95 % interval of each.
         p_value: corrected for the search.
         share: of the residual's explainable variance.
-        cannot_tell_from: rivals that explain these recordings as well.
+        cannot_tell_from: alternatives that explain these recordings as well.
         next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
         sentence: for people.
     """
@@ -136,7 +136,7 @@ class Trace:
         """Whether the free run with what was found errs less than saying that the vehicle does not turn."""
         return beats_zero(self.error)
 
-    def told(self, axis: Axis) -> Trace:
+    def in_terms_of(self, axis: Axis) -> Trace:
         """The same in the words and units of an axis."""
         if axis == YAW:
             return self

@@ -51,9 +51,9 @@ class Plan:
         self.length = max((size - 1) // hop for size in self._sizes)
         count = [len(each) for each in spans]
         effects = [list(zip(model.effects(), model.terms, strict=True)) for model in models]
-        courses = [self._course(*each, signals) for each in zip(models, effects, spans, strict=True)]
-        self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*courses, strict=True))
-        motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry] for each in effects]
+        inputs = [self._inputs(*each, signals) for each in zip(models, effects, spans, strict=True)]
+        self._drive, self._factor, self._thrust = (np.concatenate(each, axis=1) for each in zip(*inputs, strict=True))
+        motion = [[(e, t) for e, t in each if e.acts == "motion" and not e.dry_friction] for each in effects]
         self._alike = _alike(motion, count)
         read = {name for each in motion for effect, _ in each for name in effect.channels}
         cut = [signals.pieces(each) for each in spans] if read else []
@@ -65,11 +65,14 @@ class Plan:
             model.inertia + sum(t.coefficients[0] for e, t in each if e.acts == "inertia")
             for model, each in zip(models, effects, strict=True)
         ]
-        dry = [next((t for e, t in each if e.dry), None) for each in effects]
-        loss = [(0.0, 0.0) if t is None else (max(t.coefficients[0], 0.0), max(t.coefficients[-1], 0.0)) for t in dry]
+        friction_terms = [next((t for e, t in each if e.dry_friction), None) for each in effects]
+        loss = [
+            (0.0, 0.0) if t is None else (max(t.coefficients[0], 0.0), max(t.coefficients[-1], 0.0))
+            for t in friction_terms
+        ]
         self._inertia = np.repeat(inertia, count)
         self.friction = np.repeat(loss, count, axis=0).T / self._inertia  # forward and backward
-        self.creep = np.repeat([1.0 if term is None else term.inner[-1] for term in dry], count)
+        self.creep = np.repeat([1.0 if term is None else term.inner[-1] for term in friction_terms], count)
         # d(r) in even cells: the one in which a rate lies is known without a search
         tables = [model.drag() for model in models]
         self._drag = np.concatenate([table.values for table in tables])
@@ -82,7 +85,7 @@ class Plan:
         self.rate, self.heading = signals.rate[first], signals.heading[first]
         self.water, self._keep = self._moving(signals, first)
 
-    def _course(
+    def _inputs(
         self, model: TracedModel, effects: _Effects, spans: Sequence[slice], signals: Signals
     ) -> tuple[Array, Array, Array]:
         """(length, runs) each: the moment that drives the vehicle, the factor of its drag, and the thrust."""
@@ -107,10 +110,10 @@ class Plan:
         out = np.empty((self.length, len(runs)))
         for k, run in enumerate(runs):
             x = values[run]
-            whole = (x.size - 1) // self._hop
+            steps = (x.size - 1) // self._hop
             total = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]))])[:: self._hop]
-            out[:whole, k] = np.diff(total[: whole + 1]) / self._hop
-            out[whole:, k] = out[whole - 1, k] if whole else x[0]
+            out[:steps, k] = np.diff(total[: steps + 1]) / self._hop
+            out[steps:, k] = out[steps - 1, k] if steps else x[0]
         return out
 
     def _moving(self, signals: Signals, first: Sequence[int]) -> tuple[Array, Array]:

@@ -85,12 +85,12 @@ def _check_clipped(name: str, rate: Array, starts: NDArray[np.intp], lengths: ND
     usual = float(np.mean(lengths[inner])) if np.any(inner) else 1.0
     for end in (levels[-1], levels[0]):
         at = np.flatnonzero((values == end) & (lengths >= SEVERAL))
-        held = int(lengths[at].sum())
-        if held <= CLIPPED_PART * rate.size or held < PILED * usual * at.size:
+        clipped = int(lengths[at].sum())
+        if clipped <= CLIPPED_PART * rate.size or clipped < PILED * usual * at.size:
             continue
         beside = np.concatenate([values[at[at > 0] - 1], values[at[at < values.size - 1] + 1]])
         if beside.size and float(np.mean(np.abs(beside - end))) > LEAPT * resolution:
             raise BadInput(
-                f"{name}: yaw_rate is clipped at {end:.4g} rad/s, where it stays for {100 * held / rate.size:.0f} % "
+                f"{name}: yaw_rate is clipped at {end:.4g} rad/s, where it stays for {100 * clipped / rate.size:.0f} % "
                 "of the samples; set the gyro to a wider range, or turn more slowly"
             )

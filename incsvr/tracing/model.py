@@ -123,19 +123,19 @@ class TracedModel:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the last bit through JSON."""
-        plain = asdict(self)
-        plain["rate"], plain["damping"] = self.rate.tolist(), self.damping.tolist()
-        return plain
+        data = asdict(self)
+        data["rate"], data["damping"] = self.rate.tolist(), self.damping.tolist()
+        return data
 
     @staticmethod
-    def from_dict(plain: Mapping[str, Any]) -> TracedModel:
+    def from_dict(data: Mapping[str, Any]) -> TracedModel:
         terms = tuple(
-            Term(t["effect"], t["variant"], tuple(t["coefficients"]), tuple(t["inner"])) for t in plain["terms"]
+            Term(t["effect"], t["variant"], tuple(t["coefficients"]), tuple(t["inner"])) for t in data["terms"]
         )
-        low, high = plain["origin"]
+        low, high = data["origin"]
         return TracedModel(
-            plain["inertia"], np.array(plain["rate"]), np.array(plain["damping"]), terms,
-            plain["sigma"], plain["block"], plain["scale"], (low, high),
+            data["inertia"], np.array(data["rate"]), np.array(data["damping"]), terms,
+            data["sigma"], data["block"], data["scale"], (low, high),
         )  # fmt: skip
 
 
@@ -152,18 +152,18 @@ def simulate(
     trace = np.empty((plan.length + 1, rate.size))
     trace[0] = rate
     rubbed = 0.5 * plan.step * plan.friction
-    dry = bool(rubbed.any())
+    has_friction = bool(rubbed.any())
     nudge = 1e-4 * plan.limit / FASTEST
     pace = plan.step / nudge
     for k in range(plan.length):
-        if dry:
+        if has_friction:
             rate = rub(rate, rubbed, plan.creep)
         push, there = plan.acceleration(k, rate, nudge, heading, water)
         z = pace * (there - push)
         z = np.minimum(np.where(np.abs(z) < 1e-6, 1e-6, z), 50.0)
         new = rate + plan.step * np.expm1(z) / z * push
         new = np.minimum(np.maximum(new, -plan.limit), plan.limit)  # np.clip takes ten times as long on so few
-        if dry:
+        if has_friction:
             new = rub(new, rubbed, plan.creep)
         mean = 0.5 * (rate + new)
         heading = heading + plan.step * mean

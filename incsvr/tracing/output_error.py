@@ -81,7 +81,7 @@ def identified(s: Signals) -> Identified | None:
         return runs.errors(np.exp(unknown[:, 0]), unknown[:, 1:] * unit[1:], RUNAWAY * fastest) / fastest
 
     start = np.array([np.log(s.inertia), 0.3, 0.3, 0.0])
-    near, plain, _ = _fit(errors, start, slice(1, 4))
+    near, damping_fit, _ = _fit(errors, start, slice(1, 4))
     starts = [near]
     regressed = _by_regression(s)
     if not 1.0 / FACTOR < regressed / s.inertia < FACTOR:  # far from the truth free runs lose their way
@@ -92,7 +92,7 @@ def identified(s: Signals) -> Identified | None:
     if not np.isfinite(relative):
         return None
     inertia = float(np.exp(best[0]))
-    rmse, declared = (fastest * float(np.sqrt(np.mean(each**2))) for each in (left, plain))
+    rmse, declared = (fastest * float(np.sqrt(np.mean(each**2))) for each in (left, damping_fit))
     half = 1.96 * min(relative, 100.0)  # beyond, it is any inertia at all, and the exponential overflows
     return Identified(inertia, inertia * float(np.exp(-half)), inertia * float(np.exp(half)), rmse, declared)
 
@@ -151,17 +151,17 @@ class _Stretches:
 def _fit(errors: Callable[[Array], Array], start: Array, free: slice) -> tuple[Array, Array, Array]:
     """The best parameters, their errors (n,) and the slopes of these (n, p); the parameters that are not free stay."""
 
-    def whole(found: Array) -> Array:
+    def errors_of_all(found: Array) -> Array:
         unknown = np.tile(start, (len(found), 1))
         unknown[:, free] = found
         return errors(unknown)
 
     def slopes(found: Array) -> Array:
-        moved = whole(found + np.concatenate([np.zeros((1, found.size)), NUDGE * np.eye(found.size)]))
+        moved = errors_of_all(found + np.concatenate([np.zeros((1, found.size)), NUDGE * np.eye(found.size)]))
         return np.asarray((moved[1:] - moved[0]).T / NUDGE)
 
     def left(found: Array) -> Array:
-        return np.asarray(whole(found[None])[0])
+        return np.asarray(errors_of_all(found[None])[0])
 
     rough = least_squares(left, start[free], slopes, method="trf", max_nfev=TURNS[0])
     soft = 3.0 * max(1e-9, 1.4826 * float(np.median(np.abs(rough.fun))))

@@ -109,9 +109,9 @@ def _check_streams(run: Run) -> None:
     heading = run.channels.get("heading")
     if heading is not None and np.isfinite(heading).sum() > 2:
         at, angle = stream(run, heading)
-        turned = np.abs(np.diff(np.unwrap(angle)))
+        angle_steps = np.abs(np.diff(np.unwrap(angle)))
         expected = np.abs(np.diff(np.interp(at, *_integral(run))))
-        if np.nanmax(np.abs(angle)) > 30.0 and np.median(turned) > 10.0 * max(float(np.median(expected)), 1e-9):
+        if np.nanmax(np.abs(angle)) > 30.0 and np.median(angle_steps) > 10.0 * max(float(np.median(expected)), 1e-9):
             raise BadInput(
                 f"{run.name}: heading turns far faster than the yaw rate says; convert it from degrees to rad"
             )

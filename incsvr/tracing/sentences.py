@@ -45,7 +45,7 @@ AHEAD = (
 
 
 def sentence(
-    effect: Effect, parameters: Mapping[str, float], interval: Mapping[str, tuple[float, float]], share: float
+    effect: Effect, parameters: Mapping[str, float], interval: Mapping[str, tuple[float, float]], explained_part: float
 ) -> str:
     """What was found, its values with 95 % intervals, and how much of the residual it explains."""
     values = []
@@ -56,7 +56,7 @@ def sentence(
         spread = "" if certain else f" ({low:.3g} to {high:.3g})"
         values.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
     meaning = AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence
-    return f"{effect.name}: {meaning}; {', '.join(values)}. It explains {share:.0%} of what can be explained."
+    return f"{effect.name}: {meaning}; {', '.join(values)}. It explains {explained_part:.0%} of what can be explained."
 
 
 def streams(effect: Effect) -> tuple[str, ...]:

@@ -105,8 +105,8 @@ def horizons(before: Sequence[Ahead], after: Sequence[Ahead]) -> dict[str, Any]:
 def trivial(measured: Sequence[Array]) -> dict[str, Mapping[str, float]]:
     """The contract's `trivial`: free-run errors of a rate of zero, and of the first one held, over each piece."""
     rate = np.concatenate([*measured])
-    held = np.concatenate([piece - piece[0] for piece in measured if piece.size])
-    return {"zero": {"free_run_rmse": _rms(rate)}, "hold": {"free_run_rmse": _rms(held)}}
+    hold_error = np.concatenate([piece - piece[0] for piece in measured if piece.size])
+    return {"zero": {"free_run_rmse": _rms(rate)}, "hold": {"free_run_rmse": _rms(hold_error)}}
 
 
 def proven(error: Mapping[str, Any], closed_loop: bool) -> bool:

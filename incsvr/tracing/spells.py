@@ -70,14 +70,14 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
         return nowhere
     short = max(length // 3, TOGETHER)
     local = np.convolve(loudness, np.full(short, 1.0 / np.sqrt(short)), "same")
-    loud = nowhere.copy()
+    in_spell = nowhere.copy()
     # a spell is where the loudness is above half its height
     within = local > 0.5 * (float(np.quantile(local, 0.1)) + float(np.max(local)))
-    loud[: n * many] = np.repeat(_without_gaps(within, length), many)
-    inside, outside = innovation[loud], innovation[~loud]
+    in_spell[: n * many] = np.repeat(_without_gaps(within, length), many)
+    inside, outside = innovation[in_spell], innovation[~in_spell]
     if not inside.size or not outside.size:  # what comes and goes all the time is no spell
         return nowhere
-    return loud if float(np.std(inside)) > LOUDER * float(np.std(outside)) else nowhere
+    return in_spell if float(np.std(inside)) > LOUDER * float(np.std(outside)) else nowhere
 
 
 def sentence(found: Sequence[tuple[float, float]]) -> str:

@@ -75,19 +75,19 @@ def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, 
         return traced_anew(runs, inertia, shown, validate, names, ignored, {}, torque == COMMANDED)
     found = weak_trace(runs, inertia, validate, names, ignored, {}, torque == COMMANDED)
     if commanded and not found.proven:
-        unpaid = _unpaid(grid, base, found)
-        if unpaid:
-            return weak_trace(runs, inertia, validate, names, ignored, unpaid, torque == COMMANDED)
+        unsupported = _unsupported(grid, base, found)
+        if unsupported:
+            return weak_trace(runs, inertia, validate, names, ignored, unsupported, torque == COMMANDED)
     return found
 
 
-def _unpaid(grid: Grid, base: Fit, found: Trace) -> dict[str, str]:
+def _unsupported(grid: Grid, base: Fit, found: Trace) -> dict[str, str]:
     """The effects that no free run proves and that do not pay in the forward form either, and why."""
     parts = [Part(*pair) for pair in zip(found.model.effects(), found.model.terms, strict=True)]
-    asked = Question.of(grid, [part.effect for part in parts], base)
-    parts = [part for part in parts if part.effect.key in asked.prices]
+    question = Question.of(grid, [part.effect for part in parts], base)
+    parts = [part for part in parts if part.effect.key in question.prices]
     fitted = fit(grid, parts, base)
-    gains = {part.name: gain_of(asked, fitted, k) for k, part in enumerate(parts)}
+    gains = {part.name: gain_of(question, fitted, k) for k, part in enumerate(parts)}
     return {
         name: f"predicting each rise of the rate from what is known before it, it brings {gain:.3g} of the "
         f"{REQUIRED_GAIN:g} that are asked, and no free run proves it"

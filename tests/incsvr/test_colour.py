@@ -51,23 +51,25 @@ def jumping(seed: int, size: float) -> tuple[Array, Blocks, float]:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_what_the_instants_of_jumps_leave_is_not_taken_for_the_colour(seed: int) -> None:
-    residual, blocks, loud = jumping(seed, 60.0)
-    assert abs(burg(residual, blocks, loud)[0] - MEMORY) > 0.2
-    np.testing.assert_allclose(autoregression(residual, blocks, loud), [MEMORY, 0.0, 0.0], atol=0.03)
+    residual, blocks, jump_noise = jumping(seed, 60.0)
+    assert abs(burg(residual, blocks, jump_noise)[0] - MEMORY) > 0.2
+    np.testing.assert_allclose(autoregression(residual, blocks, jump_noise), [MEMORY, 0.0, 0.0], atol=0.03)
 
 
 def test_some_blocks_are_read_as_if_they_were_all() -> None:
-    residual, blocks, loud = jumping(2, 60.0)
+    residual, blocks, jump_noise = jumping(2, 60.0)
     first = np.arange(len(blocks)) < 2000  # the first run
     alone = replace(split(np.array([0, 2001]), 1, 1.0), mistimed=blocks.mistimed[first])
     np.testing.assert_allclose(
-        autoregression(residual, blocks.only(first), loud), autoregression(residual[first], alone, loud), atol=0.02
+        autoregression(residual, blocks.only(first), jump_noise),
+        autoregression(residual[first], alone, jump_noise),
+        atol=0.02,
     )
 
 
 def test_a_command_that_hardly_jumps_leaves_the_colour_to_burg() -> None:
-    residual, blocks, loud = jumping(3, 1.0)
-    np.testing.assert_array_equal(autoregression(residual, blocks, loud), burg(residual, blocks, loud))
+    residual, blocks, jump_noise = jumping(3, 1.0)
+    np.testing.assert_array_equal(autoregression(residual, blocks, jump_noise), burg(residual, blocks, jump_noise))
 
 
 def test_a_colour_fades_where_all_roots_lie_within_the_unit_circle() -> None:

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from incsvr.effects import Signals
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.command import answers_slowly, foretell, is_noise, told
+from incsvr.tracing.weak.command import answers_slowly, estimated_command, is_noise, predict_torque
 from incsvr.tracing.weak.weak_form import split
 
 
@@ -25,13 +25,13 @@ class TestForetelling:
     def test_a_command_that_stays_is_its_mean_since_the_last_jump(self) -> None:
         command = np.repeat(np.random.default_rng(6).choice([-40.0, -20.0, 20.0, 40.0], 100), 30)
         torque = command + self.noise
-        foretold, _ = foretell(torque, self.blocks)
-        told = foretold != torque
-        assert 0.95 < told.mean() < 0.98  # all but the jumps themselves, three in four of every thirtieth block
-        error = (foretold - command)[told]
+        predicted_torque, _ = predict_torque(torque, self.blocks)
+        predicted = predicted_torque != torque
+        assert 0.95 < predicted.mean() < 0.98  # all but the jumps themselves, three in four of every thirtieth block
+        error = (predicted_torque - command)[predicted]
         assert abs(error.mean()) < 0.05  # with jumps in a fit, a part of one would always be expected
         assert error.std() < 0.5
-        assert abs(correlation(error, self.noise[told])) < 0.05
+        assert abs(correlation(error, self.noise[predicted])) < 0.05
 
     def test_jumps_are_seen_however_many_and_however_soon_the_next(self) -> None:
         """Least squares from earlier blocks miss levels by far more than the noise: that is no measure of a jump."""
@@ -40,28 +40,28 @@ class TestForetelling:
         levels = random.permuted(np.tile([-90.0, -50.0, 50.0, 90.0], len(self.blocks) // 4 + 1))
         command = np.repeat(levels[: len(self.blocks)], holds)[: len(self.blocks)]
         torque = command + self.noise
-        foretold, stays = foretell(torque, self.blocks)
+        predicted_torque, stays = predict_torque(torque, self.blocks)
         assert stays
-        assert np.max(np.abs(foretold - command)) < 6.0
-        assert np.mean(foretold == torque) < 0.25
+        assert np.max(np.abs(predicted_torque - command)) < 6.0
+        assert np.mean(predicted_torque == torque) < 0.25
 
     def test_a_command_that_moves_is_foretold_by_least_squares(self) -> None:
         command = 40.0 * np.sin(0.2 * np.arange(len(self.blocks)))
         torque = command + self.noise
-        foretold, _ = foretell(torque, self.blocks)
-        told = np.flatnonzero(foretold != torque)
-        assert told.size > 0.9 * torque.size
-        error = (foretold - command)[told]
+        predicted_torque, _ = predict_torque(torque, self.blocks)
+        predicted = np.flatnonzero(predicted_torque != torque)
+        assert predicted.size > 0.9 * torque.size
+        error = (predicted_torque - command)[predicted]
         assert error.std() < 1.2
         # neither its own noise nor that of the block before, whose edge it shares
-        assert abs(correlation(error, self.noise[told])) < 0.05
-        assert abs(correlation(error, self.noise[told - 1])) < 0.05
+        assert abs(correlation(error, self.noise[predicted])) < 0.05
+        assert abs(correlation(error, self.noise[predicted - 1])) < 0.05
 
     def test_runs_too_short_to_tell_from_hold_their_own(self) -> None:
         for length in (13, 9):  # three blocks in each, or two
             short = split(np.arange(0, 200, length), 4, 0.1)
             torque = np.random.default_rng(7).normal(size=len(short))
-            np.testing.assert_array_equal(foretell(torque, short)[0], torque)
+            np.testing.assert_array_equal(predict_torque(torque, short)[0], torque)
 
 
 class TestTones:
@@ -89,24 +89,24 @@ class TestTones:
     def test_they_are_told_from_all_blocks(self, count: int) -> None:
         command = self.tones(count)
         signals = self.signals(command, 5.0)
-        found = told(signals, self.BLOCKS)
-        assert found.plain is not None
-        assert np.std(found.plain - command) < 0.25 * np.std(self.BLOCKS.mean(signals.torque - command))
+        found = estimated_command(signals, self.BLOCKS)
+        assert found.parametric_command is not None
+        assert np.std(found.parametric_command - command) < 0.25 * np.std(self.BLOCKS.mean(signals.torque - command))
         own = self.BLOCKS.mean(signals.torque - command)
-        error = self.BLOCKS.mean(found.plain - command)
+        error = self.BLOCKS.mean(found.parametric_command - command)
         assert abs(float(error @ own)) < 0.06 * float(own @ own)
 
     def test_a_command_that_moves_as_it_likes_is_none(self) -> None:
         steps = np.random.default_rng(9).normal(size=self.TIME.size)
         walk = np.asarray(np.convolve(np.cumsum(steps), np.ones(40) / 40.0, "same"), dtype=np.float64)
-        assert told(self.signals(walk, 1.0), self.BLOCKS).plain is None
+        assert estimated_command(self.signals(walk, 1.0), self.BLOCKS).parametric_command is None
 
     def test_a_command_that_jumps_is_none(self) -> None:
         jumps = np.repeat(np.random.default_rng(9).choice([-40.0, 40.0], 145), 100)[: self.TIME.size]
-        found = told(self.signals(jumps, 1.0), self.BLOCKS)
+        found = estimated_command(self.signals(jumps, 1.0), self.BLOCKS)
         assert found.stays
-        assert found.plain is not None
-        assert np.std(found.plain - jumps) < 0.25
+        assert found.parametric_command is not None
+        assert np.std(found.parametric_command - jumps) < 0.25
 
     @pytest.mark.parametrize("memory", [0.0, 0.9])
     def test_a_command_at_rest_asks_for_nothing(self, memory: float) -> None:
@@ -114,24 +114,24 @@ class TestTones:
         draw = np.random.default_rng(14)
         command = np.repeat(draw.choice([-40.0, -6.0, 0.0, 0.0, 6.0, 40.0], 145), 100)[: self.TIME.size]
         noise = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], draw.normal(size=self.TIME.size))
-        found = told(self.signals(command + noise, 0.0), self.BLOCKS)
+        found = estimated_command(self.signals(command + noise, 0.0), self.BLOCKS)
         assert found.stays
-        assert found.plain is not None
+        assert found.parametric_command is not None
         far = np.convolve(np.abs(np.diff(command, prepend=command[0])) > 0.0, np.ones(25), "same") == 0.0
         rests, small = far & (command == 0.0), far & (np.abs(command) == 6.0)
         # but where a jump to or from a small level is taken for noise: its two stays are one
-        assert np.mean(found.plain[rests] == 0.0) > 0.9
-        assert np.mean(found.course[rests] == 0.0) > 0.9
-        assert np.mean(np.abs(found.plain[small]) > 4.0) > 0.9
+        assert np.mean(found.parametric_command[rests] == 0.0) > 0.9
+        assert np.mean(found.smoothed_torque[rests] == 0.0) > 0.9
+        assert np.mean(np.abs(found.parametric_command[small]) > 4.0) > 0.9
 
     @pytest.mark.parametrize("seed", range(15, 19))
     def test_small_levels_of_a_command_that_never_rests_stay_levels(self, seed: int) -> None:
         draw = np.random.default_rng(seed)
         command = np.repeat(draw.uniform(-30.0, 30.0, 145), 100)[: self.TIME.size]
         noise = lfilter([np.sqrt(0.19)], [1.0, -0.9], draw.normal(size=self.TIME.size))
-        found = told(self.signals(command + noise, 0.0), self.BLOCKS)
+        found = estimated_command(self.signals(command + noise, 0.0), self.BLOCKS)
         assert found.stays
-        assert not np.any(found.course == 0.0)
+        assert not np.any(found.smoothed_torque == 0.0)
 
     def test_a_jump_that_two_samples_share_is_one(self) -> None:
         """Between two cells it is no more than what noise does; between the means of a few there is no doubt."""
@@ -139,7 +139,7 @@ class TestTones:
         level = draw.choice([-6.0, -3.3, 3.3, 6.0], 145)
         command = np.repeat(level, 100)[: self.TIME.size]
         shared = np.asarray(np.convolve(command, np.ones(3) / 3.0, "same"), dtype=np.float64)
-        found = told(self.signals(shared, 0.35), self.BLOCKS).plain
+        found = estimated_command(self.signals(shared, 0.35), self.BLOCKS).parametric_command
         assert found is not None
         for a, b in zip(self.START[:-1], self.START[1:], strict=True):
             jumps = np.abs(np.diff(command[a:b], prepend=command[a])) > 0.0

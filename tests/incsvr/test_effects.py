@@ -62,7 +62,7 @@ def signals() -> Signals:
         applied=torque,
         command=torque,
         expected=torque,
-        foretold=torque,
+        predicted_torque=torque,
         residual=np.sin(2 * np.pi * time / 6.1),
         inertia=350.0,
     )
@@ -70,7 +70,7 @@ def signals() -> Signals:
 
 def starts_of(effect: Effect, signals: Signals) -> list[tuple[float, ...]]:
     """Inner parameters to begin with, whichever side of the thrust the effect is seen from."""
-    return effect.starts(signals) or effect.starts(replace(signals, share=1.0))
+    return effect.starts(signals) or effect.starts(replace(signals, torque_noise_fraction=1.0))
 
 
 def model_with(effect: Effect, signals: Signals) -> TracedModel:
@@ -95,8 +95,8 @@ class TestEveryEffect:
         assert effect.__doc__ or type(effect).__mro__[1].__doc__
 
     def test_columns_are_finite_and_of_the_promised_shape(self, effect: Effect, signals: Signals) -> None:
-        for share in (0.0, 1.0):
-            seen = replace(signals, share=share)
+        for fraction in (0.0, 1.0):
+            seen = replace(signals, torque_noise_fraction=fraction)
             for inner in effect.starts(seen):
                 columns = effect.columns(seen, inner, ())
                 assert columns.shape == (len(signals), len(coefficients(effect)))
@@ -165,9 +165,9 @@ def test_a_thrust_effect_says_the_same_from_either_side(key: str, signals: Signa
     acted = effect.thrust(signals.command, signals, term)
     lost = signals.command - acted
     settled = np.concatenate([np.arange(run.start + 50, run.stop - 50) for run in signals.runs()])
-    for share in (0.0, 1.0):
-        seen = replace(signals, share=share, applied=acted)
-        assert seen.from_rate == (share == 1.0)
+    for fraction in (0.0, 1.0):
+        seen = replace(signals, torque_noise_fraction=fraction, applied=acted)
+        assert seen.from_rate == (fraction == 1.0)
         columns = effect.columns(seen, (), term.coefficients)
         bend = effect.offset(seen, term.coefficients, columns)
         said = columns @ np.array(term.coefficients)
@@ -187,13 +187,13 @@ def test_a_lag_of_the_rotor_speed_is_no_lag_of_the_moment(signals: Signals) -> N
 
 def test_only_a_lag_on_the_command_filters_the_torques_noise(signals: Signals) -> None:
     effect, term = catalogue()["torque_lag/moment"], Term("torque_lag", "moment", (0.7,))
-    passed = effect.passed(term, replace(signals, share=0.0))
+    passed = effect.passed(term, replace(signals, torque_noise_fraction=0.0))
     assert passed is not None
     assert passed.shape == (64,)
     assert passed[0] == pytest.approx(1.0, abs=1e-3)
     assert np.all(np.diff(passed) < 0.0)
     assert passed[-1] == pytest.approx(1.0 / (1.0 + (0.7 * np.pi / signals.block) ** 2), rel=0.02)
-    assert effect.passed(term, replace(signals, share=1.0)) is None
+    assert effect.passed(term, replace(signals, torque_noise_fraction=1.0)) is None
 
 
 def test_a_coupling_counts_from_zero_or_from_a_reference(signals: Signals) -> None:
@@ -267,9 +267,11 @@ def test_a_command_that_jumps_within_a_cell_loses_what_its_two_values_lose(key: 
     effect = next(effect for effect in EVERY if effect.key == key)
     fine = np.repeat([30.0, 60.0, -60.0, 60.0, 5.0, -60.0], 120) + np.random.default_rng(8).normal(0.0, 0.1, 720)
     cells = fine[7:-1].reshape(-1, 8).mean(axis=1)  # the jumps fall within cells
-    seen = replace(signals, expected=cells, foretold=cells, doubt=0.0)
+    seen = replace(signals, expected=cells, predicted_torque=cells, uncertainty=0.0)
     of_cells = effect.columns(seen, (40.0,), ())[:, 0]
-    of_values = effect.columns(replace(signals, expected=fine[7:-1], foretold=fine[7:-1], doubt=0.0), (40.0,), ())
+    of_values = effect.columns(
+        replace(signals, expected=fine[7:-1], predicted_torque=fine[7:-1], uncertainty=0.0), (40.0,), ()
+    )
     np.testing.assert_allclose(of_cells, of_values.reshape(-1, 8).mean(axis=1), atol=0.3)
 
 

@@ -16,7 +16,7 @@ def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:
     time = np.asarray(np.arange(0.0, 20.0, 0.01), dtype=np.float64)
     rate = np.where(np.arange(time.size) % 2 == 0, np.sin(time), np.nan)
     torque = np.where(np.arange(time.size) % 7 == 3, np.cos(time), np.nan)
-    signals = on_fine_grid([Run("x", time, rate, torque)], 0.1, [], held=False, inertia=1.0)
+    signals = on_fine_grid([Run("x", time, rate, torque)], 0.1, [], zero_order_hold=False, inertia=1.0)
     inside = slice(2, -2)
     np.testing.assert_allclose(signals.rate[inside], np.sin(signals.time[inside]), atol=2e-3)
     np.testing.assert_allclose(signals.torque[inside], np.cos(signals.time[inside]), atol=3e-3)
@@ -24,7 +24,7 @@ def test_streams_of_unequal_rate_and_empty_cells_meet_on_one_grid() -> None:
 
 def test_a_pause_of_the_recorder_splits_a_run() -> None:
     time = np.concatenate([np.arange(0.0, 30.0, 0.05), np.arange(45.0, 80.0, 0.05)])
-    signals = on_fine_grid([Run("x", time, np.sin(time), np.cos(time))], 0.1, [], held=False, inertia=1.0)
+    signals = on_fine_grid([Run("x", time, np.sin(time), np.cos(time))], 0.1, [], zero_order_hold=False, inertia=1.0)
     assert len(signals.runs()) == 2
     assert not np.any((signals.time > 30.1) & (signals.time < 44.9))
 
@@ -33,7 +33,7 @@ def test_the_steps_in_which_a_torque_was_recorded_are_told() -> None:
     time = np.asarray(np.arange(0.0, 40.0, 0.05), dtype=np.float64)
     command = 10.0 * np.sin(time) + np.random.default_rng(4).normal(0.0, 1.0, time.size)
     for recorded, step in ((command, 0.0), (1.7 * np.round(command / 1.7), 1.7)):
-        signals = on_fine_grid([Run("x", time, np.sin(time), recorded)], 0.1, [], held=False, inertia=1.0)
+        signals = on_fine_grid([Run("x", time, np.sin(time), recorded)], 0.1, [], zero_order_hold=False, inertia=1.0)
         assert signals.quantum == pytest.approx(step)
 
 
@@ -69,7 +69,7 @@ def test_a_held_torque_and_the_motion_it_makes_agree_in_blocks_of_few_samples() 
     time = np.asarray(period * np.arange(400), dtype=np.float64)
     torque = np.random.default_rng(3).normal(size=400)
     rate = np.concatenate([[0.0], np.cumsum(torque[:-1] * period / inertia)])
-    signals = on_fine_grid([Run("x", time, rate, torque)], period, [], held=True, inertia=inertia)
+    signals = on_fine_grid([Run("x", time, rate, torque)], period, [], zero_order_hold=True, inertia=inertia)
     blocks = split(signals.start, 3, period)
     inside = slice(1, -1)
     left = blocks.mean(signals.torque) - inertia * blocks.slope(signals.ends)
@@ -94,7 +94,7 @@ def test_a_corner_of_the_yaw_rate_between_its_stamps_is_not_cut_off() -> None:
     turned, pushed = (
         np.where(np.isin(time, x), np.interp(time, x, y), np.nan) for x, y in ((at, rate), (when, torque))
     )
-    signals = on_fine_grid([Run("x", time, turned, pushed)], period, [], held=False, inertia=inertia)
+    signals = on_fine_grid([Run("x", time, turned, pushed)], period, [], zero_order_hold=False, inertia=inertia)
     blocks = split(signals.start, 6, period)
     left = blocks.mean(signals.torque) - inertia * blocks.slope(signals.ends)
     assert np.max(np.abs(left[1:-1])) < 0.02

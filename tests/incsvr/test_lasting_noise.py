@@ -42,7 +42,7 @@ def with_effect(problem: Problem, name: str) -> Hypothesis:
 def test_a_limit_is_where_the_likelihood_has_it(seed: int) -> None:
     """Searched by least squares it gives way to a drag that the water's own turning has lowered."""
     found = with_effect(
-        pose([turned(seed, command(seed, TIME), limit=60.0)], INERTIA, [], held=True), "torque_saturation"
+        pose([turned(seed, command(seed, TIME), limit=60.0)], INERTIA, [], zero_order_hold=True), "torque_saturation"
     )
     assert found.terms[0].inner[-1] == pytest.approx(60.0, rel=0.03)
     assert found.terms[0].coefficients[0] == pytest.approx(1.0, abs=0.08)

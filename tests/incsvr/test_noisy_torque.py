@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from incsvr.tracing import trace
 from incsvr.tracing.run import Array, Run
-from incsvr.tracing.weak.noise import noise_share
+from incsvr.tracing.weak.noise import noise_fraction
 from incsvr.tracing.weak.weak_form import split
 
 INERTIA = 120.0
@@ -73,6 +73,6 @@ def test_a_command_without_noise_has_none() -> None:
     torque = telegraph(3)
     blocks = split(np.array([0, torque.size]), 4, PERIOD)
     residual = np.random.default_rng(3).normal(size=len(blocks))
-    share = noise_share(blocks, torque, residual)
-    assert share is not None
-    assert share < 0.1
+    fraction = noise_fraction(blocks, torque, residual)
+    assert fraction is not None
+    assert fraction < 0.1

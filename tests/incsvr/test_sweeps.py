@@ -9,7 +9,7 @@ import pytest
 
 from incsvr.effects import Signals
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.command import told
+from incsvr.tracing.weak.command import estimated_command
 from incsvr.tracing.weak.sweeps import as_sweeps
 from incsvr.tracing.weak.weak_form import split
 
@@ -57,8 +57,8 @@ def test_a_sweep_is_told_to_a_fraction_of_its_noise(
     assert np.median(error) < 0.1 * NOISE
     assert np.mean(error > NOISE) < 0.02  # near the instants at which a sweep begins anew, and at the ends
     blocks = split(ONE.astype(np.intp), 8, STEP)
-    known = told(signals(command), blocks)
-    assert known.plain is not None
+    known = estimated_command(signals(command), blocks)
+    assert known.parametric_command is not None
     assert known.exact
 
 
@@ -88,5 +88,5 @@ def test_a_sweep_is_foretold_no_better_than_its_noise_without_it() -> None:
     """Why it is worth telling: six earlier blocks do not foretell a frequency that changes."""
     command, blocks = sweeps(exponential, 170.0, joined=True), split(ONE.astype(np.intp), 8, STEP)
     seen = signals(command)
-    missed = np.std(blocks.mean(command) - told(seen, blocks).foretold)
+    missed = np.std(blocks.mean(command) - estimated_command(seen, blocks).predicted_torque)
     assert missed > 10.0 * np.std(blocks.mean(as_sweeps(seen) - command))

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.disturbance_response import DisturbanceResponse, swing
+from incsvr.tracing.weak.disturbance_response import DisturbanceResponse, disturbance_response
 from incsvr.tracing.weak.noise_autocorrelation import burg
 from incsvr.tracing.weak.weak_form import Blocks, split
 from incsvr.tracing.weak.whitening import whiten
@@ -38,7 +38,7 @@ def measured(blocks: Blocks, unforeseen: Array, ar: Array, values: Array) -> flo
 @pytest.mark.parametrize("gain", [2.0, 9.0])
 def test_white_noise_is_answered_as_the_rate_runs(gain: float) -> None:
     """Against I ṙ = 1 − K r: r(T_b) and its mean."""
-    answer = swing(np.zeros(2), gain, WHITE, 0.0, PERIOD, INERTIA)
+    answer = disturbance_response(np.zeros(2), gain, WHITE, 0.0, PERIOD, INERTIA)
     time = np.linspace(0.0, PERIOD, 20_001)
     rate = (1.0 - np.exp(-gain * time / INERTIA)) / gain
     assert answer.rise == pytest.approx(rate[-1], rel=1e-3)
@@ -46,7 +46,7 @@ def test_white_noise_is_answered_as_the_rate_runs(gain: float) -> None:
 
 
 def test_without_damping_and_controller_the_rate_runs_straight() -> None:
-    answer = swing(np.zeros(2), 0.0, WHITE, 0.0, PERIOD, INERTIA)
+    answer = disturbance_response(np.zeros(2), 0.0, WHITE, 0.0, PERIOD, INERTIA)
     assert answer.rise == pytest.approx(PERIOD / INERTIA, rel=1e-3)
     assert answer.mean == pytest.approx(0.5 * PERIOD / INERTIA, rel=1e-3)
 
@@ -58,7 +58,7 @@ def test_noise_that_lasts_is_answered_before_its_block(memory: float, gain: floa
     blocks, water, rate = pushed(1, memory, gain)
     mean = blocks.mean(water)
     ar = burg(mean, blocks)
-    answer, white = (swing(np.zeros(2), gain, colour, 0.0, PERIOD, INERTIA) for colour in (ar, WHITE))
+    answer, white = (disturbance_response(np.zeros(2), gain, colour, 0.0, PERIOD, INERTIA) for colour in (ar, WHITE))
     unforeseen = whiten(mean, ar, blocks)
     rise = measured(blocks, unforeseen, ar, blocks.slope(rate) * PERIOD)
     assert answer.rise == pytest.approx(rise, rel=0.06)
@@ -77,11 +77,11 @@ def test_of_white_noise_beside_it_the_waters_turns_the_vehicle(of_the_water: boo
         seen = seen + white * np.random.default_rng(4).normal(size=seen.size)
     ar = burg(seen, blocks)
     unforeseen = whiten(seen, ar, blocks)
-    share = 0.0 if of_the_water else white**2 / float(np.var(unforeseen))
-    answer = swing(np.zeros(2), gain, ar, share, PERIOD, INERTIA)
+    noise_fraction = 0.0 if of_the_water else white**2 / float(np.var(unforeseen))
+    answer = disturbance_response(np.zeros(2), gain, ar, noise_fraction, PERIOD, INERTIA)
     rise = measured(blocks, unforeseen, ar, blocks.slope(rate) * PERIOD)
     # what turns the vehicle of e is for the equations to say, not for its answer
-    turning = 1.0 - share
+    turning = 1.0 - noise_fraction
     assert turning * answer.rise == pytest.approx(rise, rel=0.12)
 
 
@@ -94,10 +94,12 @@ def test_damping_takes_its_part(memory: float) -> None:
     shown = whiten(blocks.mean(water) - slope * blocks.mean(rate), ar, blocks)
     unforeseen = whiten(blocks.mean(water), ar, blocks)
     part = float(shown @ unforeseen / (unforeseen @ unforeseen))
-    answer = swing(np.full(2, slope), gain, ar, 0.0, PERIOD, INERTIA)
+    answer = disturbance_response(np.full(2, slope), gain, ar, 0.0, PERIOD, INERTIA)
     assert answer.mean * part == pytest.approx(measured(blocks, unforeseen, ar, blocks.mean(rate)), rel=0.06)
 
 
 def test_the_whole_path_ends_as_the_course_does() -> None:
-    answer: DisturbanceResponse = swing(np.zeros(3), 5.0, np.array([0.6, 0.1, 0.0]), 0.0, PERIOD, INERTIA)
+    answer: DisturbanceResponse = disturbance_response(
+        np.zeros(3), 5.0, np.array([0.6, 0.1, 0.0]), 0.0, PERIOD, INERTIA
+    )
     assert answer.left(answer.path) == pytest.approx(answer.mean[0], rel=1e-9)

@@ -13,7 +13,7 @@ from incsvr.tracing import trace
 from incsvr.tracing.model import simulate
 from incsvr.tracing.run import Run
 from incsvr.tracing.weak.hypothesis import nothing, settle
-from incsvr.tracing.weak.indistinguishable import indistinguishable as rivals
+from incsvr.tracing.weak.indistinguishable import indistinguishable
 from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.problem import Problem
@@ -60,7 +60,7 @@ def vehicle(hidden: Hidden, seed: int = 1, count: int = 2400) -> Run:
 
 
 def posed(hidden: Hidden) -> Problem:
-    return pose([vehicle(hidden)], INERTIA, ["surge"], held=True)
+    return pose([vehicle(hidden)], INERTIA, ["surge"], zero_order_hold=True)
 
 
 PLAIN = [
@@ -107,7 +107,7 @@ def test_a_filtered_gyro_is_in_the_class_of_a_lagging_rotor() -> None:
     problem = pose([replace(run, torque=late)], INERTIA, [])
     lag = next(effect for effect in candidates() if effect.key == "torque_lag/moment")
     found = settle(problem, [(lag, (0.5,), ())], nothing(problem))
-    assert "gyro_lag" in {each.terms[-1].effect for each in rivals(problem, found, 0, [lag])}
+    assert "gyro_lag" in {each.terms[-1].effect for each in indistinguishable(problem, found, 0, [lag])}
 
 
 def test_friction_holds_a_vehicle_to_one_side_alone_in_a_free_run() -> None:
@@ -131,7 +131,7 @@ def test_what_changes_in_time_is_sought_on_one_clock_alone() -> None:
     first, second = (vehicle(Hidden(step=-0.4), seed) for seed in (1, 2))
     later = replace(second, time=second.time + first.time[-1] + 10.0)
     for runs, one in (([first, second], False), ([first, later], True)):
-        signals = pose(runs, INERTIA, ["surge"], held=True).signals
+        signals = pose(runs, INERTIA, ["surge"], zero_order_hold=True).signals
         assert signals.one_clock is one
         assert ("thrust_step" in {effect.name for effect in candidates([], one_clock=one)}) is one
     found = trace([first, second], inertia=INERTIA)

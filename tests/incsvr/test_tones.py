@@ -15,7 +15,7 @@ STEP = 0.05
 def test_a_run_that_is_shorter_than_a_block_is_told_as_it_is() -> None:
     time = np.concatenate([np.arange(0.0, 0.4, STEP), np.arange(10.0, 60.0, STEP)])
     torque = np.where(time < 5.0, 3.0 + time, 20.0 * np.sin(0.5 * time))
-    signals = on_fine_grid([Run("two", time, 0.01 * torque, torque, {})], STEP, [], held=False, inertia=1.0)
+    signals = on_fine_grid([Run("two", time, 0.01 * torque, torque, {})], STEP, [], zero_order_hold=False, inertia=1.0)
     blocks = split(signals.start, SUBSTEPS, STEP)
     short, long = signals.runs()
     assert np.diff(blocks.start)[0] == 0

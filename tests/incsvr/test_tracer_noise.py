@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.noise import noise_share
+from incsvr.tracing.weak.noise import noise_fraction
 from incsvr.tracing.weak.weak_form import Blocks, split
 
 
@@ -26,7 +26,7 @@ def test_the_share_of_the_torque_is_read_beside_the_gyros_noise(share: float) ->
     water = fastest * np.sqrt((1.0 - share) / share) * draw.normal(size=n)
     gyro, again = (0.3 * fastest * np.diff(draw.normal(size=n + 1)) for _ in range(2))
     residual = torque - water + gyro
-    found, blind = noise_share(blocks, fine, residual, again), noise_share(blocks, fine, residual)
+    found, blind = noise_fraction(blocks, fine, residual, again), noise_fraction(blocks, fine, residual)
     assert found is not None
     assert blind is not None
     assert found == pytest.approx(share, abs=0.05)
@@ -40,5 +40,5 @@ def test_a_share_is_told_where_what_moves_in_the_torque_is_noise_alone(answered:
     blocks, fine = lively(draw, n := 20_000)
     torque = blocks.mean(fine)
     residual = answered * torque + 0.2 * draw.normal(size=n) * float(np.std(torque))
-    assert noise_share(blocks, fine, residual, orders=(3,)) is not None
-    assert (noise_share(blocks, fine, residual, orders=(3,), alone=0.7) is not None) is told
+    assert noise_fraction(blocks, fine, residual, orders=(3,)) is not None
+    assert (noise_fraction(blocks, fine, residual, orders=(3,), least_part=0.7) is not None) is told

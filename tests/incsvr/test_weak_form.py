@@ -19,7 +19,7 @@ def test_a_block_holds_the_mean_and_the_slope_exactly() -> None:
     assert len(blocks) == 20
     np.testing.assert_allclose(blocks.slope(ramp)[[0, 19]], [1.0, 2.0])
     np.testing.assert_allclose(blocks.mean(ramp)[0], 0.5)
-    assert blocks.whole.size == 20 - 2 * 3  # an AR(3) needs three predecessors in the same run
+    assert blocks.with_history.size == 20 - 2 * 3  # an AR(3) needs three predecessors in the same run
 
 
 def test_the_beginning_of_a_run_is_in_no_block() -> None:

@@ -33,28 +33,28 @@ def driven(seed: int, noise: float, memory: float = 0.0) -> tuple[Array, Array, 
     rate = np.concatenate([[0.0], lfilter([1.0 - kept], [1.0, -kept], moment / DRAG)])
     blocks = split(np.array([0, rate.size]), STEPS, PERIOD / STEPS)
     mean = blocks.mean(rate)[:, None]
-    turned = np.stack([np.full_like(mean, 0.5 * PERIOD / INERTIA), np.zeros_like(mean)])
-    return torque - INERTIA * blocks.slope(rate), mean, blocks, turned
+    jacobian = np.stack([np.full_like(mean, 0.5 * PERIOD / INERTIA), np.zeros_like(mean)])
+    return torque - INERTIA * blocks.slope(rate), mean, blocks, jacobian
 
 
 def test_least_squares_underestimates_the_drag_where_the_noise_turns_the_vehicle() -> None:
     """The Jacobian takes away two fifths of that at least, seed for seed."""
     for seed in range(8):
-        y, mean, blocks, turned = driven(seed, 30.0)
-        plain, jacobian = (fit(y, mean, blocks, rounds=6, turned=t).theta[0] for t in (None, turned))
+        y, mean, blocks, jacobian = driven(seed, 30.0)
+        plain, corrected = (fit(y, mean, blocks, rounds=6, jacobian=t).theta[0] for t in (None, jacobian))
         assert plain < 0.9 * DRAG
-        assert abs(jacobian - DRAG) < 0.6 * abs(plain - DRAG)
+        assert abs(corrected - DRAG) < 0.6 * abs(plain - DRAG)
 
 
 def test_drag_and_inertia_are_right_in_the_mean_where_lasting_noise_turns_the_vehicle() -> None:
     """The weights and the scale are those of the fit with the Jacobian: with those of least squares it went too far."""
     errors = []
     for seed in range(12):
-        y, mean, blocks, turned = driven(seed, 10.0, memory=0.7)
+        y, mean, blocks, jacobian = driven(seed, 10.0, memory=0.7)
         torque = np.repeat(30.0 * np.random.default_rng(seed).normal(size=BLOCKS // 5), 5)
         columns = np.column_stack([mean, (torque - y) / INERTIA])  # y holds I₀ Δr/T_b already: nothing is missing
-        answers = np.concatenate([turned, np.stack([np.full_like(mean, 1.0 / INERTIA), np.zeros_like(mean)])], axis=2)
-        drag, inertia = fit(y, columns, blocks, rounds=6, turned=answers).theta
+        answers = np.concatenate([jacobian, np.stack([np.full_like(mean, 1.0 / INERTIA), np.zeros_like(mean)])], axis=2)
+        drag, inertia = fit(y, columns, blocks, rounds=6, jacobian=answers).theta
         errors.append((drag / DRAG - 1.0, inertia / INERTIA))
     drag_error, inertia_error = np.abs(np.mean(errors, axis=0))
     assert drag_error < 0.04
@@ -62,17 +62,17 @@ def test_drag_and_inertia_are_right_in_the_mean_where_lasting_noise_turns_the_ve
 
 
 def test_without_noise_that_turns_the_vehicle_the_jacobian_changes_nothing() -> None:
-    y, mean, blocks, turned = driven(1, 1e-6)
-    np.testing.assert_allclose(fit(y, mean, blocks, turned=turned).theta, DRAG, rtol=1e-4)
+    y, mean, blocks, jacobian = driven(1, 1e-6)
+    np.testing.assert_allclose(fit(y, mean, blocks, jacobian=jacobian).theta, DRAG, rtol=1e-4)
 
 
 def test_the_likelihood_prefers_the_true_drag_to_that_of_least_squares() -> None:
     """With the Jacobian counted at either drag."""
     for seed in range(8):
-        y, mean, blocks, turned = driven(seed, 30.0)
+        y, mean, blocks, jacobian = driven(seed, 30.0)
         plain = fit(y, mean, blocks, rounds=6)
-        whole = fit(y, mean, blocks, rounds=6, turned=turned)
-        held = float(np.log1p(turned[0, 0, 0] * plain.theta[0])) * blocks.whole.size
+        whole = fit(y, mean, blocks, rounds=6, jacobian=jacobian)
+        held = float(np.log1p(jacobian[0, 0, 0] * plain.theta[0])) * blocks.with_history.size
         assert whole.log_likelihood > plain.log_likelihood + held
 
 
@@ -81,7 +81,7 @@ def test_the_fit_of_strong_narrow_waves_has_converged() -> None:
     for seed in range(3):
         problem = turning(seed, command(seed, TIME), outside=_waves(seed))
         few, many = (
-            fit(problem.y, problem.coarse, problem.blocks, rounds=rounds, turned=problem.turned).log_likelihood
+            fit(problem.y, problem.coarse, problem.blocks, rounds=rounds, jacobian=problem.jacobian).log_likelihood
             for rounds in (6, 60)
         )
         assert abs(few - many) < 1.0
@@ -101,25 +101,25 @@ def _waves(seed: int) -> Array:
 def test_the_fit_holds_where_the_thrust_answers_the_noise_more_than_once() -> None:
     """Two nearly equal columns, answers beyond one: the Jacobian leads to the likelihood's maximum, not out of it."""
     for seed in range(6):
-        y, mean, blocks, turned = driven(seed, 30.0)
+        y, mean, blocks, jacobian = driven(seed, 30.0)
         random = np.random.default_rng(seed)
         command = random.normal(size=len(blocks))
         columns = np.column_stack([mean, command, command + 0.02 * random.normal(size=len(blocks))])
         thrust = 1.5 * np.abs(command)[:, None] - np.array([0.75, 0.7])
-        answers = np.concatenate([turned, np.stack([thrust, thrust])], axis=2)
-        first, last = (fit(y, columns, blocks, rounds=rounds, turned=answers) for rounds in (1, 5))
+        answers = np.concatenate([jacobian, np.stack([thrust, thrust])], axis=2)
+        first, last = (fit(y, columns, blocks, rounds=rounds, jacobian=answers) for rounds in (1, 5))
         assert last.log_likelihood > first.log_likelihood
 
 
-def jumping(seed: int, loud: float) -> tuple[Array, Array, Blocks]:
+def jumping(seed: int, size: float) -> tuple[Array, Array, Blocks]:
     """Noise u_t = 0.7 u_{t-1} + e, a column that it does not know, and blocks of which every eighth holds a jump.
 
-    A jump adds `loud` deviations of e to its own block, and to no other.
+    A jump adds `size` deviations of e to its own block, and to no other.
     """
     random = np.random.default_rng(seed)
     blocks = split(np.array([0, 4 * BLOCKS + 1]), 4, 0.1)
     jumped = np.arange(BLOCKS) % 8 == 5
-    noise = lfilter([1.0], [1.0, -0.7], random.normal(size=BLOCKS)) + loud * jumped * random.normal(size=BLOCKS)
+    noise = lfilter([1.0], [1.0, -0.7], random.normal(size=BLOCKS)) + size * jumped * random.normal(size=BLOCKS)
     return noise, random.normal(size=(BLOCKS, 1)), replace(blocks, mistimed=12.0 * jumped)
 
 
@@ -128,7 +128,7 @@ def test_what_jumps_add_is_hardly_colour_and_no_scale() -> None:
         noise, column, blocks = jumping(seed, 6.0)
         found = fit(noise, column, blocks, rounds=6)
         assert found.ar[0] > 0.45
-        assert abs(144.0 * found.loud / 36.0 - 1.0) < 0.35
+        assert abs(144.0 * found.jump_noise / 36.0 - 1.0) < 0.35
         deaf = fit(noise, column, replace(blocks, mistimed=np.zeros(BLOCKS)), rounds=6)
         assert deaf.ar[0] < 0.3
         assert found.log_likelihood > deaf.log_likelihood + 200.0
@@ -137,4 +137,4 @@ def test_what_jumps_add_is_hardly_colour_and_no_scale() -> None:
 def test_where_jumps_add_nothing_nothing_is_allowed_for() -> None:
     for seed in range(5):
         noise, column, blocks = jumping(seed, 0.0)
-        assert fit(noise, column, blocks, rounds=6).loud < 0.5 / 144.0
+        assert fit(noise, column, blocks, rounds=6).jump_noise < 0.5 / 144.0

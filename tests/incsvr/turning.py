@@ -54,4 +54,4 @@ def turning(
         "turning", time, rate + random.normal(0.0, 5e-4, time.size), torque + random.normal(0.0, 1.0, time.size),
         recorded,
     )  # fmt: skip
-    return pose([run], INERTIA, list(recorded), held=True)
+    return pose([run], INERTIA, list(recorded), zero_order_hold=True)

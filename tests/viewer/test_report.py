@@ -92,7 +92,7 @@ def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
 
 def test_of_another_axis_it_says_its_words_and_units(found: Trace, tmp_path: Path) -> None:
     path = tmp_path / "report.html"
-    write(found.told(AXES["sway"]), path, AXES["sway"])
+    write(found.in_terms_of(AXES["sway"]), path, AXES["sway"])
     page = Text()
     page.feed(path.read_text(encoding="utf-8"))
     words = re.sub(r"\s+", " ", " ".join(page.words))

@@ -20,23 +20,23 @@ LEADS = 3
 """Of them fitted in full in each round."""
 
 
-def smooth_terms(asked: Question, found: Fit, channels: Sequence[str]) -> tuple[Fit, tuple[Unexplained, ...]]:
+def smooth_terms(question: Question, found: Fit, channels: Sequence[str]) -> tuple[Fit, tuple[Unexplained, ...]]:
     """`found` with smooth terms of what still tells its residual, and their names."""
-    s = asked.grid.signals
+    s = question.grid.signals
     names = [*channels, *(["time"] if s.one_clock else []), *(["heading"] if s.rate_name == YAW.rate else [])]
-    question = Question.of(asked.grid, [SmoothTerm(name) for name in names], found)
+    smooth_question = Question.of(question.grid, [SmoothTerm(name) for name in names], found)
     unexplained = list[Unexplained]()
     while len(unexplained) < MOST:
-        leads = [lead for lead in scan(question, found) if lead.gain > 0.0][:LEADS]
-        tried = [settled(asked.grid, found, lead.part) for lead in leads]
-        gains = [gain_of(question, fitted, len(fitted.parts) - 1) for fitted in tried]
+        leads = [lead for lead in scan(smooth_question, found) if lead.gain > 0.0][:LEADS]
+        tried = [settled(question.grid, found, lead.part) for lead in leads]
+        gains = [gain_of(smooth_question, fitted, len(fitted.parts) - 1) for fitted in tried]
         if not gains or max(gains) < required(found):
             break
         grown = tried[gains.index(max(gains))]
         part = grown.parts[-1]
-        if not is_relevant(predicted(asked.grid, grown.model).signals, part):
+        if not is_relevant(predicted(question.grid, grown.model).signals, part):
             break
         found = grown
-        p = p_value(max(gains) + question.price(part), len(part.term.coefficients), len(names))
+        p = p_value(max(gains) + smooth_question.price(part), len(part.term.coefficients), len(names))
         unexplained.append(Unexplained(part.name.split(":", 1)[1], p))
     return found, tuple(unexplained)

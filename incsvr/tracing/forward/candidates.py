@@ -39,7 +39,7 @@ def starts(effect: Effect, signals: Signals) -> Iterator[Part]:
     inner = [values for values in effect.starts(signals) if not (effect.secant and values[-1] <= 0.0)]
     if effect.acts != "thrust":
         yield from (Part(effect, Term(effect.name, effect.variant, (), values)) for values in inner)
-    elif effect.whole:
+    elif effect.fixed_coefficient:
         yield from (Part(effect, Term(effect.name, effect.variant, (1.0,), values)) for values in inner)
     elif effect.secant:  # a lag, a delay: the start is the parameter itself
         yield from (Part(effect, Term(effect.name, effect.variant, values, ())) for values in inner)
@@ -60,7 +60,7 @@ def unit(part: Part, signals: Signals) -> float:
 def bracket(part: Part, signals: Signals) -> tuple[float, float]:
     """Where the searched parameter is refined."""
     effect = part.effect
-    if not part.thrust or effect.whole:
+    if not part.thrust or effect.fixed_coefficient:
         return effect.bracket(signals, part.term.inner)
     if effect.secant:
         values = sorted({0.0, *(start[0] for start in effect.starts(signals)), 2.0 * max(0.0, part.parameter)})

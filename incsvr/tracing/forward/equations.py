@@ -58,11 +58,11 @@ class Part:
     @property
     def parameter(self) -> float:
         """The parameter that is searched: of thrust effects the coefficient, unless that is one by nature."""
-        return self.term.coefficients[0] if self.thrust and not self.effect.whole else self.term.inner[-1]
+        return self.term.coefficients[0] if self.thrust and not self.effect.fixed_coefficient else self.term.inner[-1]
 
     def moved(self, value: float) -> Part:
         """The same with another value of the searched parameter."""
-        if self.thrust and not self.effect.whole:
+        if self.thrust and not self.effect.fixed_coefficient:
             return Part(self.effect, replace(self.term, coefficients=(value,)))
         return Part(self.effect, replace(self.term, inner=(*self.term.inner[:-1], value)))
 
@@ -139,7 +139,7 @@ def predicted(grid: Grid, model: Linear) -> Prediction:
         applied=moment,
         command=s.torque,
         expected=s.torque,
-        foretold=s.torque,
+        predicted_torque=s.torque,
         residual=np.zeros(len(s)) if not s.residual.size else s.residual,
     )
     return Prediction(seen, path)

@@ -20,7 +20,7 @@ from incsvr.tracing.run import Run
 Array = NDArray[np.float64]
 
 TRIED = 5
-"""Rivals that are fitted in full."""
+"""Alternatives that are fitted in full."""
 
 ENOUGH = 20.0
 """Expected 2 Δℓ with which a manoeuvre is worth driving."""
@@ -29,18 +29,18 @@ LONGEST = 20_000
 """Cells of a manoeuvre that is tried."""
 
 
-def rivals(asked: Question, best: Fit, k: int) -> tuple[Fit, ...]:
+def indistinguishable(question: Question, best: Fit, k: int) -> tuple[Fit, ...]:
     """The fits that explain the recordings as well with another effect, its last, in the k-th one's place."""
-    fewer, part = without(asked.grid, best, k), best.parts[k]
-    every = asked
-    if "inertia" not in fewer.names():
+    reduced, part = without(question.grid, best, k), best.parts[k]
+    every = question
+    if "inertia" not in reduced.names():
         # beside an inertia a thrust efficiency has nothing of its own: the two and the damping are one equation
-        every = Question.of(asked.grid, [*asked.effects, ThrustEfficiency()], best)
+        every = Question.of(question.grid, [*question.effects, ThrustEfficiency()], best)
     found, seen = list[Fit](), set[str]()
-    for lead in [lead for lead in scan(every, fewer) if lead.part.name != part.name][:TRIED]:
-        tried = settled(asked.grid, fewer, lead.part)
-        less = 2.0 * (best.log_likelihood - tried.log_likelihood) + every.price(lead.part) - asked.price(part)
-        if less < INDISTINGUISHABLE and not objection(asked.grid, tried, len(tried.parts) - 1):
+    for lead in [lead for lead in scan(every, reduced) if lead.part.name != part.name][:TRIED]:
+        tried = settled(question.grid, reduced, lead.part)
+        deficit = 2.0 * (best.log_likelihood - tried.log_likelihood) + every.price(lead.part) - question.price(part)
+        if deficit < INDISTINGUISHABLE and not objection(question.grid, tried, len(tried.parts) - 1):
             if lead.part.name not in seen:
                 found.append(tried)
             seen.add(lead.part.name)
@@ -55,21 +55,21 @@ class Manoeuvre:
     torque: Array
 
 
-def separate(grid: Grid, model: TracedModel, found: Fit, rival: Fit) -> str:
-    """A sentence with the shortest manoeuvre that tells `found` from `rival`, or that there is none.
+def separate(grid: Grid, model: TracedModel, found: Fit, alternative: Fit) -> str:
+    """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none.
 
-    Under each manoeuvre the found model moves without noise; the rival explains that motion as well as it can, all its
-    coefficients free. What it leaves, whitened as the recordings' noise, is the evidence to expect (the noncentrality
-    of the likelihood ratio; F. Pukelsheim, Optimal Design of Experiments, 2006, ch. 1).
+    Under each manoeuvre the found model moves without noise; the alternative explains that motion as well as it can,
+    all its coefficients free. What it leaves, whitened as the recordings' noise, is the evidence to expect (the
+    noncentrality of the likelihood ratio; F. Pukelsheim, Optimal Design of Experiments, 2006, ch. 1).
     """
-    other = rival.parts[-1].name
+    other = alternative.parts[-1].name
     if float(np.ptp(grid.signals.torque)) == 0.0:
         return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
     most, best = 0.0, ""
     for manoeuvre in _manoeuvres(grid):
-        evidence = _evidence(grid, model, found, rival, manoeuvre)
+        evidence = _evidence(grid, model, found, alternative, manoeuvre)
         if evidence >= ENOUGH:
-            with_channels = sorted({c for part in (*found.parts, *rival.parts) for c in part.effect.channels})
+            with_channels = sorted({c for part in (*found.parts, *alternative.parts) for c in part.effect.channels})
             beside = f" while {', '.join(with_channels)} sweeps its range" if with_channels else ""
             return f"to tell it from {other}, drive {manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {evidence:.0f}"
         if evidence > most:
@@ -107,13 +107,13 @@ def _manoeuvres(grid: Grid) -> Iterator[Manoeuvre]:
         )
 
 
-def _evidence(grid: Grid, model: TracedModel, found: Fit, rival: Fit, manoeuvre: Manoeuvre) -> float:
+def _evidence(grid: Grid, model: TracedModel, found: Fit, alternative: Fit, manoeuvre: Manoeuvre) -> float:
     run = _driven(grid, model, manoeuvre)
     if float(np.max(np.abs(run.yaw_rate))) > 1.3 * float(np.max(np.abs(model.rate))):
         return 0.0  # beyond what was driven nothing is known of the damping
     driven = in_blocks([run], grid.signals.inertia, sorted(run.channels), grid.cell)
     driven = replace(driven, surprise=np.zeros((grid.surprise.shape[0], len(driven.signals))))
-    missed, own = (_left(driven, each, found) for each in (rival, found))
+    missed, own = (_left(driven, each, found) for each in (alternative, found))
     return max(missed - 1.5 * own, 0.0)  # what its own model leaves is the error of integration
 
 

@@ -72,11 +72,11 @@ class Fit:
         gyro."""
         if not self.surprises:
             return 0.0
-        told = self.surprises
+        count = self.surprises
         weighted = self.white * np.sqrt(self.weight)
-        beside = np.linalg.qr(weighted[:-told].T)[0]
-        seen = weighted[-told:] - (weighted[-told:] @ beside) @ beside.T
-        return float(np.sum((self.theta[-told:] @ seen) ** 2)) / self.sigma**2
+        beside = np.linalg.qr(weighted[:-count].T)[0]
+        seen = weighted[-count:] - (weighted[-count:] @ beside) @ beside.T
+        return float(np.sum((self.theta[-count:] @ seen) ** 2)) / self.sigma**2
 
     def names(self) -> tuple[str, ...]:
         return tuple(part.name for part in self.parts)

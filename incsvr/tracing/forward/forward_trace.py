@@ -38,9 +38,9 @@ def forward_trace(
     channels = read(runs, names)
     grid = cells(runs, inertia, channels)
     base = fit(grid)
-    asked = Question.of(grid, admissible(names, grid.signals), base)
-    unseen = cells(validate, inertia, channels) if validate else None
-    return result_of(asked, search(asked, base), unseen, ignored)
+    question = Question.of(grid, admissible(names, grid.signals), base)
+    validation_grid = cells(validate, inertia, channels) if validate else None
+    return result_of(question, search(question, base), validation_grid, ignored)
 
 
 def read(runs: Sequence[Run], names: Sequence[str]) -> list[str]:

@@ -160,8 +160,8 @@ def _cut(
     start = np.array(starts, dtype=np.intp)
     rate, torque = joined.pop("rate"), joined.pop("torque")
     if heading is None:
-        turned = [step * (np.cumsum(rate[a:b]) - rate[a:b]) for a, b in itertools.pairwise(start)]
-        heading = np.concatenate(turned) + late * rate
+        angles = [step * (np.cumsum(rate[a:b]) - rate[a:b]) for a, b in itertools.pairwise(start)]
+        heading = np.concatenate(angles) + late * rate
     signals = Signals(
         step=step,
         start=start,

@@ -43,8 +43,8 @@ def rate_at(edges: Array, at: Array, rate: Array, when: Array, torque: Array, in
     """The rate at the edges, without spikes of the gyro. Between two of its samples it has a corner wherever the
     command jumps; what the torque leaves of it, r − ∫τ/I₀ dt, has none and is interpolated.
     """
-    turned = integral(when, torque, at) / inertia
-    free = without_spikes(rate - turned)
+    torque_rate = integral(when, torque, at) / inertia
+    free = without_spikes(rate - torque_rate)
     return np.asarray(np.interp(edges, at, free) + integral(when, torque, edges) / inertia)
 
 
@@ -54,10 +54,10 @@ def without_spikes(values: Array) -> Array:
     if values.size < 5:
         return values
     middle = 0.5 * (values[1:-3] + values[3:-1])
-    bend = np.abs(values[2:-2] - middle)
+    away = np.abs(values[2:-2] - middle)
     slope = 0.5 * (values[3:-1] - values[1:-3])
-    bent = [values[1:-3] - values[:-4] - slope, values[4:] - values[3:-1] - slope]
-    spike = (bend > SPIKE * np.max(np.abs(bent), axis=0)) & (bend > ABOVE * float(np.median(bend)))
+    beside = [values[1:-3] - values[:-4] - slope, values[4:] - values[3:-1] - slope]
+    spike = (away > SPIKE * np.max(np.abs(beside), axis=0)) & (away > ABOVE * float(np.median(away)))
     out = values.copy()
     out[2:-2][spike] = middle[spike]
     return out

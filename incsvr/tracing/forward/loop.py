@@ -16,7 +16,7 @@ from incsvr.tracing.forward.thresholds import ANSWERS, NOISY
 Array = NDArray[np.float64]
 
 PAST, RUNNING, AHEAD = 9, (20.0, 100.0), (1, 3)
-"""Cells of the torque's past, and of its running means, from which it is foretold; and by how many cells ahead."""
+"""Cells of the torque's past, and of its running means, from which it is predicted; and by how many cells ahead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ def loop_of(grid: Grid, base: Fit) -> Loop:
 
 
 def _answer(grid: Grid, base: Fit) -> float:
-    """The strongest correlation of an innovation with what its own past does not foretell of the torque after it, in
+    """The strongest correlation of an innovation with what its own past does not predict of the torque after it, in
     standard errors.
 
     In open loop the torque may follow its own past, but nothing that the rate tells beside it, however wrong the model
@@ -63,14 +63,14 @@ def _answer(grid: Grid, base: Fit) -> float:
     past = np.stack([*lags, np.abs(torque), torque * np.abs(torque), *running, np.ones(torque.size)], axis=1)
     found = []
     for ahead in AHEAD:
-        whole = np.concatenate([np.arange(a + PAST, b - ahead) for a, b in pairwise(grid.starts) if b - a > 2 * PAST])
-        change = torque[whole + ahead] - torque[whole]
+        inside = np.concatenate([np.arange(a + PAST, b - ahead) for a, b in pairwise(grid.starts) if b - a > 2 * PAST])
+        change = torque[inside + ahead] - torque[inside]
         left, usual = change, 0.0
         for _ in range(3):
             kept = np.abs(left) <= 3.0 * usual if usual > 0.0 else np.ones(change.size, dtype=bool)
-            left = change - past[whole] @ np.linalg.lstsq(past[whole][kept], change[kept])[0]
+            left = change - past[inside] @ np.linalg.lstsq(past[inside][kept], change[kept])[0]
             usual = 1.4826 * float(np.median(np.abs(left))) or float(np.std(left))
         left = np.clip(left, -3.0 * usual, 3.0 * usual)
         deviation = float(np.std(innovation)) * np.sqrt(float(left @ left))
-        found.append(float(innovation[whole] @ left) / max(deviation, 1e-300))
+        found.append(float(innovation[inside] @ left) / max(deviation, 1e-300))
     return float(max(found, key=abs))

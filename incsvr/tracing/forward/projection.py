@@ -70,7 +70,7 @@ class Projection:
 
     def try_start(self, part: Part) -> Lead:
         """The gain at a start; a thrust effect without one begins from its tangent."""
-        if not part.thrust or part.effect.whole or part.effect.secant:
+        if not part.thrust or part.effect.fixed_coefficient or part.effect.secant:
             return Lead(part, self.gain(part))
         size = SLIGHT * unit(part, self.signals)
         tangent = self.seen(self._lost(part.moved(size))) / size

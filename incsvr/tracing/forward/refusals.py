@@ -67,7 +67,7 @@ def _gain_error(grid: Grid, base: Fit) -> float:
     return float(base.sigma / np.sqrt(max(float(seen @ seen), 1e-300)))
 
 
-def doubts(grid: Grid) -> tuple[str, ...]:
+def remarks(grid: Grid) -> tuple[str, ...]:
     """Notes on what was declared or recorded, one sentence each with its cure; empty where nothing is odd."""
     if not np.any(grid.signals.torque):
         return ("the torque is zero throughout: if the thrusters were used, its stream is missing",)

@@ -13,11 +13,11 @@ from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.forward.adequacy import smooth_terms
 from incsvr.tracing.forward.confidence import intervals
 from incsvr.tracing.forward.equations import columns, predicted
-from incsvr.tracing.forward.equivalence import rivals, separate
+from incsvr.tracing.forward.equivalence import indistinguishable, separate
 from incsvr.tracing.forward.fit import fit
 from incsvr.tracing.forward.grid import Grid
 from incsvr.tracing.forward.question import Question
-from incsvr.tracing.forward.refusals import doubts
+from incsvr.tracing.forward.refusals import remarks
 from incsvr.tracing.forward.search import Found
 from incsvr.tracing.forward.validation import model_of, residual, validate
 from incsvr.tracing.sentences import of_clocks, sentence, streams
@@ -30,44 +30,44 @@ Array = NDArray[np.float64]
 
 
 def result_of(
-    asked: Question,
+    question: Question,
     found: Found,
-    unseen: Grid | None,
+    validation_grid: Grid | None,
     ignored: Mapping[str, str],
 ) -> Trace:
     """The findings with their errors on unseen data.
 
     Args:
-        asked: which recordings were asked for what.
+        question: which recordings were asked for what.
         found: by the search.
-        unseen: recordings for validation; without them pieces are held out.
+        validation_grid: recordings for validation; without them pieces are held out.
         ignored: why some channels were no candidates.
     """
-    grid = asked.grid
+    grid = question.grid
     channels = [name for name in grid.signals.channels if name not in ignored]
-    best, unexplained = smooth_terms(asked, found.best, channels)
-    validation = validate(grid, best, found.base, unseen)
+    best, unexplained = smooth_terms(question, found.best, channels)
+    validation = validate(grid, best, found.base, validation_grid)
     s = grid.signals
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     declared, model = model_of(grid, found.base), model_of(grid, best)
     size = max(round(model.block / grid.cell), 1)
     moves = np.column_stack([np.gradient(s.torque), grid.rise])
     inside = spells(np.asarray(best.innovation), moves, s.scale / grid.cell)
-    loud = spans(s.time, inside, grid.cell)
+    spell_spans = spans(s.time, inside, grid.cell)
     left = _means(residual(grid, best), size)
     error = validation.to_dict(model.sigma) | {"disturbance": disturbance(left, size * grid.cell, s.torque)}
     return Trace(
         inertia=s.inertia,
-        verdict="effects" if found.best.parts else "unexplained" if unexplained or loud else "none",
-        effects=tuple(_findings(asked, found)),
-        rejected=tuple(_rejected(asked, found)),
+        verdict="effects" if found.best.parts else "unexplained" if unexplained or spell_spans else "none",
+        effects=tuple(_findings(question, found)),
+        rejected=tuple(_rejected(question, found)),
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(*doubts(grid), *of_clocks(s), *([sentence_of_spells(loud)] if loud else [])),
+        notes=(*remarks(grid), *of_clocks(s), *([sentence_of_spells(spell_spans)] if spell_spans else [])),
         loop="closed",
         proven=bool(found.best.parts) and proven(error, closed_loop=True),
-        spans=loud,
+        spans=spell_spans,
         declared_model=declared,
         model=model,
         pictures=Pictures(
@@ -88,10 +88,10 @@ def _means(values: Array, size: int) -> Array:
     return np.asarray(values[: count * size].reshape(count, size).mean(axis=1))
 
 
-def _findings(asked: Question, found: Found) -> list[Finding]:
-    grid, best = asked.grid, found.best
+def _findings(question: Question, found: Found) -> list[Finding]:
+    grid, best = question.grid, found.best
     spans = intervals(grid, best)
-    candidates = len({effect.name for effect in asked.effects})
+    candidates = len({effect.name for effect in question.effects})
     parts = best.parts
     squares = [float(np.mean(fit(grid, parts[:k], found.base).innovation ** 2)) for k in range(len(parts))]
     squares.append(float(np.mean(best.innovation**2)))
@@ -99,11 +99,11 @@ def _findings(asked: Question, found: Found) -> list[Finding]:
     findings, model = [], model_of(grid, best)
     for k, part in enumerate(parts):
         parameters = part.effect.parameters(part.term, grid.signals.inertia)
-        share = float(np.clip((squares[k] - squares[k + 1]) / total, 0.0, 1.0))
+        explained_part = float(np.clip((squares[k] - squares[k + 1]) / total, 0.0, 1.0))
         linear = 0 if part.thrust else len(part.term.coefficients)
         looks = candidates * part.effect.looks
-        gain = found.gains[k] + asked.price(part)
-        others = rivals(asked, best, k)
+        gain = found.gains[k] + question.price(part)
+        others = indistinguishable(question, best, k)
         findings.append(
             Finding(
                 effect=part.name,
@@ -111,25 +111,25 @@ def _findings(asked: Question, found: Found) -> list[Finding]:
                 parameters=parameters,
                 interval=spans[k],
                 p_value=p_value(gain, linear + int(part.searched), looks),
-                share=share,
+                share=explained_part,
                 cannot_tell_from=tuple(other.parts[-1].name for other in others),
                 next_manoeuvre=separate(grid, model, best, others[0]) if others else "",
-                sentence=sentence(part.effect, parameters, spans[k], share),
+                sentence=sentence(part.effect, parameters, spans[k], explained_part),
             )
         )
     return findings
 
 
-def _rejected(asked: Question, found: Found) -> list[Rejected]:
+def _rejected(question: Question, found: Found) -> list[Rejected]:
     """What was looked at and not added, the most telling first."""
     named, out = set(found.best.names()), list[Rejected]()
-    s = replace(predicted(asked.grid, found.best.model).signals, residual=found.best.innovation)
+    s = replace(predicted(question.grid, found.best.model).signals, residual=found.best.innovation)
     for lead in found.leads:
         name = lead.part.name
         if name in named or name in {rejected.effect for rejected in out}:
             continue
-        gain = lead.gain + asked.price(lead.part)
+        gain = lead.gain + question.price(lead.part)
         linear = 1 if lead.part.thrust else columns(lead.part, s).shape[0]
-        p = p_value(gain, linear, len(asked.effects) * lead.part.effect.looks)
+        p = p_value(gain, linear, len(question.effects) * lead.part.effect.looks)
         out.append(Rejected(name, p, found.refused.get(name, "beside what was found it brings too little")))
     return sorted(out, key=lambda rejected: rejected.p_value)

@@ -68,22 +68,22 @@ class Found:
     leads: tuple[Lead, ...]
 
 
-def search(asked: Question, base: Fit) -> Found:
+def search(question: Question, base: Fit) -> Found:
     """The effects that pay, beginning with none."""
     best, refused = base, dict[str, str]()
-    leads = scan(asked, best)
+    leads = scan(question, best)
     for _ in range(2 * MOST):
-        grown = _grown(asked, best, leads, refused)
+        grown = _grown(question, best, leads, refused)
         if grown is None or len(grown.parts) > MOST:
             break
-        kept = _pruned(asked, _swapped(asked, grown))
+        kept = _pruned(question, _swapped(question, grown))
         if set(kept.names()) == set(best.names()):
             best = max(best, kept, key=lambda fitted: fitted.log_likelihood)
             break
         best = kept
-        leads = scan(asked, best)
+        leads = scan(question, best)
     base = base if best.parts or base.log_likelihood >= best.log_likelihood else best
-    gains = tuple(gain_of(asked, best, k) for k in range(len(best.parts)))
+    gains = tuple(gain_of(question, best, k) for k in range(len(best.parts)))
     return Found(base, best, gains, refused, tuple(leads))
 
 
@@ -101,13 +101,13 @@ def without(grid: Grid, fitted: Fit, k: int) -> Fit:
     return fit(grid, [part for j, part in enumerate(fitted.parts) if j != k], fitted)
 
 
-def gain_of(asked: Question, fitted: Fit, k: int) -> float:
+def gain_of(question: Question, fitted: Fit, k: int) -> float:
     """2 Δℓ of the k-th effect less its price."""
-    less = without(asked.grid, fitted, k)
-    return 2.0 * (fitted.log_likelihood - less.log_likelihood) - asked.price(fitted.parts[k])
+    reduced = without(question.grid, fitted, k)
+    return 2.0 * (fitted.log_likelihood - reduced.log_likelihood) - question.price(fitted.parts[k])
 
 
-def scan(asked: Question, fitted: Fit) -> list[Lead]:
+def scan(question: Question, fitted: Fit) -> list[Lead]:
     """The best start of each effect that is not in the fit, by 2 Δℓ less its price, with the noise as it stands.
 
     All innovations count alike: what an effect does for moments only, the fit without it takes for outliers. And what
@@ -115,18 +115,20 @@ def scan(asked: Question, fitted: Fit) -> list[Lead]:
     time scale, too.
     """
     everywhere = replace(fitted, weight=np.ones_like(fitted.weight), sigma=float(np.std(fitted.innovation)))
-    views = [Projection(asked.grid, everywhere)]
-    shorter = fitted.noise.within(asked.grid.cell, asked.grid.signals.scale)
+    views = [Projection(question.grid, everywhere)]
+    shorter = fitted.noise.within(question.grid.cell, question.grid.signals.scale)
     if shorter != fitted.noise:
-        views.append(Projection(asked.grid, fit(asked.grid, fitted.parts, replace(fitted, noise=shorter), search=0)))
+        views.append(
+            Projection(question.grid, fit(question.grid, fitted.parts, replace(fitted, noise=shorter), search=0))
+        )
     leads = list[Lead]()
-    for effect in asked.effects:
+    for effect in question.effects:
         if effect.name in fitted.names():
             continue
         begun = [view.try_start(part) for view in views for part in starts(effect, view.signals)]
         if begun:
             best = max(begun, key=lambda lead: lead.gain)
-            leads.append(Lead(best.part, best.gain - asked.price(best.part)))
+            leads.append(Lead(best.part, best.gain - question.price(best.part)))
     return sorted(leads, key=lambda lead: -lead.gain)
 
 
@@ -189,23 +191,23 @@ def loss_of(signals: Signals, part: Part) -> Array:
     return np.asarray(np.array(part.term.coefficients) @ columns(part, signals))
 
 
-def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str, str]) -> Fit | None:
+def _grown(question: Question, best: Fit, leads: Sequence[Lead], refused: dict[str, str]) -> Fit | None:
     """The fit with the one more effect that pays most; None where none pays."""
     chosen = list[Lead]()
     for lead in leads:
         forms = sum(other.part.name == lead.part.name for other in chosen)
         if lead.gain > 0.0 and forms < FORMS and len(chosen) < LEADS:
             chosen.append(lead)
-    tried = [settled(asked.grid, best, lead.part) for lead in chosen]
-    tried.sort(key=lambda fitted: asked.price(fitted.parts[-1]) - 2.0 * fitted.log_likelihood)
-    tried[:CLIMBED] = [climbed(asked.grid, fitted) for fitted in tried[:CLIMBED]]
+    tried = [settled(question.grid, best, lead.part) for lead in chosen]
+    tried.sort(key=lambda fitted: question.price(fitted.parts[-1]) - 2.0 * fitted.log_likelihood)
+    tried[:CLIMBED] = [climbed(question.grid, fitted) for fitted in tried[:CLIMBED]]
     grown, most = None, 0.0
     for fitted in tried:
-        gain = 2.0 * (fitted.log_likelihood - best.log_likelihood) - asked.price(fitted.parts[-1])
-        reason, asked_gain = objection(asked.grid, fitted, len(fitted.parts) - 1), required(fitted)
-        if reason or gain < asked_gain:
+        gain = 2.0 * (fitted.log_likelihood - best.log_likelihood) - question.price(fitted.parts[-1])
+        reason, required_gain = objection(question.grid, fitted, len(fitted.parts) - 1), required(fitted)
+        if reason or gain < required_gain:
             name = fitted.parts[-1].name
-            refused[name] = reason or f"it brings {gain:.3g} of the {asked_gain:.3g} that are asked"
+            refused[name] = reason or f"it brings {gain:.3g} of the {required_gain:.3g} that are asked"
         elif gain > most:
             grown, most = fitted, gain
     if grown is not None:
@@ -213,30 +215,30 @@ def _grown(asked: Question, best: Fit, leads: Sequence[Lead], refused: dict[str,
     return grown
 
 
-def _pruned(asked: Question, best: Fit) -> Fit:
+def _pruned(question: Question, best: Fit) -> Fit:
     """The fit without what no longer pays beside the others."""
     while best.parts:
-        less = [without(asked.grid, best, k) for k in range(len(best.parts))]
+        without_each = [without(question.grid, best, k) for k in range(len(best.parts))]
         gains = [
-            2.0 * (best.log_likelihood - fewer.log_likelihood) - asked.price(part)
-            for part, fewer in zip(best.parts, less, strict=True)
+            2.0 * (best.log_likelihood - reduced.log_likelihood) - question.price(part)
+            for part, reduced in zip(best.parts, without_each, strict=True)
         ]
         worst = int(np.argmin(gains))
-        if gains[worst] >= required(best) and not objection(asked.grid, best, worst):
+        if gains[worst] >= required(best) and not objection(question.grid, best, worst):
             return best
-        best = less[worst]
+        best = without_each[worst]
     return best
 
 
-def _swapped(asked: Question, best: Fit) -> Fit:
+def _swapped(question: Question, best: Fit) -> Fit:
     """The fit with one effect in another's place, as long as that explains more for its price."""
     for k in range(len(best.parts)):
-        fewer, part = without(asked.grid, best, k), best.parts[k]
-        others = [lead for lead in scan(asked, fewer) if lead.part.effect.key != part.effect.key]
+        reduced, part = without(question.grid, best, k), best.parts[k]
+        others = [lead for lead in scan(question, reduced) if lead.part.effect.key != part.effect.key]
         for lead in others[:2]:
-            tried = climbed(asked.grid, settled(asked.grid, fewer, lead.part))
-            more = 2.0 * (tried.log_likelihood - best.log_likelihood) + asked.price(part) - asked.price(lead.part)
-            if more > 0.0 and not objection(asked.grid, tried, len(tried.parts) - 1):
+            tried = climbed(question.grid, settled(question.grid, reduced, lead.part))
+            more = 2.0 * (tried.log_likelihood - best.log_likelihood) + question.price(part) - question.price(lead.part)
+            if more > 0.0 and not objection(question.grid, tried, len(tried.parts) - 1):
                 best = tried
                 break
     return best

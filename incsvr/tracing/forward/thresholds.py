@@ -24,7 +24,7 @@ RELEVANT = 0.02
 """Of the torque's root mean square that an effect must move: a thrust table is no better known."""
 
 INDISTINGUISHABLE = 10.0
-"""2 Δℓ within which a rival explains the recordings as well."""
+"""2 Δℓ within which an alternative explains the recordings as well."""
 
 ANSWERS, NOISY = 12.0, 5.0
 """Standard errors by which the torque must follow the innovations of the rate before a controller is said to close the

@@ -65,24 +65,24 @@ class Validation:
         }
 
 
-def validate(grid: Grid, whole: Fit, base: Fit, unseen: Grid | None) -> Validation:
-    """The errors of `base` and `whole` on unseen recordings; without them, on halves of pieces that take turns.
+def validate(grid: Grid, complete: Fit, base: Fit, validation_grid: Grid | None) -> Validation:
+    """The errors of `base` and `complete` on unseen recordings; without them, on halves of pieces that take turns.
 
     Args:
         grid: the fitted recordings.
-        whole, base: the fits with effects and without.
-        unseen: recordings that were not fitted.
+        complete, base: the fits with effects and without.
+        validation_grid: recordings that were not fitted.
     """
     scale = grid.signals.scale
-    if unseen is not None:
-        errors = [_errors(unseen, model_of(grid, each), each) for each in (base, whole)]
+    if validation_grid is not None:
+        errors = [_errors(validation_grid, model_of(grid, each), each) for each in (base, complete)]
         return Validation(errors[0], errors[1], "recordings", scale)
     halves = _halves(grid)
     parts = []
     for fitted_on, held_out in (halves, halves[::-1]):
         there, here = grid.pieces(fitted_on), grid.pieces(held_out)
         nothing = fit(there, (), base)
-        with_effects = fit(there, whole.parts, whole) if whole.parts else nothing
+        with_effects = fit(there, complete.parts, complete) if complete.parts else nothing
         parts.append([_errors(here, model_of(there, each), each) for each in (nothing, with_effects)])
     before, after = (_joined(pair) for pair in zip(*parts, strict=True))
     return Validation(before, after, "blocks", scale)

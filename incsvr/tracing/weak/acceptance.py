@@ -16,8 +16,8 @@ def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) 
 
     Or where no thrust drove it: all that a free run then holds is the effect and the decay of the first rate.
     """
-    no_doubt = new.criterion - old.criterion > STRONG or float(np.ptp(problem.signals.torque)) == 0.0
-    return free_run.better(new, old) or (no_doubt and free_run(new) < free_run(old))
+    decisive = new.criterion - old.criterion > STRONG or float(np.ptp(problem.signals.torque)) == 0.0
+    return free_run.better(new, old) or (decisive and free_run(new) < free_run(old))
 
 
 def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[str, int]:
@@ -26,16 +26,16 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     if reason:
         return reason, k
     gains = [evidence(problem, base, j) for j in range(len(base.terms))]
-    asked = [required_gain(problem, base, j) for j in range(len(gains))]
-    k = min(range(len(gains)), key=lambda j: gains[j] - asked[j])
-    if gains[k] < asked[k]:
-        return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {asked[k]:.0f} is asked", k
+    required = [required_gain(problem, base, j) for j in range(len(gains))]
+    k = min(range(len(gains)), key=lambda j: gains[j] - required[j])
+    if gains[k] < required[k]:
+        return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {required[k]:.0f} is asked", k
     for k in range(len(base.terms)):
-        less = without(problem, base, k)
-        if not pays(problem, free_run, base, less):
+        reduced = without(problem, base, k)
+        if not pays(problem, free_run, base, reduced):
             return (
                 "it improves the torque equation, but the free run on unseen data gets no better than chance would "
-                f"have it: {free_run(less):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
+                f"have it: {free_run(reduced):.3g} rad/s without it, {free_run(base):.3g} rad/s with it"
             ), k
     return "", 0
 

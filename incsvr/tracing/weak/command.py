@@ -1,4 +1,4 @@
-"""The command behind a noisy torque: as foretold from other blocks, so that a block's own noise is not in it."""
+"""The command behind a noisy torque: as predicted from other blocks, so that a block's own noise is not in it."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from incsvr.tracing.weak.tones import as_tones
 from incsvr.tracing.weak.weak_form import Blocks
 
 ORDER = 6
-"""Blocks from which a moving command is foretold."""
+"""Blocks from which a moving command is predicted."""
 
 RECORDED = 0.2
-"""Part of the torque that may stand in a plain command as it was recorded."""
+"""Part of the torque that may stand in a parametric command as it was recorded."""
 
 LASTING = 1.25
-"""By which levels may miss more of the torque than what is foretold: that follows a noise that lasts, too."""
+"""By which levels may miss more of the torque than what is predicted: that follows a noise that lasts, too."""
 
 LATER = 8
 """Blocks that a command must have stayed after a jump for the first of them to be told from the last."""
@@ -39,7 +39,7 @@ AFTER = 3
 FEWEST = 100
 """Differences from which that is told."""
 
-TOGETHER, SLOWLY, SURELY = 16, 0.25, 3.0
+TOGETHER, SLOWLY, SIGNIFICANT = 16, 0.25, 3.0
 """Blocks over whose means the motion answers what moves slowly; of that the part beyond which it is no noise, and
 standard errors that it must be from nothing. Of controllers' answers it was 0.45 and more, of noise 0.08 at most."""
 
@@ -49,19 +49,20 @@ class Command:
     """What is known of the command.
 
     Attributes:
-        course: (n,) the torque without what is noise within a block, its steps kept [N m].
-        foretold: (n_b,) the torque of each block as foretold from earlier blocks [N m].
+        smoothed_torque: (n,) the torque without what is noise within a block, its steps kept [N m].
+        predicted_torque: (n_b,) the torque of each block as predicted from earlier blocks [N m].
         stays: whether it stays between its jumps.
-        plain: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it likes.
+        parametric_command: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it
+            likes.
         exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it, if
             the command does not come back to it.
         steps: whether it is of levels.
     """
 
-    course: Array
-    foretold: Array
+    smoothed_torque: Array
+    predicted_torque: Array
     stays: bool
-    plain: Array | None
+    parametric_command: Array | None
     exact: bool
     steps: bool = False
 
@@ -71,41 +72,41 @@ def as_given(signals: Signals, blocks: Blocks) -> Command:
     return Command(signals.torque, blocks.mean(signals.torque), False, signals.torque, True)
 
 
-def told(signals: Signals, blocks: Blocks, before: Command | None = None) -> Command:
+def estimated_command(signals: Signals, blocks: Blocks, before: Command | None = None) -> Command:
     """The command that explains most of the torque; `before` is what was told of it in less noise: it is of that kind,
     or of none that can be told.
     """
     torque = blocks.mean(signals.torque)
-    foretold, stays = foretell(torque, blocks, None if before is None else before.stays)
-    plain: Array | None = None
-    least, steps = _missed(torque, foretold), False
+    predicted_torque, stays = predict_torque(torque, blocks, None if before is None else before.stays)
+    parametric_command: Array | None = None
+    least, steps = _missed(torque, predicted_torque), False
     levels = as_levels(signals)
     guesses = [(levels, True)] if before is None or before.steps else []
-    if before is None or (before.plain is not None and not before.steps):
+    if before is None or (before.parametric_command is not None and not before.steps):
         guesses += [(as_tones(signals, blocks), False), (as_sweeps(signals), False)]
     for found, of_levels in guesses:
         missed = float(np.mean(np.abs(torque - blocks.mean(found))))
         allowed = LASTING * least if of_levels else least
         if missed < allowed and np.mean(found == signals.torque) < RECORDED:
-            plain, least, steps = found, min(missed, least), of_levels
+            parametric_command, least, steps = found, min(missed, least), of_levels
     pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
-    course = np.concatenate(pieces)
+    smoothed_torque = np.concatenate(pieces)
     if stays:
         rests = at_rest(signals, levels)
-        plain = np.where(rests, 0.0, levels) if plain is levels else plain
-        course = np.where(rests, 0.0, course)
-        foretold = np.where(blocks.mean(rests.astype(np.float64)) == 1.0, 0.0, foretold)
-    again = shared(plain) if stays and steps and plain is not None else None
+        parametric_command = np.where(rests, 0.0, levels) if parametric_command is levels else parametric_command
+        smoothed_torque = np.where(rests, 0.0, smoothed_torque)
+        predicted_torque = np.where(blocks.mean(rests.astype(np.float64)) == 1.0, 0.0, predicted_torque)
+    again = shared(parametric_command) if stays and steps and parametric_command is not None else None
     if again is not None:
-        plain, course, foretold = again, again, blocks.mean(again)
-    exact = plain is not None and (not steps or again is not None)
-    return Command(course, foretold, stays, plain, exact, steps)
+        parametric_command, smoothed_torque, predicted_torque = again, again, blocks.mean(again)
+    exact = parametric_command is not None and (not steps or again is not None)
+    return Command(smoothed_torque, predicted_torque, stays, parametric_command, exact, steps)
 
 
-def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
-    """(n_b,) each block's mean torque as foretold from earlier blocks; its own where the command has just jumped.
+def predict_torque(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
+    """(n_b,) each block's mean torque as predicted from earlier blocks; its own where the command has just jumped.
 
-    A command that moves is foretold by least squares from six blocks, one that stays between its jumps by the mean
+    A command that moves is predicted by least squares from six blocks, one that stays between its jumps by the mean
     since the last: whichever misses less. The block just before is never looked at: it shares an edge, and its noise,
     with the next.
 
@@ -113,7 +114,7 @@ def foretell(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[
         stays: whether the command stays between its jumps, where that is known.
 
     Returns:
-        the torque foretold, and whether the command stays.
+        the torque predicted, and whether the command stays.
     """
     position = np.arange(torque.size) - np.repeat(blocks.start[:-1], np.diff(blocks.start))
     moving = _moving(torque, position)
@@ -150,8 +151,8 @@ def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
     if rank <= AFTER:
         return False
     noise = float(np.mean((answered - late @ slopes) ** 2))
-    doubt = float(np.sqrt(noise * np.sum(np.linalg.inv(normal))))
-    return float(np.sum(slopes)) < DRIVES or doubt > DRIVES
+    standard_error = float(np.sqrt(noise * np.sum(np.linalg.inv(normal))))
+    return float(np.sum(slopes)) < DRIVES or standard_error > DRIVES
 
 
 def answers_slowly(blocks: Blocks, beside: Array, residual: Array) -> bool:
@@ -167,14 +168,14 @@ def answers_slowly(blocks: Blocks, beside: Array, residual: Array) -> bool:
     def slow(values: Array) -> Array:
         return np.concatenate([values[a:b].reshape(-1, TOGETHER).mean(axis=1) for a, b in ends])
 
-    held, answered = slow(beside), slow(beside - residual)
-    held, answered = held - held.mean(), answered - answered.mean()
-    square = float(held @ held)
-    if held.size < FEWEST // TOGETHER or square <= 0.0:
+    slow_torque, answered = slow(beside), slow(beside - residual)
+    slow_torque, answered = slow_torque - slow_torque.mean(), answered - answered.mean()
+    square = float(slow_torque @ slow_torque)
+    if slow_torque.size < FEWEST // TOGETHER or square <= 0.0:
         return False
-    part = float(held @ answered) / square
-    doubt = float(np.sqrt(np.mean((answered - part * held) ** 2) / square))
-    return part > max(SLOWLY, SURELY * doubt)
+    part = float(slow_torque @ answered) / square
+    standard_error = float(np.sqrt(np.mean((answered - part * slow_torque) ** 2) / square))
+    return part > max(SLOWLY, SIGNIFICANT * standard_error)
 
 
 def _moving(torque: Array, position: NDArray[np.intp]) -> Array:

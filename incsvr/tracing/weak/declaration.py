@@ -13,7 +13,7 @@ FAR = 3.0
 Hidden effects and a closed loop bring forth 2: that is what the tracer is for.
 """
 
-TOLD = 0.5
+LEAST_EXPLAINED = 0.5
 """Part of the torque that acceleration and drag must explain before it says anything about the inertia."""
 
 OWN = 0.3
@@ -53,7 +53,7 @@ def apparent_inertia(problem: Problem) -> tuple[float, float] | None:
         return None
     own = together**2 / (square * beside_drag)
     explained = 1.0 - (1.0 - own) * beside_drag / spread
-    if own < OWN or explained < TOLD:
+    if own < OWN or explained < LEAST_EXPLAINED:
         return None
     low = together / square
     return low, low / own

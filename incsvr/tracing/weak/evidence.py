@@ -13,7 +13,7 @@ from incsvr.tracing.weak.damping import SPLINE
 from incsvr.tracing.weak.hypothesis import Hypothesis, views
 from incsvr.tracing.weak.noise_autocorrelation import DEGREES
 from incsvr.tracing.weak.problem import Problem
-from incsvr.tracing.weak.whitening import Fit, fit, loudness, whiten
+from incsvr.tracing.weak.whitening import Fit, fit, jump_noise_factor, whiten
 
 NEIGHBOURS = 12
 """Bins of the spectrum to either side over which the noise near a frequency is averaged."""
@@ -27,10 +27,18 @@ def gain_of(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
 def _fitted(problem: Problem, hypothesis: Hypothesis, out: int) -> Fit:
     """A fit from the start, without the core columns of the effect `out`."""
     core = hypothesis.position[out] + np.arange(hypothesis.effects[out].core)
-    columns, turned = np.delete(hypothesis.columns, core, axis=1), np.delete(hypothesis.turned, core, axis=2)
-    feigned = np.delete(hypothesis.feigned, core)
+    columns, jacobian = np.delete(hypothesis.columns, core, axis=1), np.delete(hypothesis.jacobian, core, axis=2)
+    gyro_noise_correction = np.delete(hypothesis.gyro_noise_correction, core)
     y = problem.y - sum((x for j, x in enumerate(hypothesis.offsets) if j != out), np.zeros(len(problem.blocks)))
-    return fit(y, columns, problem.blocks, rounds=5, turned=turned, feigned=feigned, spline=SPLINE)
+    return fit(
+        y,
+        columns,
+        problem.blocks,
+        rounds=5,
+        jacobian=jacobian,
+        gyro_noise_correction=gyro_noise_correction,
+        spline=SPLINE,
+    )
 
 
 def evidence(problem: Problem, hypothesis: Hypothesis, k: int) -> float:
@@ -86,12 +94,12 @@ def covariance(problem: Problem, hypothesis: Hypothesis) -> Array:
                 coefficients = tuple(moved[: len(term.coefficients)])
                 inner = effect.moved(term.inner, moved[len(term.coefficients) :])
                 columns = effect.columns(s, inner, coefficients)
-                bend = effect.offset(s, coefficients, columns)
+                offset = effect.offset(s, coefficients, columns)
                 loss = columns @ np.array(coefficients)
-                sides.append(problem.blocks.mean(loss if bend is None else loss + bend))
+                sides.append(problem.blocks.mean(loss if offset is None else loss + offset))
             design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
-    loud = loudness(hypothesis.fit, problem.blocks)[:, None]
-    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks) / loud
+    factor = jump_noise_factor(hypothesis.fit, problem.blocks)[:, None]
+    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks) / factor
     scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-100
     information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
     covered: Array = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)

@@ -28,7 +28,7 @@ STEPS = 30
 SETTLED = 1e-3
 """Relative change of K below which reweighting ends."""
 
-SURE = 4.0
+SIGNIFICANT = 4.0
 """Standard errors by which a gain must differ from none."""
 
 REFUTED = 2.0
@@ -62,14 +62,14 @@ def controller_gain(blocks: Blocks, torque: Array, rate: Array, residual: Array,
         return 0.0
     found = []
     for order in ORDERS:
-        moved, turned = _fast(blocks, torque, means, order)
-        found.append((*_opposed(moved, turned, order), order))
+        moved, rate_change = _fast(blocks, torque, means, order)
+        found.append((*_opposed(moved, rate_change, order), order))
     gain, error, order = max(found, key=lambda each: each[0] / each[1])
-    if gain <= SURE * error:
+    if gain <= SIGNIFICANT * error:
         return 0.0
-    moved, turned, caused = _fast(blocks, torque, (*means, _caused(blocks, residual, inertia)), order)
-    driven, doubt = _answered(moved, turned, caused, order)
-    return 0.0 if driven + REFUTED * doubt < gain else gain
+    moved, rate_change, caused = _fast(blocks, torque, (*means, _caused(blocks, residual, inertia)), order)
+    driven, standard_error = _answered(moved, rate_change, caused, order)
+    return 0.0 if driven + REFUTED * standard_error < gain else gain
 
 
 def _stands(torque: Array) -> bool:
@@ -92,39 +92,39 @@ def _fast(blocks: Blocks, torque: Array, values: Sequence[Array], order: int) ->
     return [x[calm] for x in cut]
 
 
-def _opposed(moved: Array, turned: Array, order: int) -> tuple[float, float]:
+def _opposed(moved: Array, rate_change: Array, order: int) -> tuple[float, float]:
     """K as differences of torque and rate tell it, by a robust fit, and its standard error."""
-    together = float(turned @ turned)
+    together = float(rate_change @ rate_change)
     if together <= 0.0:
         return 0.0, np.inf
-    gain, weight = -float(turned @ moved) / together, np.ones(moved.size)
+    gain, weight = -float(rate_change @ moved) / together, np.ones(moved.size)
     for _ in range(STEPS):
-        left = moved + gain * turned
+        left = moved + gain * rate_change
         far = FAR * 1.4826 * float(np.median(np.abs(left))) + 1e-12
         weight = np.square(np.maximum(1.0 - np.square(left / far), 0.0))
-        together = float((weight * turned) @ turned)
+        together = float((weight * rate_change) @ rate_change)
         if together <= 0.0:
             return 0.0, np.inf
-        before, gain = gain, -float((weight * turned) @ moved) / together
+        before, gain = gain, -float((weight * rate_change) @ moved) / together
         if abs(gain - before) < SETTLED * abs(gain):
             break
     root = np.sqrt(weight)
-    return gain, _error(root * (moved + gain * turned), root * turned, together, order)
+    return gain, _error(root * (moved + gain * rate_change), root * rate_change, together, order)
 
 
-def _answered(moved: Array, turned: Array, caused: Array, order: int) -> tuple[float, float]:
+def _answered(moved: Array, rate_change: Array, caused: Array, order: int) -> tuple[float, float]:
     """K as the answer to what disturbances `caused` of the rate, and its standard error."""
-    together = float(caused @ turned)
+    together = float(caused @ rate_change)
     if together <= 0.0:
         return 0.0, np.inf
     gain = -float(caused @ moved) / together
-    return gain, _error(moved + gain * turned, caused, together, order)
+    return gain, _error(moved + gain * rate_change, caused, together, order)
 
 
-def _error(left: Array, told: Array, together: float, order: int) -> float:
+def _error(left: Array, regressor: Array, together: float, order: int) -> float:
     # neighbouring differences are of the same samples: there are fewer of them than it seems
     power = float(np.mean(np.square(left))) * order
-    return float(np.sqrt(power * float(told @ told))) / together + 1e-300
+    return float(np.sqrt(power * float(regressor @ regressor))) / together + 1e-300
 
 
 def _caused(blocks: Blocks, residual: Array, inertia: float) -> Array:

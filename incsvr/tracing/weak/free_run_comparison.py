@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.tracing.run import Array
 from incsvr.tracing.weak.noise_autocorrelation import DEGREES
 from incsvr.tracing.weak.weak_form import split
-from incsvr.tracing.weak.whitening import fit, loudness, whiten
+from incsvr.tracing.weak.whitening import fit, jump_noise_factor, whiten
 
 FEWEST_MEANS = 8
 """Blocks of a piece, below which its noise is not told."""
@@ -50,12 +50,12 @@ def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence
     old, new, jumps = (joined(x) for x in (before, after, mistimed))
     means = replace(means, mistimed=jumps)
     noise = fit(new, np.zeros((new.size, 0)), means)
-    usual = noise.scale * loudness(noise, means)
+    usual = noise.scale * jump_noise_factor(noise, means)
 
     def unlikely(errors: Array) -> Array:
         surprise: Array = (DEGREES + 1.0) * np.log1p((whiten(errors, noise.ar, means) / usual) ** 2 / DEGREES)
         return surprise
 
-    piece = np.searchsorted(means.start, means.whole, side="right") - 1
+    piece = np.searchsorted(means.start, means.with_history, side="right") - 1
     gain = np.bincount(piece, weights=unlikely(old) - unlikely(new), minlength=len(pieces))
     return gain.astype(np.float64)

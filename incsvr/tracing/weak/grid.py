@@ -57,31 +57,33 @@ def settling_time(runs: Sequence[Run], inertia: float) -> float:
     at either end left out. `inertia` is the declared one [kg m²]."""
     rates = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
     torques = np.concatenate([stream(run, run.torque)[1] for run in runs])
-    turned, asked = (float(np.std(np.clip(x, *np.quantile(x, [0.02, 0.98])))) for x in (rates, torques))
-    return inertia * turned / asked if asked > 0.0 else np.inf
+    rate_spread, torque_spread = (float(np.std(np.clip(x, *np.quantile(x, [0.02, 0.98])))) for x in (rates, torques))
+    return inertia * rate_spread / torque_spread if torque_spread > 0.0 else np.inf
 
 
-def _cells(at: Array, values: Array, centres: Array, width: float, held: bool) -> Array:
+def _cells(at: Array, values: Array, centres: Array, width: float, zero_order_hold: bool) -> Array:
     """Mean of a stream over cells of `width` around `centres`: exact for its linear (or held) interpolation."""
-    ends = _integral(at, values, np.stack([centres - 0.5 * width, centres + 0.5 * width]), held)
+    ends = _integral(at, values, np.stack([centres - 0.5 * width, centres + 0.5 * width]), zero_order_hold)
     mean: Array = (ends[1] - ends[0]) / width
     return mean
 
 
-def _integral(at: Array, values: Array, when: Array, held: bool) -> Array:
+def _integral(at: Array, values: Array, when: Array, zero_order_hold: bool) -> Array:
     """Integral of a stream from its first stamp to `when`: exact for its linear (or held) interpolation."""
-    steps = (values[:-1] if held else 0.5 * (values[1:] + values[:-1])) * np.diff(at)
+    steps = (values[:-1] if zero_order_hold else 0.5 * (values[1:] + values[:-1])) * np.diff(at)
     total = np.concatenate([[0.0], np.cumsum(steps)])
     where = np.clip(when, at[0], at[-1])
     index = np.clip(np.searchsorted(at, where, side="right") - 1, 0, at.size - 2)
     past = where - at[index]
-    slope = 0.0 if held else (values[index + 1] - values[index]) / (at[index + 1] - at[index])
+    slope = 0.0 if zero_order_hold else (values[index + 1] - values[index]) / (at[index + 1] - at[index])
     inside = total[index] + past * (values[index] + 0.5 * slope * past)
     outside: Array = inside + np.minimum(when - at[0], 0) * values[0] + np.maximum(when - at[-1], 0) * values[-1]
     return outside
 
 
-def _between(at: Array, rate: Array, when: Array, torque: Array, inertia: float, held: bool) -> tuple[Array, Array]:
+def _between(
+    at: Array, rate: Array, when: Array, torque: Array, inertia: float, zero_order_hold: bool
+) -> tuple[Array, Array]:
     """The yaw rate with stamps between its own: where a command jumps it has a corner, which a line cuts off.
 
     What the torque leaves of it, r − ∫τ/I₀ dt, has none, and is linear there: a higher order would carry more of the
@@ -89,8 +91,8 @@ def _between(at: Array, rate: Array, when: Array, torque: Array, inertia: float,
     """
     part = np.arange(BETWEEN) / BETWEEN
     dense = np.append((at[:-1, None] + np.diff(at)[:, None] * part).ravel(), at[-1])
-    turned = _integral(when, torque, dense, held) / inertia
-    return dense, turned + np.interp(dense, at, rate - turned[::BETWEEN])
+    torque_rate = _integral(when, torque, dense, zero_order_hold) / inertia
+    return dense, torque_rate + np.interp(dense, at, rate - torque_rate[::BETWEEN])
 
 
 def _ends(at: Array, values: Array, centres: Array, step: float) -> Array:
@@ -104,7 +106,9 @@ def _ends(at: Array, values: Array, centres: Array, step: float) -> Array:
     return ends
 
 
-def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: bool, inertia: float) -> Signals:
+def on_fine_grid(
+    runs: Sequence[Run], step: float, names: Sequence[str], zero_order_hold: bool, inertia: float
+) -> Signals:
     """All runs on one uniform grid of `step` seconds: each stream averaged over cells of one step.
 
     Averaging every stream with the same kernel commutes with the (linear) equation of motion; streams of other rates,
@@ -122,12 +126,12 @@ def on_fine_grid(runs: Sequence[Run], step: float, names: Sequence[str], held: b
             centres = np.arange(begin, end + 0.25 * step, step)
             if centres.size < 5:
                 continue
-            at, rate = _between(at, rate, when, torque, inertia, held)
+            at, rate = _between(at, rate, when, torque, inertia, zero_order_hold)
             part = {
                 "time": centres,
                 "rate": _cells(at, rate, centres, step, False),
                 "ends": _ends(at, rate, centres, step),
-                "torque": _cells(when, torque, centres, step, held),
+                "torque": _cells(when, torque, centres, step, zero_order_hold),
             }
             for name in names:
                 channels[name].append(_channel(piece, name, centres, step))

@@ -13,7 +13,7 @@ from incsvr.tracing.weak.damping import SPLINE
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.refining import refined
 from incsvr.tracing.weak.views import Views
-from incsvr.tracing.weak.whitening import Fit, deafened, fit
+from incsvr.tracing.weak.whitening import Fit, fit, without_jump_noise
 
 ALIGNMENT = 30.0
 """What a delay within the sampling pays in 2 ℓ: any effect that explains as much is the better explanation."""
@@ -35,8 +35,8 @@ class Hypothesis:
         effects: the same effects of the catalogue.
         fit: of the whole regression: damping first, then the columns of each term.
         columns: (n_b, p) of that regression.
-        turned: (2, n_b, p) how they answer the noise of their own block, for `whitening.fit`.
-        feigned: (p,) and how they follow the gyro's.
+        jacobian: (2, n_b, p) how they answer the noise of their own block, for `whitening.fit`.
+        gyro_noise_correction: (p,) and how they follow the gyro's.
         losses: (n,) the torque that each term takes [N m].
         criterion: 2 ℓ − Σ (df ln n + 2 ln looks): what hypotheses are compared by.
         position: first column of each term.
@@ -47,8 +47,8 @@ class Hypothesis:
     effects: tuple[Effect, ...]
     fit: Fit
     columns: Array
-    turned: Array
-    feigned: Array
+    jacobian: Array
+    gyro_noise_correction: Array
     losses: tuple[Array, ...]
     criterion: float
     position: tuple[int, ...]
@@ -71,9 +71,9 @@ def views(problem: Problem, hypothesis: Hypothesis) -> Views:
 def nothing(problem: Problem) -> Hypothesis:
     """The declared model with its learned damping."""
     columns = problem.coarse
-    fitted = fit(problem.y, columns, problem.blocks, rounds=6, turned=problem.turned, spline=SPLINE)
+    fitted = fit(problem.y, columns, problem.blocks, rounds=6, jacobian=problem.jacobian, spline=SPLINE)
     none = np.zeros(columns.shape[1])
-    return Hypothesis((), (), fitted, columns, problem.turned, none, (), 2.0 * fitted.log_likelihood, (), ())
+    return Hypothesis((), (), fitted, columns, problem.jacobian, none, (), 2.0 * fitted.log_likelihood, (), ())
 
 
 def below_sampling(term: Term, problem: Problem) -> bool:
@@ -92,9 +92,11 @@ def noise_gain(problem: Problem, fitted: Fit, effect: Effect, term: Term) -> flo
     passed = effect.passed(term, problem.signals)
     if passed is None:
         return 0.0
-    # of what is left behind the filter no more is the torque's noise than its share: a controller's answer is none
-    share = problem.signals.share
-    noisy = np.minimum(problem.noisy(fitted), share / np.maximum(1.0 - share + share * passed, 1e-3))
+    # of what is left behind the filter no more is the torque's noise than its fraction: a controller's answer is none
+    noise_fraction = problem.signals.torque_noise_fraction
+    noisy = np.minimum(
+        problem.noisy(fitted), noise_fraction / np.maximum(1.0 - noise_fraction + noise_fraction * passed, 1e-3)
+    )
     return -float(np.mean(np.log1p((1.0 - passed) * noisy)))
 
 
@@ -123,10 +125,10 @@ def settle(
     if new:
         # What a new effect explains is in the residual, its tones are in the AR, and what it does at the command's
         # jumps passes for their noise: none of them tells the noise.
-        fitted = replace(deafened(fitted), ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
+        fitted = replace(without_jump_noise(fitted), ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
     columns = problem.coarse
-    turned = still = problem.turned
-    feigned = np.zeros(columns.shape[1])
+    jacobian = still = problem.jacobian
+    gyro_noise_correction = np.zeros(columns.shape[1])
     position: list[int] = []
     offsets: list[Array] = []
     answers = [still] * len(effects)
@@ -136,17 +138,19 @@ def settle(
         )
         fine = [e.columns(seen.of(e), i, c) for e, i, c in zip(effects, inner, coefficients, strict=True)]
         coarse = [_mean(problem, e, f) for e, f in zip(effects, fine, strict=True)]
-        bends = [e.offset(seen.of(e), c, f) for e, c, f in zip(effects, coefficients, fine, strict=True)]
-        offsets = [np.zeros(len(problem.blocks)) if bend is None else problem.blocks.mean(bend) for bend in bends]
+        fine_offsets = [e.offset(seen.of(e), c, f) for e, c, f in zip(effects, coefficients, fine, strict=True)]
+        offsets = [
+            np.zeros(len(problem.blocks)) if offset is None else problem.blocks.mean(offset) for offset in fine_offsets
+        ]
         y = problem.y - sum(offsets, np.zeros(len(problem.blocks)))
         base = problem.coarse
         sought = [turn in (1, 2) and bool(effect.sought) and effect.key in refine for effect in effects]
         for k, effect in enumerate(effects):
             # what answers hardly hangs on an effect's size; but a tangent's does, and one that lost the noise of jumps;
             # where its parameter is sought it is told after that
-            hangs = effect.acts == "thrust" and (effect.curved or fitted.loud > 0.0)
+            hangs = effect.acts == "thrust" and (effect.curved or fitted.jump_noise > 0.0)
             if (turn < 2 or hangs) and not sought[k]:
-                answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
+                answers[k] = seen.jacobian(effect, inner[k], coefficients[k], coarse[k])
         for k, effect in enumerate(effects):
             if sought[k]:
                 for place in effect.sought:
@@ -156,41 +160,56 @@ def settle(
                     )  # fmt: skip
                 fine[k] = effect.columns(seen.of(effect), inner[k], coefficients[k])
                 coarse[k] = _mean(problem, effect, fine[k])
-                answers[k] = seen.turned(effect, inner[k], coefficients[k], coarse[k])
+                answers[k] = seen.jacobian(effect, inner[k], coefficients[k], coarse[k])
         columns = side_by_side([base, *coarse])
-        turned = side_by_side([still, *answers])
+        jacobian = side_by_side([still, *answers])
         none = np.zeros(base.shape[1])
-        feigned = np.concatenate([none, *(seen.feigned(e, x) for e, x in zip(effects, coarse, strict=True))])
+        gyro_noise_correction = np.concatenate(
+            [none, *(seen.gyro_noise_correction(e, x) for e, x in zip(effects, coarse, strict=True))]
+        )
         blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
-        fitted = fit(y, columns, blocks, fitted, rounds=2, turned=turned, feigned=feigned, spline=SPLINE)
+        fitted = fit(
+            y,
+            columns,
+            blocks,
+            fitted,
+            rounds=2,
+            jacobian=jacobian,
+            gyro_noise_correction=gyro_noise_correction,
+            spline=SPLINE,
+        )
         position, at = [], problem.coarse.shape[1]
         for k, part in enumerate(coarse):
             position.append(at)
             coefficients[k] = tuple(float(v) for v in fitted.theta[at : at + part.shape[1]])
             if effects[k].acts == "inertia":
                 coefficients[k] = (max(coefficients[k][0], -0.9 * problem.signals.inertia),)
-            bend = bends[k]
-            losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if bend is None else bend)
+            offset = fine_offsets[k]
+            losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if offset is None else offset)
             at += part.shape[1]
         if new and turn < TIMED:
             continue
         settled = abs(fitted.log_likelihood - before) < 0.05 and turn > 1
-        if settled or (turn > 0 and not any(e.curved or e.searched for e in effects) and problem.signals.share >= 1.0):
+        if settled or (
+            turn > 0
+            and not any(e.curved or e.searched for e in effects)
+            and problem.signals.torque_noise_fraction >= 1.0
+        ):
             break
         before = fitted.log_likelihood
     found = tuple(Term(e.name, e.variant, c, i) for e, c, i in zip(effects, coefficients, inner, strict=True))
-    paid = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
-    paid += ALIGNMENT * sum(below_sampling(term, problem) for term in found)
-    paid -= len(problem.blocks) * sum(noise_gain(problem, fitted, e, t) for e, t in zip(effects, found, strict=True))
+    penalty = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
+    penalty += ALIGNMENT * sum(below_sampling(term, problem) for term in found)
+    penalty -= len(problem.blocks) * sum(noise_gain(problem, fitted, e, t) for e, t in zip(effects, found, strict=True))
     return Hypothesis(
         found,
         tuple(effects),
         fitted,
         columns,
-        turned,
-        feigned,
+        jacobian,
+        gyro_noise_correction,
         tuple(losses),
-        2.0 * fitted.log_likelihood - paid,
+        2.0 * fitted.log_likelihood - penalty,
         tuple(position),
         tuple(offsets),
     )
@@ -233,8 +252,8 @@ def left_over(problem: Problem, hypothesis: Hypothesis, passes: int = 3) -> tupl
         residual = base
         for k, (effect, term) in enumerate(known):
             columns = effect.columns(seen.of(effect), term.inner, term.coefficients)
-            bend = effect.offset(seen.of(effect), term.coefficients, columns)
-            losses[k] = columns @ np.array(term.coefficients) + (0.0 if bend is None else bend)
+            offset = effect.offset(seen.of(effect), term.coefficients, columns)
+            losses[k] = columns @ np.array(term.coefficients) + (0.0 if offset is None else offset)
             if effect.acts == "inertia":
                 residual = residual - term.coefficients[0] * problem.blocks.slope(problem.signals.ends)
             else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from incsvr.effects import RIVALS, Effect
+from incsvr.effects import ALTERNATIVES, Effect
 from incsvr.effects.modulation import LevelledThrustModulation
 from incsvr.tracing.weak.acceptance import against_physics
 from incsvr.tracing.weak.hypothesis import Hypothesis, noise_gain, settle, views
@@ -12,31 +12,35 @@ from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.scan import best_leads, with_lead, without
 
 TIE = 10.0
-"""Rivals within this much of the criterion explain the recordings as well."""
+"""Alternatives within this much of the criterion explain the recordings as well."""
 
 SHAPE = 0.05
-"""Part of an effect's gain by which a rival may fall short: no effect's true shape is known more closely."""
+"""Part of an effect's gain by which an alternative may fall short: no effect's true shape is known more closely."""
 
 ON_ONE_SINE = 0.4
-"""Part of an effect's gain by which a rival may fall short where the command is one sine."""
+"""Part of an effect's gain by which an alternative may fall short where the command is one sine."""
 
 
 def indistinguishable(problem: Problem, found: Hypothesis, k: int, effects: Sequence[Effect]) -> tuple[Hypothesis, ...]:
-    """`found` with its k-th effect replaced by each rival that explains the recordings as well, best first."""
-    less = without(problem, found, k)
-    taken = {*less.names(), found.terms[k].effect}
+    """`found` with its k-th effect replaced by each alternative that explains the recordings as well, best first."""
+    reduced = without(problem, found, k)
+    taken = {*reduced.names(), found.terms[k].effect}
     # beside an inertia a thrust efficiency has nothing of its own: the two and the damping are one equation
-    beside = [rival for rival in RIVALS if rival.name != "thrust_efficiency" or "inertia" not in less.names()]
+    beside = [
+        alternative
+        for alternative in ALTERNATIVES
+        if alternative.name != "thrust_efficiency" or "inertia" not in reduced.names()
+    ]
     every = [*effects, *beside]
     others = [effect for effect in every if effect.name not in taken]
     tied: dict[str, Hypothesis] = {}
-    for lead in best_leads(problem, less, others, 5):
-        swapped = with_lead(problem, less, lead)
+    for lead in best_leads(problem, reduced, others, 5):
+        swapped = with_lead(problem, reduced, lead)
         s = views(problem, swapped).of(lead.effect)
         # what rests on how the noise is split between torque and water is no evidence
         split = noise_gain(problem, swapped.fit, lead.effect, swapped.terms[-1])
         split -= noise_gain(problem, found.fit, found.effects[k], found.terms[k])
-        gain = found.criterion - less.criterion
+        gain = found.criterion - reduced.criterion
         margin = TIE + SHAPE * gain + len(problem.blocks) * abs(split)
         if problem.one_sine and lead.effect.of_phase and found.effects[k].of_phase:
             # all of these are a few harmonics of the command: which fits best is decided by the catalogue's shape error
@@ -52,7 +56,7 @@ def indistinguishable(problem: Problem, found: Hypothesis, k: int, effects: Sequ
         if known is None or swapped.criterion > known.criterion:
             tied[lead.effect.name] = swapped
     other = _scaled_otherwise(problem, found, k, effects)
-    if other is not None and other.criterion >= found.criterion - TIE - SHAPE * (found.criterion - less.criterion):
+    if other is not None and other.criterion >= found.criterion - TIE - SHAPE * (found.criterion - reduced.criterion):
         tied.setdefault("inertia", other)
     return tuple(sorted(tied.values(), key=lambda h: -h.criterion))
 

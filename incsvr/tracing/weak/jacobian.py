@@ -1,7 +1,7 @@
 """How the columns of a regression answer the noise: the Jacobian of its likelihood.
 
-Where the noise u turned the vehicle, and with it the columns X, the density of y holds Σ ln((1 + turned₀ θ)/(1 +
-turned₁ θ)), without which drag and inertia would be underestimated.
+Where the noise u turned the vehicle, and with it the columns X, the density of y holds Σ ln((1 + jacobian₀ θ)/(1 +
+jacobian₁ θ)), without which drag and inertia would be underestimated.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.noise_autocorrelation import whole
+from incsvr.tracing.weak.noise_autocorrelation import with_history
 from incsvr.tracing.weak.weak_form import Blocks
 
 LEAST = 0.1
@@ -48,14 +48,14 @@ class Answer:
         return np.where(stretch > LEAST, 1.0 / stretch, 0.0)
 
 
-def answering(turned: Array | None, blocks: Blocks) -> list[Answer]:
-    """Of `turned` (2, n_b, p) what is not zero, in the blocks that count."""
+def answering(jacobian: Array | None, blocks: Blocks) -> list[Answer]:
+    """Of `jacobian` (2, n_b, p) what is not zero, in the blocks that count."""
     found = []
-    for sign, part in () if turned is None else zip((1.0, -1.0), turned, strict=True):
+    for sign, part in () if jacobian is None else zip((1.0, -1.0), jacobian, strict=True):
         columns = np.flatnonzero(part.any(axis=0))
         if columns.size:
             kept = part if columns.size == part.shape[1] else part.T[columns].T
-            found.append(Answer(sign, columns, whole(kept, blocks)))
+            found.append(Answer(sign, columns, with_history(kept, blocks)))
     return found
 
 

@@ -125,9 +125,9 @@ def _centres(level: Array, weight: Array, few: int) -> Array:
     cost = np.where(b > a, np.maximum(second[b] - second[a] - moment**2 / mass, 0.0), np.inf)
     best, cuts = cost[0], []
     for _ in range(few - 1):
-        whole = best[:-1, None] + cost[1:]
-        cuts.append(np.argmin(whole, axis=0) + 1)
-        best = np.min(whole, axis=0)
+        total_cost = best[:-1, None] + cost[1:]
+        cuts.append(np.argmin(total_cost, axis=0) + 1)
+        best = np.min(total_cost, axis=0)
     ends = [CELLS]
     for cut in reversed(cuts):
         ends.append(int(cut[ends[-1] - 1]))

@@ -1,7 +1,7 @@
 """What to drive next: the shortest manoeuvre that separates two explanations, found by simulating it under both.
 
-Under each candidate manoeuvre the found model moves without noise; the rival then explains that motion as well as it
-can, all its parameters free. What it leaves, whitened as the recordings' noise, is the evidence to expect (the
+Under each candidate manoeuvre the found model moves without noise; the alternative then explains that motion as well as
+it can, all its parameters free. What it leaves, whitened as the recordings' noise, is the evidence to expect (the
 noncentrality of the likelihood ratio; F. Pukelsheim, Optimal Design of Experiments, 2006, ch. 1).
 """
 
@@ -72,25 +72,25 @@ def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
         )
 
 
-def separate(problem: Problem, found: Hypothesis, rival: Hypothesis, other: str) -> str:
-    """A sentence with the shortest manoeuvre that tells `found` from `rival`, or that there is none."""
+def separate(problem: Problem, found: Hypothesis, alternative: Hypothesis, other: str) -> str:
+    """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none."""
     if float(np.ptp(problem.signals.torque)) == 0.0:
         return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
     model = model_of(problem, found)
     *shorter, longest = ([*alike] for _, alike in groupby(manoeuvres(problem), lambda each: each.torque.size))
     driven = _driven(problem, model, longest)
     *_, richest = driven  # if not even that tells them apart, none of the others does
-    most, best = _evidence(problem, model, found, rival, richest, 0.0), richest
+    most, best = _evidence(problem, model, found, alternative, richest, 0.0), richest
     if most < 1.0:
         return (
             f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
             "other means (a bollard pull, a pendulum test)"
         )
     for run in chain((run for alike in shorter for run in _driven(problem, model, alike)), driven):
-        expected = most if run is richest else _evidence(problem, model, found, rival, run, most)
+        expected = most if run is richest else _evidence(problem, model, found, alternative, run, most)
         if expected >= ENOUGH:
             return (
-                f"to tell it from {other}, drive {run.name}{_with_channels(found, rival)}: "
+                f"to tell it from {other}, drive {run.name}{_with_channels(found, alternative)}: "
                 f"expected evidence 2Δℓ ≈ {expected:.0f}"
             )
         if expected > most:
@@ -98,8 +98,8 @@ def separate(problem: Problem, found: Hypothesis, rival: Hypothesis, other: str)
     return f"to tell it from {other}, drive {best.name}, several times: expected evidence 2Δℓ ≈ {most:.1f} each"
 
 
-def _with_channels(found: Hypothesis, rival: Hypothesis) -> str:
-    effects = (*found.effects, *rival.effects)
+def _with_channels(found: Hypothesis, alternative: Hypothesis) -> str:
+    effects = (*found.effects, *alternative.effects)
     read = sorted({channel for effect in effects for channel in effect.channels})
     return f" while {', '.join(read)} sweeps its range" if read else ""
 
@@ -123,23 +123,23 @@ def _driven(problem: Problem, model: TracedModel, alike: Sequence[Manoeuvre]) ->
     _, rate = model.simulate(start, s.step)
     heading = start.integral(rate)
     return [
-        Run(each.words, time, turned, each.torque, {**channels, "heading": to})
-        for each, turned, to in zip(alike, rate.reshape(every, n), heading.reshape(every, n), strict=True)
+        Run(each.words, time, yaw_rate, each.torque, {**channels, "heading": to})
+        for each, yaw_rate, to in zip(alike, rate.reshape(every, n), heading.reshape(every, n), strict=True)
     ]
 
 
 def _evidence(
-    problem: Problem, model: TracedModel, found: Hypothesis, rival: Hypothesis, run: Run, least: float
+    problem: Problem, model: TracedModel, found: Hypothesis, alternative: Hypothesis, run: Run, least: float
 ) -> float:
     """Expected evidence of a manoeuvre; of one that cannot reach the `least`, no more than that."""
     if float(np.max(np.abs(run.yaw_rate))) > 1.3 * float(np.max(np.abs(model.rate))):
         return 0.0
     try:
         driven = pose_like(problem, [run], as_given)
-        driven = replace(driven, signals=replace(driven.signals, share=0.0))  # this torque has no noise
+        driven = replace(driven, signals=replace(driven.signals, torque_noise_fraction=0.0))  # this torque has no noise
     except BadInput:
         return 0.0
-    missed = _left(driven, rival, found)
+    missed = _left(driven, alternative, found)
     if missed <= least:
         return missed
     own = _left(driven, found, found)  # nothing but the error of integration: half of it again is no evidence
@@ -149,7 +149,9 @@ def _evidence(
 def _left(driven: Problem, hypothesis: Hypothesis, noise: Hypothesis) -> float:
     """What a hypothesis leaves of a noiseless motion, all its parameters free, in squared innovations of the noise."""
     terms = hypothesis.values()
-    settled = settle(driven, terms, _silent(driven, hypothesis), frozenset(e.key for e in hypothesis.effects), passes=4)
+    settled = settle(
+        driven, terms, _noiseless(driven, hypothesis), frozenset(e.key for e in hypothesis.effects), passes=4
+    )
     y = driven.y - sum(settled.offsets, np.zeros(driven.y.size))
     x = whiten(settled.columns, noise.fit.ar, driven.blocks) / noise.fit.scale
     z = whiten(y, noise.fit.ar, driven.blocks) / noise.fit.scale
@@ -157,8 +159,10 @@ def _left(driven: Problem, hypothesis: Hypothesis, noise: Hypothesis) -> float:
     return float(np.sum((z - x @ theta) ** 2))
 
 
-def _silent(driven: Problem, hypothesis: Hypothesis) -> Hypothesis:
+def _noiseless(driven: Problem, hypothesis: Hypothesis) -> Hypothesis:
     """The hypothesis with nothing left over yet, as a start on another run."""
     zero = np.zeros(len(driven.signals))
-    fitted = replace(hypothesis.fit, residual=np.zeros(len(driven.blocks)), weight=np.ones(driven.blocks.whole.size))
+    fitted = replace(
+        hypothesis.fit, residual=np.zeros(len(driven.blocks)), weight=np.ones(driven.blocks.with_history.size)
+    )
     return replace(hypothesis, fit=fitted, losses=tuple(zero for _ in hypothesis.terms))

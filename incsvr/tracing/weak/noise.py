@@ -26,7 +26,8 @@ QUIET = 1.5
 """Power of the torque's differences, in that of the residual's, up to which they hold noise and no command."""
 
 UNREAD = 0.25
-"""Standard error of the share above which it is not told: of a command that runs as fast as the blocks all is noise."""
+"""Standard error of the fraction above which it is not told: of a command that runs as fast as the blocks all is
+noise."""
 
 MOST_GYRO = 0.8
 """Part of the residual's power that may be the gyro's noise."""
@@ -35,7 +36,7 @@ LATE = 4
 """Blocks in which the thrust answers a jump of the command: what the equations do not know of that is no noise."""
 
 FEWEST_STEADY = 60
-"""Differences from which the noise's share is read."""
+"""Differences from which the noise's fraction is read."""
 
 
 def gyro_noise(runs: Sequence[Run]) -> float:
@@ -56,9 +57,9 @@ def torque_scatter(runs: Sequence[Run], block: float) -> float:
     return white_noise(runs) * float(np.sqrt(max(1.0 - period / block, 0.0)))
 
 
-def noise_share(
+def noise_fraction(
     blocks: Blocks, torque: Array, residual: Array, gyro: Array | None = None, answer: Array | None = None,
-    orders: Sequence[int] = (1, 2, 3), alone: float = 0.0,
+    orders: Sequence[int] = (1, 2, 3), least_part: float = 0.0,
 ) -> float | None:  # fmt: skip
     """Which part of the equation's noise sits in the recorded torque, 0…1; None where it cannot be read.
 
@@ -72,20 +73,20 @@ def noise_share(
         gyro: (n_b,) a draw of what the gyro's noise does to e: it is neither n nor w, and is taken out of the variance.
         answer: (n_b,) what of the torque is a controller's answer to the rate: with the water in it, it is no noise.
         orders: of the differences.
-        alone: least part of what moves in the torque's differences that must be in the residual's: of noise all is, of
-            a command next to nothing.
+        least_part: least part of what moves in the torque's differences that must be in the residual's: of noise all
+            is, of a command next to nothing.
     """
     mean = blocks.mean(torque)
     if answer is not None:
         mean = mean - answer
-    read = [_share(blocks, torque, mean, residual, gyro, order, alone) for order in orders]
-    return max((share for share in read if share is not None), default=None)
+    read = [_fraction_of_order(blocks, torque, mean, residual, gyro, order, least_part) for order in orders]
+    return max((fraction for fraction in read if fraction is not None), default=None)
 
 
-def _share(
-    blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int, alone: float
+def _fraction_of_order(
+    blocks: Blocks, torque: Array, mean: Array, residual: Array, gyro: Array | None, order: int, least_part: float
 ) -> float | None:
-    """`noise_share` as differences of one order tell it; None where they hold the command."""
+    """`noise_fraction` as differences of one order tell it; None where they hold the command."""
     e, t = differences(blocks, residual, order), differences(blocks, mean, order)
     calm = steady(blocks, torque, order)
     usual = [JUMP * 1.4826 * float(np.median(np.abs(x[calm]))) + 1e-12 for x in (e, t)]
@@ -95,7 +96,7 @@ def _share(
     # neighbouring differences share half of what they are: there are half as many
     if power <= 0.0 or (order < 3 and moved > QUIET * power) or moved > power * UNREAD**2 * np.count_nonzero(calm) / 2:
         return None
-    if e[calm] @ t[calm] < alone * moved:
+    if e[calm] @ t[calm] < least_part * moved:
         return None
     if gyro is not None:
         power -= min(float(np.sum(differences(blocks, gyro, order)[calm] ** 2)), MOST_GYRO * power)

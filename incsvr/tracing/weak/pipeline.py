@@ -29,7 +29,7 @@ VETOES = 3
 """How often validation recordings may refuse all that a search found."""
 
 
-Rivals = tuple[tuple[Hypothesis, ...], ...]
+Indistinguishable = tuple[tuple[Hypothesis, ...], ...]
 """Of each effect the hypotheses with another in its place that explain as much, best first."""
 
 
@@ -59,7 +59,7 @@ def chosen_effects(
     names: Sequence[str],
     excluded: Mapping[str, str],
     holds: bool,
-) -> tuple[Case, Hypothesis, Rivals, dict[str, str]]:
+) -> tuple[Case, Hypothesis, Indistinguishable, dict[str, str]]:
     """What was asked, the effects that are proven, what explains as much as each of them, and why others are not among
     them; `excluded` ones are not asked for, and where the torque `holds` until the next it is known to be a command.
     """
@@ -67,13 +67,13 @@ def chosen_effects(
     case, found, refused = _searched(problem, validate, names, excluded)
     while True:
         # what one test takes out may leave another effect against physics, or without evidence
-        proven, rivals = _beyond_sampling(case, _proven(case, _evident(case, found, refused), refused), refused)
+        proven, alternatives = _beyond_sampling(case, _proven(case, _evident(case, found, refused), refused), refused)
         if proven.names() != found.names():
             found = proven
             continue
-        one = _one_for_all(case, proven, rivals)
+        one = _one_for_all(case, proven, alternatives)
         if one is None:
-            return case, proven, rivals, refused
+            return case, proven, alternatives, refused
         found = one
 
 
@@ -105,17 +105,17 @@ def _surviving(problem: Problem, proof: Validation, found: Hypothesis, refused: 
     """The effects that do no harm on the validation recordings: those can only drop an effect, never choose one."""
     nothing_added = proof(nothing(problem))
     while found.terms:
-        whole = proof(found)
-        less = [without(problem, found, k) for k in range(len(found.terms))]
+        error = proof(found)
+        reduced = [without(problem, found, k) for k in range(len(found.terms))]
         # what is left must still stand by itself: without the inertia a delay may turn into its opposite
-        best = min(range(len(less)), key=lambda k: (bool(against_physics(problem, less[k])), proof(less[k])))
-        if proof(less[best]) >= (1.0 - HARM) * whole and whole < nothing_added:
+        best = min(range(len(reduced)), key=lambda k: (bool(against_physics(problem, reduced[k])), proof(reduced[k])))
+        if proof(reduced[best]) >= (1.0 - HARM) * error and error < nothing_added:
             return found
         refused[found.terms[best].effect] = (
-            f"the free run on the validation recordings: {proof(less[best]):.3g} rad/s without it, {whole:.3g} rad/s "
-            f"with it, {nothing_added:.3g} rad/s without any effect"
+            f"the free run on the validation recordings: {proof(reduced[best]):.3g} rad/s without it, {error:.3g} "
+            f"rad/s with it, {nothing_added:.3g} rad/s without any effect"
         )
-        found = less[best]
+        found = reduced[best]
     return found
 
 
@@ -129,8 +129,8 @@ def _evident(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothes
             continue
         p = [p_value_of(case, found, k) for k in range(len(found.terms))]
         # What is below the sampling is no finding but the alignment of the streams: it is told apart later.
-        asked = [k for k, term in enumerate(found.terms) if not below_sampling(term, case.problem)]
-        doubtful = [k for k in asked if p[k] > LEVEL]
+        judged = [k for k, term in enumerate(found.terms) if not below_sampling(term, case.problem)]
+        doubtful = [k for k in judged if p[k] > LEVEL]
         if not doubtful:
             return found
         worst = max(doubtful, key=lambda k: p[k])
@@ -156,16 +156,16 @@ def _proven(case: Case, found: Hypothesis, refused: dict[str, str]) -> Hypothesi
     return found
 
 
-def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> tuple[Hypothesis, Rivals]:
+def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> tuple[Hypothesis, Indistinguishable]:
     """The effects that no delay or lag below the sampling explains as well, which is how the streams were sampled; and
     what else explains as much as each of them."""
-    rivals: list[tuple[Hypothesis, ...]] = []
+    alternatives: list[tuple[Hypothesis, ...]] = []
     for k, term in enumerate(found.terms):
         if below_sampling(term, case.problem):
-            rivals.append(())
+            alternatives.append(())
             continue
-        rivals.append(indistinguishable(case.problem, found, k, case.effects))
-        for other in (rival.terms[-1] for rival in rivals[-1]):
+        alternatives.append(indistinguishable(case.problem, found, k, case.effects))
+        for other in (alternative.terms[-1] for alternative in alternatives[-1]):
             if below_sampling(other, case.problem):
                 kind = "delay" if other.effect == "torque_delay" else "lag"
                 refused[term.effect] = (
@@ -173,10 +173,10 @@ def _beyond_sampling(case: Case, found: Hypothesis, refused: dict[str, str]) -> 
                     f"({case.problem.resolution:.2g} s), it is how they were sampled"
                 )
                 return _beyond_sampling(case, without(case.problem, found, k), refused)
-    return found, tuple(rivals)
+    return found, tuple(alternatives)
 
 
-def _one_for_all(case: Case, found: Hypothesis, rivals: Rivals) -> Hypothesis | None:
+def _one_for_all(case: Case, found: Hypothesis, alternatives: Indistinguishable) -> Hypothesis | None:
     """One effect that explains as much as several which each cannot be told from it: it says the same with less.
 
     Under a few levels of thrust a curve and an inertia together pass for a dead band, of which every level loses the
@@ -185,9 +185,9 @@ def _one_for_all(case: Case, found: Hypothesis, rivals: Rivals) -> Hypothesis | 
     if len(found.terms) < 2:
         return None
     base = nothing(case.problem)
-    for rival in rivals[0]:
-        term, effect = rival.terms[-1], rival.effects[-1]
-        if any(term.effect not in {other.terms[-1].effect for other in others} for others in rivals[1:]):
+    for alternative in alternatives[0]:
+        term, effect = alternative.terms[-1], alternative.effects[-1]
+        if any(term.effect not in {other.terms[-1].effect for other in others} for others in alternatives[1:]):
             continue
         one = settle(case.problem, [(effect, term.inner, ())], base, frozenset({effect.key}))
         enough = base.criterion + (1.0 - SHAPE) * (found.criterion - base.criterion)

@@ -10,9 +10,9 @@ import numpy as np
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.tracing.run import Array, Run, sample_period
-from incsvr.tracing.weak.command import Command, told
+from incsvr.tracing.weak.command import Command, estimated_command
 from incsvr.tracing.weak.damping import SPLINE, Damping
-from incsvr.tracing.weak.disturbance_response import swing
+from incsvr.tracing.weak.disturbance_response import disturbance_response
 from incsvr.tracing.weak.grid import on_fine_grid, settling_time, time_scale
 from incsvr.tracing.weak.noise import MOST_GYRO, gyro_noise, jumps, white_noise
 from incsvr.tracing.weak.problem import Problem
@@ -39,14 +39,19 @@ FEWEST_SCALES = 12.0
 
 
 def pose(
-    runs: Sequence[Run], inertia: float, channels: Sequence[str], *, held: bool = False, period: float | None = None
+    runs: Sequence[Run],
+    inertia: float,
+    channels: Sequence[str],
+    *,
+    zero_order_hold: bool = False,
+    period: float | None = None,
 ) -> Problem:
     """Set the block length and build the equations.
 
     T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
     at most 0.2 of the innovations' deviation, at most T_c/4.5, or three of the yaw rate's samples where these last
-    longer, at most T_c/2 then; or it is `period` [s]. `held` says whether the torque stays at its value until its next
-    stamp (a command does) or is linear between them.
+    longer, at most T_c/2 then; or it is `period` [s]. `zero_order_hold` says whether the torque stays at its value
+    until its next stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
     scale = min(scale, max(SLOWEST * settling_time(runs, inertia), scale / MOST_OF_IT))
@@ -60,7 +65,7 @@ def pose(
     block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), longest)
     block = block if period is None else period
     while True:
-        problem = _equations(runs, inertia, channels, scale, block, sampled, held)
+        problem = _equations(runs, inertia, channels, scale, block, sampled, zero_order_hold)
         base = fit(problem.y, problem.coarse, problem.blocks, spline=SPLINE)
         noise = _gyro_noise_in(problem, sigma, sampled, base)
         if period is not None:
@@ -72,9 +77,11 @@ def pose(
         block = longer
     problem = _differentiated(problem, sigma, sampled, base.scale)
     problem = replace(problem, feedback=problem.feedback_beside(base.residual))
-    share, gyro = problem.share_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
+    noise_fraction, gyro = problem.noise_fraction_beside(base.residual), min((noise / base.scale) ** 2, MOST_GYRO)
     known = problem.knows_command(base.residual)
-    problem = replace(problem, signals=replace(problem.signals, share=share, gyro=gyro, known=known))
+    problem = replace(
+        problem, signals=replace(problem.signals, torque_noise_fraction=noise_fraction, gyro=gyro, known=known)
+    )
     return problem.answering(base.theta, base.ar)
 
 
@@ -112,26 +119,29 @@ def _derivative_width(problem: Problem, sigma: float, innovation: float) -> floa
     return width
 
 
-def pose_like(problem: Problem, runs: Sequence[Run], tell: Callable[[Signals, Blocks], Command] = told) -> Problem:
-    """The equations of other runs, with the grid, blocks, damping basis and noise share of `problem`; `tell` says what
-    their command is."""
+def pose_like(
+    problem: Problem, runs: Sequence[Run], tell: Callable[[Signals, Blocks], Command] = estimated_command
+) -> Problem:
+    """The equations of other runs, with the grid, blocks, damping basis and noise fraction of `problem`; `tell` says
+    what their command is."""
     s = problem.signals
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
-    signals = on_fine_grid(runs, s.step, names, problem.held, s.inertia)
+    signals = on_fine_grid(runs, s.step, names, problem.zero_order_hold, s.inertia)
     blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
     blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * problem.resolution / blocks.period)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
     command = tell(signals, blocks)
     signals = replace(
-        signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, share=s.share, gyro=s.gyro,
-        acceleration=acceleration, known=s.known and command.plain is not None,
+        signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, gyro=s.gyro,
+        torque_noise_fraction=s.torque_noise_fraction, acceleration=acceleration,
+        known=s.known and command.parametric_command is not None,
     )  # fmt: skip
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)
     like = replace(
         problem, signals=signals, blocks=blocks, y=y, coarse=blocks.mean(problem.damping.columns(signals.rate)),
         steep=_steep(problem.damping, signals.rate, blocks), command=command,
     )  # fmt: skip
-    return like.answering(problem.drag, problem.colour)
+    return like.answering(problem.drag, problem.noise_ar)
 
 
 def _long_enough(runs: Sequence[Run], scale: float) -> None:
@@ -154,12 +164,18 @@ def _steep(damping: Damping, rate: Array, blocks: Blocks) -> Array:
 
 
 def _equations(
-    runs: Sequence[Run], inertia: float, channels: Sequence[str], scale: float, block: float, period: float, held: bool
+    runs: Sequence[Run],
+    inertia: float,
+    channels: Sequence[str],
+    scale: float,
+    block: float,
+    period: float,
+    zero_order_hold: bool,
 ) -> Problem:
     step = max(block / SUBSTEPS, period)
     size = max(round(block / step), 1)
     names = ["heading", *channels] if _has_heading(runs) else channels
-    signals = on_fine_grid(runs, step, names, held, inertia)
+    signals = on_fine_grid(runs, step, names, zero_order_hold, inertia)
     blocks = split(signals.start, size, step, scale)
     resolution = _resolution(runs)
     blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * resolution / blocks.period)
@@ -183,9 +199,9 @@ def _equations(
     still = np.zeros(coarse.shape[1])
     white = white_noise(runs) * float(np.sqrt(min(sample_period(runs, "torque") / blocks.period, 1.0)))
     return Problem(
-        signals, blocks, y, damping, grid, table, coarse, steep, told(signals, blocks), resolution, held,
-        width=0.0, white=white, drag=still, colour=np.zeros(3),
-        swing=swing(steep @ still, 0.0, np.zeros(3), 0.0, blocks.period, inertia),
+        signals, blocks, y, damping, grid, table, coarse, steep, estimated_command(signals, blocks), resolution,
+        zero_order_hold, width=0.0, white=white, drag=still, noise_ar=np.zeros(3),
+        disturbance_response=disturbance_response(steep @ still, 0.0, np.zeros(3), 0.0, blocks.period, inertia),
     )  # fmt: skip
 
 

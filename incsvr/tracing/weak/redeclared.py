@@ -63,8 +63,8 @@ def traced_anew(
     inertia = next((f.parameters["inertia_kg_m2"] for f in found.effects if f.effect == "inertia"), shown.inertia)
     ledger = {name: part * (declared / shown.inertia) for name, part in found.pictures.ledger.items() if "decl" in name}
     rest = {name: part for name, part in found.pictures.ledger.items() if name not in (*ledger, "inertia")}
-    whole = [part for name, part in found.pictures.ledger.items() if name == "inertia" or name in ledger]
-    total: Array = np.sum(whole, axis=0)
+    of_inertia = [part for name, part in found.pictures.ledger.items() if name == "inertia" or name in ledger]
+    total: Array = np.sum(of_inertia, axis=0)
     ledger |= {"damping": rest.pop("damping"), "inertia": total - sum(ledger.values()), **rest}
     return replace(
         found,
@@ -99,9 +99,9 @@ def _findings(
     found: Trace, declared: float, shown: Identified, inertia: float, errors: tuple[float, dict[str, dict[str, float]]]
 ) -> list[Finding]:
     """The inertia first, then the others with what refers to the inertia in parts of the declared one."""
-    before, told = errors
-    squares = before**2, told["before"]["torque_rmse"] ** 2, told["after"]["torque_rmse"] ** 2
-    share = float(np.clip((squares[0] - squares[1]) / max(squares[0] - squares[2], 1e-300), 0.0, 1.0))
+    before, traced = errors
+    squares = before**2, traced["before"]["torque_rmse"] ** 2, traced["after"]["torque_rmse"] ** 2
+    explained_part = float(np.clip((squares[0] - squares[1]) / max(squares[0] - squares[2], 1e-300), 0.0, 1.0))
     own = next((each for each in found.effects if each.effect == "inertia"), None)
     interval = own.interval if own else {"inertia_kg_m2": (shown.low, shown.high)}
     deviation = np.log(shown.high / shown.low) / (2.0 * 1.96)
@@ -112,10 +112,10 @@ def _findings(
         parameters=parameters,
         interval=interval,
         p_value=float(2.0 * norm.sf(abs(np.log(shown.inertia / declared)) / max(deviation, 1e-9))),
-        share=share,
+        share=explained_part,
         cannot_tell_from=("thrust_efficiency",),
         next_manoeuvre=SEPARATE,
-        sentence=sentence(effect, parameters, interval, share),
+        sentence=sentence(effect, parameters, interval, explained_part),
     )
     others = []
     known = {effect.name: effect for effect in found.model.effects()}
@@ -128,7 +128,7 @@ def _findings(
             name: (low * scale, high * scale) if name == "ratio" else (low, high)
             for name, (low, high) in each.interval.items()
         }
-        part = each.share * (1.0 - share)
+        part = each.share * (1.0 - explained_part)
         words = sentence(known[each.effect], values, ends, part)
         others.append(replace(each, parameters=values, interval=ends, share=part, sentence=words))
     return [first, *others]
@@ -139,7 +139,7 @@ def _change(before: Sequence[Array], after: Sequence[Array]) -> Change:
     place = (np.arange(ALIGNED) + 0.5) / ALIGNED
     sides = []
     for errors in (before, after):
-        whole = np.concatenate([*errors])
-        size = np.interp(place * whole.size, np.arange(whole.size) + 0.5, whole**2)
-        sides.append(np.sqrt(size * (np.mean(whole**2) / max(float(np.mean(size)), 1e-300))))
+        joined = np.concatenate([*errors])
+        size = np.interp(place * joined.size, np.arange(joined.size) + 0.5, joined**2)
+        sides.append(np.sqrt(size * (np.mean(joined**2) / max(float(np.mean(size)), 1e-300))))
     return change_of_rms([sides[0]], [sides[1]], ALIGNED // 40)

@@ -26,7 +26,7 @@ def refined(
     inner: tuple[float, ...],
     coefficients: tuple[float, ...],
     columns: Sequence[Array],
-    turned: Sequence[Array],
+    jacobians: Sequence[Array],
     k: int,
     start: Fit,
     most: int,
@@ -40,7 +40,7 @@ def refined(
 
     Args:
         columns: (n_b, p_j) of the damping and of each effect, of which the k-th are this one's.
-        turned: (2, n_b, p_j) how these answer the noise.
+        jacobians: (2, n_b, p_j) how these answer the noise.
         most: evaluations.
     """
 
@@ -57,15 +57,15 @@ def refined(
     root = np.sqrt(start.weight)
     at = sum(part.shape[1] for part in columns[:k])
     width = columns[k].shape[1]
-    held = np.concatenate([part for j, part in enumerate(columns) if j != k], axis=1)
-    rest = root[:, None] * whiten(np.asfortranarray(held), start.ar, blocks)
+    others = np.concatenate([part for j, part in enumerate(columns) if j != k], axis=1)
+    rest = root[:, None] * whiten(np.asfortranarray(others), start.ar, blocks)
     left = root * whiten(y, start.ar, blocks)
-    # the Jacobian's quadratic about the start; an effect that is taken off whole has no column of its own
+    # the Jacobian's quadratic about the start; an effect with a fixed coefficient has no column of its own
     theta, order = start.theta, np.r_[0:at, at + width : start.theta.size, at : at + width]
-    if effect.whole:
+    if effect.fixed_coefficient:
         order = order[:-width]
     theta = theta[order]
-    answers = answering(np.concatenate(turned, axis=2)[:, :, order], blocks)
+    answers = answering(np.concatenate(jacobians, axis=2)[:, :, order], blocks)
     shrunk = [answer.shrink(theta) for answer in answers]
     curved = start.scale**2 * curvature(answers, shrunk, theta.size)
     pulled = start.scale**2 * pull(answers, shrunk, theta.size) + curved @ theta
@@ -73,7 +73,7 @@ def refined(
 
     def unexplained(value: float) -> float:
         column = own(value)
-        if effect.whole:
+        if effect.fixed_coefficient:
             normal, right = squares, along - rest.T @ column[:, 0]
             total = float(np.sum(np.square(left - column[:, 0])))
         else:

@@ -13,12 +13,12 @@ from incsvr.tracing.run import Array
 from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.views import Views
-from incsvr.tracing.weak.whitening import deafened, whiten
+from incsvr.tracing.weak.whitening import whiten, without_jump_noise
 
 SWALLOWED = 2
 """Effects beside which an AR has nothing left to swallow that would be worth a second scan."""
 
-TOLD = 1e-9
+INDEPENDENT = 1e-9
 """Of a column's square: less than that is left where it is but a sum of others."""
 
 
@@ -75,18 +75,20 @@ def scan(
     `known` goes from one scan over the same base to the next.
     """
     ar = base.fit.ar if coloured else np.zeros(3)
-    root = np.sqrt(base.fit.weight if coloured else deafened(base.fit).weight)[:, None]
+    root = np.sqrt(base.fit.weight if coloured else without_jump_noise(base.fit).weight)[:, None]
     q, r = np.linalg.qr(root * whiten(base.columns, ar, problem.blocks))
     z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
     variance = float(z @ z) / z.size
     pull = np.zeros((2, len(problem.blocks)))
-    pull[:, problem.blocks.whole] = 1.0 / np.maximum(1.0 + base.turned @ base.fit.theta, 0.1)[:, problem.blocks.whole]
+    pull[:, problem.blocks.with_history] = (
+        1.0 / np.maximum(1.0 + base.jacobian @ base.fit.theta, 0.1)[:, problem.blocks.with_history]
+    )
 
-    def pull_of(turned: Array) -> Array:
+    def pull_of(jacobian: Array) -> Array:
         """(p,) derivative of the Jacobian by the coefficients."""
-        return np.asarray(pull[0] @ turned[0] - pull[1] @ turned[1])
+        return np.asarray(pull[0] @ jacobian[0] - pull[1] @ jacobian[1])
 
-    turned = pull_of(base.turned)
+    base_pull = pull_of(base.jacobian)
     upright = r + 1e-9 * (float(np.max(np.abs(np.diag(r)))) + 1e-300) * np.eye(r.shape[0])
     known = Known(views(problem, base)) if known is None else known
     seen = known.seen
@@ -112,12 +114,12 @@ def scan(
         inner, part = starts[best], parts[best]
         normal, score = c[:, part].T @ c[:, part], c[:, part].T @ z
         if coloured:  # what the Jacobian adds to the score, less what the base's own columns would take of it
-            answers = seen.turned(effect, inner, (), columns[:, part])
-            score += variance * (pull_of(answers) - np.linalg.solve(upright, along[:, part]).T @ turned)
+            answers = seen.jacobian(effect, inner, (), columns[:, part])
+            score += variance * (pull_of(answers) - np.linalg.solve(upright, along[:, part]).T @ base_pull)
         gain = _gained(effect, normal, score, size[part])
         # a column that is but a sum of others has no coefficient of its own
-        told, promised = _told(normal, size[part]), np.zeros(count)
-        promised[told] = _solved(normal[np.ix_(told, told)], score[told])
+        kept, promised = _independent(normal, size[part]), np.zeros(count)
+        promised[kept] = _solved(normal[np.ix_(kept, kept)], score[kept])
         gain = -z.size * float(np.log(max(1.0 - gain / (z.size * variance), 1e-9)))
         leads.append(Lead(effect, inner, gain - price(effect, effect.core, problem), gain, tuple(promised.tolist())))
     return sorted(leads, key=lambda lead: -lead.score)
@@ -140,26 +142,26 @@ def _fits(effect: Effect, inner: tuple[float, ...], c: Array, z: Array, size: Ar
     −inf where its columns are but sums of those that are there.
     """
     normal, score = c.T @ c, c.T @ z
-    if not np.all(_told(normal, size)[: effect.core]):
+    if not np.all(_independent(normal, size)[: effect.core]):
         return -np.inf
-    if effect.whole or effect.secant:
-        value = 1.0 if effect.whole else inner[0]
+    if effect.fixed_coefficient or effect.secant:
+        value = 1.0 if effect.fixed_coefficient else inner[0]
         return float(2.0 * value * score[0] - value**2 * normal[0, 0])
     return _gained(effect, normal, score, size)
 
 
-def _told(normal: Array, size: Array) -> NDArray[np.bool_]:
+def _independent(normal: Array, size: Array) -> NDArray[np.bool_]:
     """(c,) which of the columns are more than sums of those that are there."""
-    told: NDArray[np.bool_] = np.diag(normal) > TOLD * size + 1e-300
-    return told
+    kept: NDArray[np.bool_] = np.diag(normal) > INDEPENDENT * size + 1e-300
+    return kept
 
 
 def _gained(effect: Effect, normal: Array, score: Array, size: Array) -> float:
     """Squares that the columns explain, less those that merely place the effect's zero."""
     if score.size == 1:
         return float(score[0] ** 2 / normal[0, 0])
-    told = _told(normal, size)
-    normal, score = normal[np.ix_(told, told)], score[told]  # without an offset that another effect's column already is
+    kept = _independent(normal, size)
+    normal, score = normal[np.ix_(kept, kept)], score[kept]  # without an offset that another effect's column already is
     return _explained(normal, score) - _explained(normal[effect.core :, effect.core :], score[effect.core :])
 
 

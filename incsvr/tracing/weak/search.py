@@ -133,24 +133,24 @@ class Search:
                 new = with_lead(self.problem, base, lead)
                 names = frozenset(new.names())
                 known = grown.get(names)
-                less = penalised_criterion(new) <= penalised_criterion(base) - (LEAST_GAIN if first else 0.0)
-                worse = (less and not (first and lead.hidden)) or (
+                insufficient = penalised_criterion(new) <= penalised_criterion(base) - (LEAST_GAIN if first else 0.0)
+                worse = (insufficient and not (first and lead.hidden)) or (
                     known is not None and penalised_criterion(known) >= penalised_criterion(new)
                 )
                 if not worse and not against_physics(self.problem, new):
                     grown[names] = new
-                    swallowed |= {names} if less else set()
+                    swallowed |= {names} if insufficient else set()
             settled |= set(sets)
         return sorted(
             grown.values(), key=lambda h: (frozenset(h.names()) in swallowed, penalised_criterion(h)), reverse=True
         )
 
-    def _less(self, base: Hypothesis, k: int) -> Hypothesis:
+    def _reduced(self, base: Hypothesis, k: int) -> Hypothesis:
         """`base` without its k-th effect, which the others may have grown around: as it was before, where that is
         better."""
-        less = without(self.problem, base, k)
-        before = self.tried.get(frozenset(effect.key for effect in less.effects), less)
-        return max(less, before, key=penalised_criterion)
+        reduced = without(self.problem, base, k)
+        before = self.tried.get(frozenset(effect.key for effect in reduced.effects), reduced)
+        return max(reduced, before, key=penalised_criterion)
 
     def _clean(self, base: Hypothesis) -> Hypothesis:
         """`base` without the effects that do not pass every gate beside the others, the least of them first."""
@@ -161,7 +161,7 @@ class Search:
                 reason, k = objection(self.problem, self.free_run, base)
                 if reason:
                     self.refused[base.names()[k]] = reason
-                self.judged[keys] = base, self._less(base, k) if reason else base
+                self.judged[keys] = base, self._reduced(base, k) if reason else base
             base, left = self.judged[keys]
             if left.names() == base.names():
                 return left

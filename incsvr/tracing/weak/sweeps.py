@@ -80,14 +80,14 @@ def _fitted(torque: Array, phase: Array, sweeps: list[tuple[int, int]], window: 
         for _ in range(STEPS):
             level, amplitude = _levelled(torque, pieces)
             pieces = _met(torque, pieces, window, level, amplitude)
-            pieces = [_turned(torque, piece, level, amplitude) for piece in pieces]
+            pieces = [_improved(torque, piece, level, amplitude) for piece in pieces]
         level, amplitude = _levelled(torque, pieces)
         found = level + amplitude * np.cos(_phase(pieces))
         left = float(np.sum((torque[pieces[0].begin :] - found) ** 2))
-        asked = torque.size * np.log(max(left, 1e-300)) + (degree + 1) * len(pieces) * np.log(torque.size)
-        if asked >= least:
+        criterion = torque.size * np.log(max(left, 1e-300)) + (degree + 1) * len(pieces) * np.log(torque.size)
+        if criterion >= least:
             break
-        best, least = found, asked
+        best, least = found, criterion
     return best
 
 
@@ -112,10 +112,10 @@ def _within(time: NDArray[np.intp], first: int, last: int) -> Array:
 def _anew(phase: Array) -> list[int]:
     """First samples of the sweeps, and the end: where half a cycle takes another time at once."""
     time = np.arange(phase.size, dtype=np.float64)
-    turned = np.maximum.accumulate(phase) + 1e-9 * time
-    before = time - np.interp(turned - np.pi, turned, time)
-    after = np.interp(turned + np.pi, turned, time) - time
-    known = (turned - np.pi >= turned[0]) & (turned + np.pi <= turned[-1])
+    increasing = np.maximum.accumulate(phase) + 1e-9 * time
+    before = time - np.interp(increasing - np.pi, increasing, time)
+    after = np.interp(increasing + np.pi, increasing, time) - time
+    known = (increasing - np.pi >= increasing[0]) & (increasing + np.pi <= increasing[-1])
     change = np.where(known, np.abs(np.log(np.maximum(after, 1.0) / np.maximum(before, 1.0))), 0.0)
     edges = [0, phase.size]
     while change[k := int(np.argmax(change))] > np.log(ANEW):
@@ -137,7 +137,7 @@ def _levelled(torque: Array, pieces: list[_Piece]) -> tuple[float, float]:
     return float(level), float(amplitude)
 
 
-def _turned(torque: Array, piece: _Piece, level: float, amplitude: float) -> _Piece:
+def _improved(torque: Array, piece: _Piece, level: float, amplitude: float) -> _Piece:
     """The phase one step of Gauss-Newton nearer, and no farther than a radian."""
     time = np.arange(piece.begin, piece.end)
     basis = chebyshev.chebvander(_within(time, piece.first, piece.last), piece.curve.size - 1)

@@ -76,8 +76,8 @@ def _moved(values: Array, time: Array, frequency: Array) -> tuple[Array, Array]:
         amplitude = _fitted(tones, values)
         cos, sin = tones[:, 1 : frequency.size + 1], tones[:, frequency.size + 1 :]
         a, b = amplitude[1 : frequency.size + 1], amplitude[frequency.size + 1 :]
-        turned = 2.0 * np.pi * time[:, None] * (b * cos - a * sin)
-        moved = _fitted(np.column_stack([tones, turned]), values - tones @ amplitude)
+        derivative = 2.0 * np.pi * time[:, None] * (b * cos - a * sin)
+        moved = _fitted(np.column_stack([tones, derivative]), values - tones @ amplitude)
         frequency = frequency + np.clip(moved[-frequency.size :], -1.0 / PADDED, 1.0 / PADDED)
     tones = _tones(time, frequency)
     return frequency, values - tones @ _fitted(tones, values)

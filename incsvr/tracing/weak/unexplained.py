@@ -33,9 +33,9 @@ def smooth_terms(
     """`hypothesis` with smooth terms of what still predicts its residual, and their names."""
     found: list[Unexplained] = []
     # under one sine the heading is a function of the command's phase: what is left there is the shape of an effect
-    turned = not problem.one_sine and problem.signals.rate_name == YAW.rate
+    by_heading = not problem.one_sine and problem.signals.rate_name == YAW.rate
     clock = ["time"] if problem.signals.one_clock else []
-    tried = [*channels, *clock, *(["heading"] if turned else [])]
+    tried = [*channels, *clock, *(["heading"] if by_heading else [])]
     for _ in range(3):
         taken = {term.effect for term in hypothesis.terms}
         terms = [SmoothTerm(name) for name in tried if f"unexplained:{name}" not in taken]

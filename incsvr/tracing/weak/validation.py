@@ -95,10 +95,10 @@ class Validation:
         yet certain. So they are compared as they are, and by the likelihood of what the noise makes of a free run. But
         a torque that answers the noise carries it into the free run.
         """
-        plain = _gain(before, after)
-        if gained(plain) or not self.weighs:
-            return gained(plain)
-        lost = plain.mean() < -LOST * plain.std() / np.sqrt(plain.size)
+        gain = _gain(before, after)
+        if gained(gain) or not self.weighs:
+            return gained(gain)
+        lost = gain.mean() < -LOST * gain.std() / np.sqrt(gain.size)
         period = self.problem.blocks.period
         return not lost and gained(likelier(before.block_error, after.block_error, after.mistimed, period))
 
@@ -113,12 +113,12 @@ class Validation:
         if self.validation is not None:
             return errors_on(self.validation, [(self.problem, hypothesis, spans) for spans in self._held_out()])
         fits = []
-        for held in self._held_out():
+        for fold in self._held_out():
             used = np.ones(len(self.problem.blocks), dtype=bool)
-            for piece in held:
+            for piece in fold:
                 used[piece] = False
-            less = replace(self.problem, blocks=self.problem.blocks.only(used))
-            fits.append((less, refit(less, hypothesis, refine=not self.quick), held))
+            reduced = replace(self.problem, blocks=self.problem.blocks.only(used))
+            fits.append((reduced, refit(reduced, hypothesis, refine=not self.quick), fold))
         return errors_on(self.problem, fits, torque=not self.quick)
 
     def _held_out(self) -> list[Sequence[slice]]:

@@ -27,8 +27,8 @@ def errors_on(
     blocks = problem.blocks
     size = blocks.size
     spans = [span for *_, each in fits for span in each]
-    asked = fits if torque else ()
-    residual = [torque_errors(fitted, problem, found)[span] for fitted, found, each in asked for span in each]
+    torque_fits = fits if torque else ()
+    residual = [torque_errors(fitted, problem, found)[span] for fitted, found, each in torque_fits for span in each]
     slices = [
         [slice(int(blocks.first[p.start]), int(blocks.first[p.stop - 1]) + size + 1) for p in each] for *_, each in fits
     ]
@@ -72,8 +72,8 @@ def _averaged(values: Array, block: NDArray[np.intp], count: int) -> Array:
 
 def _driving(problem: Problem) -> Signals:
     """What drives a free run: the torque, or the command where it is known what of the torque is but noise."""
-    s, plain = problem.signals, problem.command.plain
-    return replace(s, torque=plain) if s.known and plain is not None else s
+    s, parametric_command = problem.signals, problem.command.parametric_command
+    return replace(s, torque=parametric_command) if s.known and parametric_command is not None else s
 
 
 def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:

@@ -35,7 +35,7 @@ class Blocks:
         first: (n_b,) index of each block's first fine sample.
         size: fine steps in a block.
         period: T_b [s].
-        whole: (m,) the blocks that have three predecessors in the same run (an AR(3) reaches that far).
+        with_history: (m,) the blocks that have three predecessors in the same run (an AR(3) reaches that far).
         previous: (3, m) those predecessors.
         start: (runs + 1,) first block of each run, and the end.
         tiled: of each run the fine samples that its blocks cover, but for the one that ends the last.
@@ -46,7 +46,7 @@ class Blocks:
     first: NDArray[np.intp]
     size: int
     period: float
-    whole: NDArray[np.intp]
+    with_history: NDArray[np.intp]
     previous: NDArray[np.intp]
     start: NDArray[np.intp]
     tiled: tuple[slice, ...]
@@ -58,8 +58,8 @@ class Blocks:
 
     def only(self, used: NDArray[np.bool_]) -> Blocks:
         """The same blocks where only some count in a fit, (n_b,); the others are held out."""
-        keep = used[self.whole] & used[self.previous].all(axis=0)
-        return replace(self, whole=self.whole[keep], previous=self.previous[:, keep], used=used)
+        keep = used[self.with_history] & used[self.previous].all(axis=0)
+        return replace(self, with_history=self.with_history[keep], previous=self.previous[:, keep], used=used)
 
     @property
     def on_time(self) -> Blocks:
@@ -91,13 +91,13 @@ class Blocks:
     def spread(self, values: Array, length: int) -> Array:
         """(length,) a block value held over its fine samples; what two blocks share holds the mean of theirs, what
         is in no block zero."""
-        held = np.zeros(length)
+        filled = np.zeros(length)
         for run, part in zip(self.tiled, np.split(values, self.start[1:-1]), strict=True):
-            held[run] = np.repeat(part, self.size)
-            held[run.start + self.size : run.stop : self.size] = 0.5 * (part[1:] + part[:-1])
+            filled[run] = np.repeat(part, self.size)
+            filled[run.start + self.size : run.stop : self.size] = 0.5 * (part[1:] + part[:-1])
             if part.size:
-                held[run.stop] = part[-1]
-        return held
+                filled[run.stop] = part[-1]
+        return filled
 
 
 def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0) -> Blocks:
@@ -112,13 +112,13 @@ def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0
     ]
     edges = np.concatenate([[0], np.cumsum([f.size for f in firsts])]).astype(np.intp)
     position = np.concatenate([np.arange(f.size) for f in firsts])
-    whole = np.flatnonzero(position >= 3)
+    with_history = np.flatnonzero(position >= 3)
     return Blocks(
         np.concatenate(firsts),
         size,
         size * step,
-        whole,
-        np.stack([whole - 1, whole - 2, whole - 3]),
+        with_history,
+        np.stack([with_history - 1, with_history - 2, with_history - 3]),
         edges,
         tuple(slice(int(f[0]), int(f[-1]) + size) if f.size else slice(0, 0) for f in firsts),
         np.ones(position.size, dtype=bool),

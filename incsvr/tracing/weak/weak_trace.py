@@ -31,13 +31,13 @@ from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, 
 from incsvr.tracing.weak.manoeuvre import separate
 from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.noise import torque_scatter
-from incsvr.tracing.weak.pipeline import Case, Rivals, chosen_effects, p_value_of
+from incsvr.tracing.weak.pipeline import Case, Indistinguishable, chosen_effects, p_value_of
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEAST_GAIN
 from incsvr.tracing.weak.scan import Lead, scan, with_lead
 from incsvr.tracing.weak.unexplained import smooth_terms
 from incsvr.tracing.weak.validation_errors import sample_errors, torque_errors
-from incsvr.tracing.weak.whitening import loudness, whiten
+from incsvr.tracing.weak.whitening import jump_noise_factor, whiten
 
 
 def weak_trace(
@@ -63,21 +63,23 @@ def weak_trace(
     Raises:
         BadInput: where the recordings cannot answer.
     """
-    case, found, rivals, refused = chosen_effects(runs, inertia, validate, names, excluded, holds)
+    case, found, alternatives, refused = chosen_effects(runs, inertia, validate, names, excluded, holds)
     problem = case.problem
-    whole, smooth = smooth_terms(problem, found, names, case.pieces)
+    complete, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
-    findings, notes = _findings(case, base, found, whole, rivals)
-    loud, unlike = _spells(problem, whole)
+    findings, notes = _findings(case, base, found, complete, alternatives)
+    in_spell, unlike = _spells(problem, complete)
     begins = problem.signals.time[problem.blocks.first]
-    louder, gained, both = (spans(begins, each, problem.blocks.period) for each in (loud, unlike, loud | unlike))
+    louder, gained, both = (
+        spans(begins, each, problem.blocks.period) for each in (in_spell, unlike, in_spell | unlike)
+    )
     verdict = "effects" if findings else "unexplained" if smooth or both else "none"
     answered(problem, verdict, runs)
-    before, after = case.proof.errors(base), case.proof.errors(whole)
-    error = _errors(problem, whole, before, after, torque_scatter(runs, problem.blocks.period))
+    before, after = case.proof.errors(base), case.proof.errors(complete)
+    error = _errors(problem, complete, before, after, torque_scatter(runs, problem.blocks.period))
     error["validated_on"] = case.proof.validated_on
-    error["disturbance"] = disturbance(whole.fit.residual, problem.blocks.period, problem.signals.torque)
-    model = model_of(problem, whole)
+    error["disturbance"] = disturbance(complete.fit.residual, problem.blocks.period, problem.signals.torque)
+    model = model_of(problem, complete)
     s = problem.signals
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     return Trace(
@@ -92,7 +94,7 @@ def weak_trace(
             *notes,
             *([sentence_of_spells(louder)] if louder else []),
             *([sentence_of_gain(gained)] if gained else []),
-            *_timing(case, base, whole),
+            *_timing(case, base, complete),
             *remarks(problem),
             *of_clocks(problem.signals),
             *_loop(problem),
@@ -106,7 +108,7 @@ def weak_trace(
             ledger_time=s.time,
             ledger=model.parts(s),
             residual_before=base.fit.residual,
-            residual_after=whole.fit.residual,
+            residual_after=complete.fit.residual,
             depends={name: problem.blocks.mean(values) for name, values in depends.items()},
         ),
         loop="closed" if problem.closed_loop else "open",
@@ -115,34 +117,34 @@ def weak_trace(
     )
 
 
-def _spells(problem: Problem, whole: Hypothesis) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _spells(problem: Problem, complete: Hypothesis) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(n_b,) each: where what the effects leave is louder than elsewhere, and where the thrust answers its command with
     another gain, which is not asked in closed loop."""
     s, blocks = problem.signals, problem.blocks
     # the acceleration and the jumps of the torque: what goes on within a block makes its equation less exact
-    moves = np.column_stack([np.gradient(blocks.mean(values)) for values in (s.torque, s.rate)])[blocks.whole]
-    heard, per_scale = loudness(whole.fit, blocks), s.scale / blocks.period
-    innovation = whole.fit.innovation / heard
-    loud, unlike = np.zeros(len(blocks), dtype=bool), np.zeros(len(blocks), dtype=bool)
-    loud[blocks.whole] = spells(innovation, moves, per_scale)
+    moves = np.column_stack([np.gradient(blocks.mean(values)) for values in (s.torque, s.rate)])[blocks.with_history]
+    factor, per_scale = jump_noise_factor(complete.fit, blocks), s.scale / blocks.period
+    innovation = complete.fit.innovation / factor
+    in_spell, unlike = np.zeros(len(blocks), dtype=bool), np.zeros(len(blocks), dtype=bool)
+    in_spell[blocks.with_history] = spells(innovation, moves, per_scale)
     if not problem.closed_loop:
-        torque = whiten(blocks.mean(s.torque), whole.fit.ar, blocks) / heard
-        unlike[blocks.whole] = uneven(innovation, torque, per_scale)
-    return loud, unlike
+        torque = whiten(blocks.mean(s.torque), complete.fit.ar, blocks) / factor
+        unlike[blocks.with_history] = uneven(innovation, torque, per_scale)
+    return in_spell, unlike
 
 
 def _findings(
-    case: Case, base: Hypothesis, found: Hypothesis, whole: Hypothesis, rivals: Rivals
+    case: Case, base: Hypothesis, found: Hypothesis, complete: Hypothesis, alternatives: Indistinguishable
 ) -> tuple[list[Finding], list[str]]:
     problem = case.problem
     spans = intervals(problem, found)
     notes: list[str] = []
     findings: list[Finding] = []
     last = _mean_square(base.fit.residual)
-    total = max(last - _mean_square(whole.fit.residual), 1e-300)
+    total = max(last - _mean_square(complete.fit.residual), 1e-300)
     for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
         now = _mean_square(_first(problem, found, k + 1))
-        share = float(np.clip((last - now) / total, 0.0, 1.0))
+        explained_part = float(np.clip((last - now) / total, 0.0, 1.0))
         last = now
         parameters = effect.parameters(term, problem.signals.inertia)
         if below_sampling(term, problem):
@@ -152,7 +154,7 @@ def _findings(
             )
             continue
         p = p_value_of(case, found, k)
-        tied = tuple(rival.terms[-1].effect for rival in rivals[k])
+        tied = tuple(alternative.terms[-1].effect for alternative in alternatives[k])
         findings.append(
             Finding(
                 effect=term.effect,
@@ -160,10 +162,10 @@ def _findings(
                 parameters=parameters,
                 interval=spans[k],
                 p_value=p,
-                share=share,
+                share=explained_part,
                 cannot_tell_from=tied,
-                next_manoeuvre=separate(problem, found, rivals[k][0], tied[0]) if tied else "",
-                sentence=sentence(effect, parameters, spans[k], share),
+                next_manoeuvre=separate(problem, found, alternatives[k][0], tied[0]) if tied else "",
+                sentence=sentence(effect, parameters, spans[k], explained_part),
             )
         )
     if {"tether", "bias_torque"} <= set(found.names()):
@@ -181,13 +183,13 @@ def _loop(problem: Problem) -> tuple[str, ...]:
     )
 
 
-def _timing(case: Case, base: Hypothesis, whole: Hypothesis) -> tuple[str, ...]:
+def _timing(case: Case, base: Hypothesis, complete: Hypothesis) -> tuple[str, ...]:
     """The note that free runs are no better as they are, but put on time; else empty."""
-    before, after = (case.proof.errors(each).free_run_rmse() for each in (base, whole))
-    best, better = case.proof(base), case.proof(whole)
+    before, after = (case.proof.errors(each).free_run_rmse() for each in (base, complete))
+    best, better = case.proof(base), case.proof(complete)
     if after < before or better >= best:
         return ()
-    late = case.proof.late(whole)
+    late = case.proof.late(complete)
     return (
         f"free runs with the effects come {abs(late):.2g} s {'late' if late > 0.0 else 'early'}, less than a sample "
         f"period; put on time their error is {better:.3g} rad/s, of {best:.3g} without the effects",
@@ -240,7 +242,7 @@ def _mean_square(residual: Array) -> float:
     return float(np.mean(np.clip(residual, -limit, limit) ** 2))
 
 
-def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, scatter: float) -> dict[str, Any]:
+def _errors(problem: Problem, complete: Hypothesis, before: Errors, after: Errors, scatter: float) -> dict[str, Any]:
     def of(errors: Errors) -> dict[str, float]:
         mae, rmse = sample_errors(errors.torque, scatter)
         return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": errors.free_run_rmse()}
@@ -252,9 +254,9 @@ def _errors(problem: Problem, whole: Hypothesis, before: Errors, after: Errors, 
 
     torque: Change = change_of_rms(before.torque, after.torque, length(after.block_time))
     free: Change = change_of_rms(before.free_run, after.free_run, length(after.time))
-    n, p = whole.columns.shape
+    n, p = complete.columns.shape
     # the same residual as `after`, on the fitted blocks, made up for the parameters
-    left = torque_errors(problem, problem, whole)
+    left = torque_errors(problem, problem, complete)
     variance = float(np.mean(left**2)) * n / max(n - p, 1)
     return {
         "before": of(before),

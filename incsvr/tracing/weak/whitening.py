@@ -14,7 +14,7 @@ from scipy.special import gammaln
 
 from incsvr.tracing.run import Array
 from incsvr.tracing.weak.jacobian import answering, curvature, log_determinant, moved, pull
-from incsvr.tracing.weak.noise_autocorrelation import DEGREES, autoregression, heard, scale_of
+from incsvr.tracing.weak.noise_autocorrelation import DEGREES, autoregression, jump_variance, scale_of
 from incsvr.tracing.weak.weak_form import Blocks
 
 FARTHEST = 1.5
@@ -47,8 +47,9 @@ class Fit:
         log_likelihood: of the innovations.
         residual: (n_b,) u.
         innovation: (m,) e of the blocks with three predecessors.
-        weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier or where it is `loud`.
-        loud: variance of a jump's instant [sample periods²], in that of the innovations [1/(N m)²].
+        weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier or where the
+            command jumped.
+        jump_noise: variance of a jump's instant [sample periods²], in that of the innovations [1/(N m)²].
     """
 
     theta: Array
@@ -58,7 +59,7 @@ class Fit:
     residual: Array
     innovation: Array
     weight: Array
-    loud: float
+    jump_noise: float
 
 
 def ridge(squares: Array, spline: int) -> Array:
@@ -68,11 +69,11 @@ def ridge(squares: Array, spline: int) -> Array:
         squares: (p,) sum of each column's squares.
         spline: how many of the first columns are a spline's, the last of whose coefficients is zero.
     """
-    held: Array = np.diag(RIDGE * squares + 1e-300)
+    penalty: Array = np.diag(RIDGE * squares + 1e-300)
     if spline:
-        bend = np.diff(np.eye(spline + 1), 2, axis=0)[:, :spline]
-        held[:spline, :spline] += STIFF * float(np.mean(squares[:spline])) * bend.T @ bend
-    return held
+        second_difference = np.diff(np.eye(spline + 1), 2, axis=0)[:, :spline]
+        penalty[:spline, :spline] += STIFF * float(np.mean(squares[:spline])) * second_difference.T @ second_difference
+    return penalty
 
 
 def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
@@ -85,7 +86,7 @@ def whiten(values: Array, ar: Array, blocks: Blocks) -> Array:
         for k, part in enumerate(ar.tolist(), 1):
             filtered = daxpy(every, filtered, n=every.size - k, a=-part, offy=k)
         white = filtered.reshape(values.shape, order="F")[3:]
-    return white if blocks.whole.size == white.shape[0] else white.T.take(blocks.whole - 3, axis=-1).T
+    return white if blocks.with_history.size == white.shape[0] else white.T.take(blocks.with_history - 3, axis=-1).T
 
 
 def fit(
@@ -94,14 +95,15 @@ def fit(
     blocks: Blocks,
     start: Fit | None = None,
     rounds: int = 4,
-    turned: Array | None = None,
-    feigned: Array | None = None,
+    jacobian: Array | None = None,
+    gyro_noise_correction: Array | None = None,
     spline: int = 0,
 ) -> Fit:
     """Maximum likelihood of θ, the AR and s, each in turn.
 
     The likelihood is that of the motion: where the noise u turned the vehicle and with it the columns, its density
-    holds the Jacobian Σ ln((1 + turned₀ θ)/(1 + turned₁ θ)), without which drag and inertia would be underestimated.
+    holds the Jacobian Σ ln((1 + jacobian₀ θ)/(1 + jacobian₁ θ)), without which drag and inertia would be
+    underestimated.
 
     Args:
         y: (n_b,) left-hand side of every block.
@@ -109,48 +111,48 @@ def fit(
         start: an earlier fit whose AR and residual weights begin the search.
         rounds: of AR estimation; within each, three reweighted least squares (two where `start` has good weights) and
             as many of Newton's steps with the Jacobian, both with the matrix of the first.
-        turned: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the residual
-            that was taken out of what they see; None if they do not.
-        feigned: (p,) part of the innovations' variance by which a column follows them though nothing turned, as Δr
-            follows the gyro's noise: the score is corrected for it (L. A. Stefanski, R. J. Carroll, Biometrika 74,
-            1987), and the likelihood for what a smaller coefficient wins by less of that noise alone.
+        jacobian: (2, n_b, p) how the columns answer the noise of their block, relative to I₀ Δr/T_b, and to the
+            residual that was taken out of what they see; None if they do not.
+        gyro_noise_correction: (p,) part of the innovations' variance by which a column follows them though nothing
+            turned, as Δr follows the gyro's noise: the score is corrected for it (L. A. Stefanski, R. J. Carroll,
+            Biometrika 74, 1987), and the likelihood for what a smaller coefficient wins by less of that noise alone.
         spline: how many of the first columns are the damping's spline, for `ridge`.
     """
     p, columns = columns.shape[1], np.asfortranarray(columns)  # every sum below runs along the blocks
-    held = ridge(np.einsum("ij,ij->j", columns, columns), spline)
+    penalty = ridge(np.einsum("ij,ij->j", columns, columns), spline)
     ar = np.zeros(3) if start is None else start.ar
-    weight = np.ones(blocks.whole.size)
+    weight = np.ones(blocks.with_history.size)
     if start is not None and start.weight.size == weight.size:
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
     steps = 3 if start is None else 2
-    jumped = blocks.mistimed[blocks.whole] > 0.0
+    jumped = blocks.mistimed[blocks.with_history] > 0.0
     several = bool(np.count_nonzero(jumped) >= FEWEST_JUMPS)
-    loud = start.loud if start is not None and several else 0.0
-    own = answering(turned, blocks)
-    lost = np.zeros(p) if feigned is None else feigned * blocks.whole.size
+    jump_noise = start.jump_noise if start is not None and several else 0.0
+    own = answering(jacobian, blocks)
+    lost = np.zeros(p) if gyro_noise_correction is None else gyro_noise_correction * blocks.with_history.size
     corrected = bool(own) or bool(lost.any())
-    bent: list[Array] | None = None
+    shrunk_before: list[Array] | None = None
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
         innovation, most = white_y - white_x @ theta, np.inf
-        jumps = heard(ar, blocks)
-        level = 1.0 + loud * jumps
+        jumps = jump_variance(ar, blocks)
+        level = 1.0 + jump_noise * jumps
         weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
-        plain = 0 if turn > 0 or not corrected else steps
-        for step in range(plain + steps):
-            if step in (0, plain):  # a matrix of squares is half of a step, and the weights hardly change it
+        initial_steps = 0 if turn > 0 or not corrected else steps
+        for step in range(initial_steps + steps):
+            if step in (0, initial_steps):  # a matrix of squares is half of a step, and the weights hardly change it
                 np.multiply(white_x, np.sqrt(weight)[:, None], out=weighted)
-                squares = weighted.T @ weighted + held
-            toward = white_x.T @ (weight * innovation) - held @ theta
-            if corrected and step >= plain:
+                squares = weighted.T @ weighted + penalty
+            toward = white_x.T @ (weight * innovation) - penalty @ theta
+            if corrected and step >= initial_steps:
                 shrunk = [answer.shrink(theta) for answer in own]
-                if step == plain:
+                if step == initial_steps:
                     least = innovation - white_x @ np.linalg.solve(squares, toward)
                     most = FARTHEST * scale_of(weight, least)
-                if bent is None or moved(shrunk, bent):
-                    bent, curved = shrunk, curvature(own, shrunk, p)
+                if shrunk_before is None or moved(shrunk, shrunk_before):
+                    shrunk_before, curved = shrunk, curvature(own, shrunk, p)
                 toward += scale**2 * (pull(own, shrunk, p) + lost)
                 theta = theta + np.linalg.solve(squares + scale**2 * curved, toward)
             else:
@@ -160,29 +162,29 @@ def fit(
             square = (innovation / scale) ** 2
             if several:
                 usual = level * (DEGREES + 1.0) / (DEGREES + square / level) * square / level
-                loud = float(np.sum(usual[jumped] - 1.0) / np.sum(jumps[jumped]))
-                loud = min(max(loud, 0.0), INSTANT / scale**2)
-                level = 1.0 + loud * jumps
+                jump_noise = float(np.sum(usual[jumped] - 1.0) / np.sum(jumps[jumped]))
+                jump_noise = min(max(jump_noise, 0.0), INSTANT / scale**2)
+                level = 1.0 + jump_noise * jumps
             weight = (DEGREES + 1.0) / (DEGREES * level + square)
         residual = y - columns @ theta
         if turn + 1 < rounds:
-            ar = autoregression(residual, blocks, loud)
+            ar = autoregression(residual, blocks, jump_noise)
     scale = scale_of(weight, innovation)
     likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)
     likelihood += log_determinant(own, theta)
-    return Fit(theta, ar, scale, likelihood, residual, innovation, weight, loud)
+    return Fit(theta, ar, scale, likelihood, residual, innovation, weight, jump_noise)
 
 
-def deafened(fitted: Fit) -> Fit:
+def without_jump_noise(fitted: Fit) -> Fit:
     """The fit with the weights as they are where a jump of the command adds nothing to its block."""
     weight = (DEGREES + 1.0) / (DEGREES + np.square(fitted.innovation / fitted.scale))
-    return replace(fitted, weight=weight, loud=0.0)
+    return replace(fitted, weight=weight, jump_noise=0.0)
 
 
-def loudness(fitted: Fit, blocks: Blocks) -> Array:
+def jump_noise_factor(fitted: Fit, blocks: Blocks) -> Array:
     """(m,) by how much an innovation is larger for the jumps of the command in its block and the three before."""
-    return np.sqrt(1.0 + fitted.loud * heard(fitted.ar, blocks))
+    return np.sqrt(1.0 + fitted.jump_noise * jump_variance(fitted.ar, blocks))
 
 
 def log_likelihood(innovation: Array, scale: float) -> float:
