@@ -6,7 +6,7 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions live-missions several vehicles trouble calibration \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions live-missions bets-level several vehicles trouble calibration \
 	fleet sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -54,6 +54,9 @@ missions: .venv/ready  ## what vehicles do all day: the curve that is served, an
 
 live-missions: .venv/ready  ## an effect that comes on in an hour's mission, quiet hours, and the demo's third act
 	$(BIN)/python -m benchmarks.live_missions
+
+bets-level: .venv/ready  ## how often bets on effects that are not there are won over quiet hours
+	$(BIN)/python -m benchmarks.bets_level
 
 several: .venv/ready  ## damping of several velocities beside least squares with cross terms and a Gaussian process
 	$(BIN)/python -m benchmarks.several
