@@ -156,6 +156,8 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "acceptance", "pays", lambda *_: True),
         Patch(WEAK + "search", "pays", lambda *_: True),
     ],
+    "weak: climbing": [Patch(WEAK + "search", "Search.climbed", lambda _, base: base)],
+    "weak: short memories must prove themselves": _of_effects("must_prove", lambda *_: False),
     "too slight to matter": _of_effects("slight", lambda *_: ""),
 }
 """Of each rule, what takes it out."""

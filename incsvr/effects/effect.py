@@ -163,6 +163,10 @@ class Effect(ABC):
         """
         return ""
 
+    def must_prove(self, term: Term, s: Signals) -> bool:
+        """Whether the noise's colour might be taken for it, so that only a free run that is plainly better counts."""
+        return False
+
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         """Moment after this stage of the actuators; for `acts == "thrust"`."""
         raise NotImplementedError(f"{self.key} is no stage of the actuators")

@@ -12,6 +12,12 @@ from incsvr.effects.signals import Array, Signals
 SHORTEST = 1.5
 """Blocks: what is forgotten within one is, in its means, an inertia."""
 
+REACH = 4.0
+"""Blocks: what is forgotten within the reach of an AR(3) is told from the noise's colour by the free run alone."""
+
+LASTING = 0.75
+"""T_c: but what lasts as long is no inertia, however long the blocks are."""
+
 EDGE = 1.02
 """Of the shortest memory that is tried: a search that ends there would go on."""
 
@@ -48,6 +54,9 @@ class Memory(Effect):
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         return max(0.1 * s.scale, SHORTEST * s.block), 10.0 * s.scale
+
+    def must_prove(self, term: Term, s: Signals) -> bool:
+        return term.inner[-1] < max(0.3 * s.scale, min(REACH * s.block, LASTING * s.scale))
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])

@@ -1,4 +1,4 @@
-"""How short a memory may be, and what water that turns along takes."""
+"""How short a memory may be before the noise's colour could pass for it, and what water that turns along takes."""
 
 from __future__ import annotations
 
@@ -16,6 +16,23 @@ MEMORY = catalogue([])["memory/linear"]
 def signals(block: float, scale: float) -> Signals:
     time = np.linspace(0.0, 10.0, 101)
     return Signals(0.1, np.array([0, 101]), time, np.sin(time), np.cos(time), block=block, scale=scale)
+
+
+@pytest.mark.parametrize(
+    ("block", "scale", "shortest"),
+    [
+        pytest.param(0.07, 0.4, 0.28, id="four blocks where blocks are short"),
+        pytest.param(1.34, 6.5, 0.75 * 6.5, id="most of T_c where a noisy gyro made them long"),
+        pytest.param(0.36, 6.5, 0.3 * 6.5, id="a third of T_c where they are short beside it"),
+    ],
+)
+def test_what_is_forgotten_within_the_reach_of_the_noises_colour_must_prove_itself(
+    block: float, scale: float, shortest: float
+) -> None:
+    s = signals(block, scale)
+    brief, lasting = (Term("memory", "linear", (-1.0,), (0.2, part * shortest)) for part in (0.99, 1.01))
+    assert MEMORY.must_prove(brief, s)
+    assert not MEMORY.must_prove(lasting, s)
 
 
 def test_what_is_forgotten_within_a_block_is_not_tried() -> None:

@@ -10,6 +10,10 @@ from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import STRONG, FreeRun, required_gain
 from incsvr.tracing.weak.scan import without
 
+PROVEN = 0.9
+"""Free-run error, in parts of that without an effect, below which an effect that the noise's colour may pass for is
+plainly there."""
+
 
 def pays(problem: Problem, free_run: FreeRun, new: Hypothesis, old: Hypothesis) -> bool:
     """Whether the free run gets better: by more than chance, or at all where the equation leaves no doubt.
@@ -30,8 +34,10 @@ def objection(problem: Problem, free_run: FreeRun, base: Hypothesis) -> tuple[st
     k = min(range(len(gains)), key=lambda j: gains[j] - required[j])
     if gains[k] < required[k]:
         return f"too little evidence for noise of this colour: 2 Δℓ is {gains[k]:.0f}, {required[k]:.0f} is asked", k
-    for k in range(len(base.terms)):
+    for k, (effect, term) in enumerate(zip(base.effects, base.terms, strict=True)):
         reduced = without(problem, base, k)
+        if effect.must_prove(term, problem.signals) and not free_run(base) < PROVEN * free_run(reduced):
+            return "it is so short that the noise's colour may pass for it, and the free run is not plainly better", k
         if not pays(problem, free_run, base, reduced):
             return (
                 "it improves the torque equation, but the free run on unseen data gets no better than chance would "

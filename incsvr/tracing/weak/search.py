@@ -22,6 +22,12 @@ FOLLOWED = 12
 BETTER = 1.0
 """Of the criterion: a set of effects that was judged is judged again where it comes with values so much better."""
 
+CLIMBS = 12
+"""How many leads are tried as an addition to what the gates let pass."""
+
+CLIMBERS = 2
+"""How many of the best of these are put before the gates in turn."""
+
 HOPELESS = (-20.0, 0.0)
 """Score below which a lead is not settled: beside nothing, where what is there may still hide it, and beside others."""
 
@@ -78,9 +84,20 @@ class Search:
             proves = self.free_run(cleaned) < self.free_run(base)
             if proves and self._beats(cleaned, best) and pays(self.problem, self.free_run, cleaned, base):
                 best = cleaned
+        best = self.climbed(best)
         for name in best.names():
             self.refused.pop(name, None)
         return best
+
+    def climbed(self, base: Hypothesis) -> Hypothesis:
+        """`base` with what the gates let in one by one: where they threw an effect out, another may take its place."""
+        while len(base.terms) < self.most:
+            steps = (self._clean(grown) for grown in self._grown([base], CLIMBS)[:CLIMBERS])
+            best = next((step for step in steps if self._beats(step, base)), base)
+            if best is base:
+                break
+            base = best
+        return base
 
     def _finalists(self, seen: Sequence[Hypothesis]) -> list[Hypothesis]:
         """The best by the equation, and the best single effect, lest it go down with those it was grown into."""
@@ -92,11 +109,11 @@ class Search:
         """The free run has the first word; where it cannot tell the two apart, the equation.
 
         But where no feedback biases the equation, and it leaves no doubt, one standard error of the free run is none;
-        nor is it one for what is but the sampling where the equation prefers another.
+        nor is it one for what may be the noise's colour or the sampling where the equation prefers another.
         """
-        if self._of_sampling(new) != self._of_sampling(old):
-            sampled, other = (new, old) if self._of_sampling(new) else (old, new)
-            if penalised_criterion(other) >= penalised_criterion(sampled):
+        if self._doubtful(new) != self._doubtful(old):
+            doubtful, other = (new, old) if self._doubtful(new) else (old, new)
+            if penalised_criterion(other) >= penalised_criterion(doubtful):
                 return other is new
         if not self.closed_loop and abs(penalised_criterion(new) - penalised_criterion(old)) > STRONG:
             return penalised_criterion(new) > penalised_criterion(old)
@@ -104,9 +121,11 @@ class Search:
             return self.free_run.better(new, old)
         return penalised_criterion(new) > penalised_criterion(old)
 
-    def _of_sampling(self, hypothesis: Hypothesis) -> bool:
-        """Whether it holds nothing but how the streams were sampled."""
-        return bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
+    def _doubtful(self, hypothesis: Hypothesis) -> bool:
+        """Whether it holds an effect that the noise's colour might be taken for, or nothing but how it was sampled."""
+        named = zip(hypothesis.effects, hypothesis.terms, strict=True)
+        sampled = bool(hypothesis.terms) and all(below_sampling(term, self.problem) for term in hypothesis.terms)
+        return sampled or any(effect.must_prove(term, self.problem.signals) for effect, term in named)
 
     def _grown(self, beam: Sequence[Hypothesis], tries: int) -> list[Hypothesis]:
         """The hypotheses of the beam, each with one more effect; one for each set of names, best first.
