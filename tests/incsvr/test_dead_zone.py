@@ -45,8 +45,7 @@ STAIRS = np.tile(np.repeat([0.25, 0.0, -0.25, 0.5, 0.0, -0.5, 1.0, 0.0, -1.0, 0.
 FOUR = np.repeat(np.random.default_rng(6).choice([-1.0, -0.55, 0.55, 1.0], 260), 150)
 
 
-@pytest.mark.parametrize("half", [0.3, 1.0])
-@pytest.mark.parametrize("course", [STAIRS, FOUR], ids=["stairs", "four levels"])
+@pytest.mark.parametrize(("course", "half"), [(STAIRS, 0.3), (FOUR, 1.0)], ids=["stairs", "four levels"])
 def test_a_band_is_told_under_a_few_levels(course: Array, half: float) -> None:
     """The levels' distance is none of the torque's resolution: a narrower band is looked for, too. Where every level
     loses the same, a thrust curve and another inertia together pass for it, and each of them alone is told to."""
