@@ -23,13 +23,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.live_missions import EFFECTS, HOUR, configured, drawn
+from benchmarks.live_missions import EFFECTS, HOUR, between, configured, drawn
 from benchmarks.provenance import provenance, publish
 from benchmarks.tables import table
 from benchmarks.trace_judge import interval
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.shadow import Streams, as_run, compare
+from incsvr.shadow import as_run, compare
 from incsvr.tracing.forward.candidates import admissible, starts
 from incsvr.tracing.forward.fit import fit
 from incsvr.tracing.forward.grid import Grid, cells
@@ -39,6 +39,7 @@ from incsvr.tracing.forward.validation import model_of
 from service.config import Config
 from service.progress import progress
 from simulator.missions import play
+from simulator.recordings import Streams
 
 RESULTS = Path(__file__).parent / "results"
 WINDOW, TRIAL = 600.0, 300.0
@@ -68,8 +69,8 @@ def examine(seed: int) -> list[Record]:
 def _bet(name: str, streams: Streams, config: Config) -> tuple[float, int]:
     most, earlier, trials = 0.0, 0.0, 0
     for fresh in np.arange(WINDOW, HOUR - TRIAL + 1.0, TRIAL).tolist():
-        effects = _fitted(name, _cut(streams, fresh - WINDOW, fresh), config)
-        data = _cut(streams, fresh - TRIAL, fresh + TRIAL)
+        effects = _fitted(name, between(streams, fresh - WINDOW, fresh), config)
+        data = between(streams, fresh - TRIAL, fresh + TRIAL)
         found = compare(data, fresh, config.signal_settings(), config.learner_settings(), None, effects)
         if not found.turned:
             continue
@@ -93,10 +94,6 @@ def _fitted(name: str, streams: Streams, config: Config) -> Compensation:
     if not leads:
         raise BadInput(f"{name} has no start in these data")
     return Compensation.of(model_of(grid, settled(grid, base, max(leads, key=lambda lead: lead.gain).part)))
-
-
-def _cut(streams: Streams, begins: float, ends: float) -> Streams:
-    return {name: (t[here], v[here]) for name, (t, v) in streams.items() if (here := (t >= begins) & (t < ends)).any()}
 
 
 def report(document: Mapping[str, Any]) -> str:

@@ -112,11 +112,15 @@ def _mission(seed: int, hidden: bool) -> Record:
     return record
 
 
+def between(streams: Streams, begins: float, ends: float) -> Streams:
+    """What came from one time to another [s]; a stream that has nothing there is left out."""
+    return {name: (t[here], v[here]) for name, (t, v) in streams.items() if (here := (t >= begins) & (t < ends)).any()}
+
+
 def _alone(mission: Mission, streams: Streams, inertia: float) -> bool | None:
     """Whether a trace of the ten minutes after the onset, and of nothing else, names what came on, or has it in its
     class: what the data hold, whatever is made of them live. None where the tracer refuses them."""
-    begins, ends = mission.onset, mission.onset + IN_TIME
-    ten = {name: (t[(t >= begins) & (t < ends)], v[(t >= begins) & (t < ends)]) for name, (t, v) in streams.items()}
+    ten = between(streams, mission.onset, mission.onset + IN_TIME)
     try:
         found = trace([as_run(ten)], inertia=inertia)
     except BadInput:

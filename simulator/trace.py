@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from importlib import import_module
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -58,9 +62,20 @@ def run(args: argparse.Namespace) -> int:
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
     if args.report:
-        import_module(REPORT_WRITER).write(found, args.report, axis)
+        import_module(REPORT_WRITER).write(found, args.report, axis, _made(args))
     emit(args, {**found.to_dict(), "axis": axis.name, **others.to_dict()}, said(axis, text(found)))
     return 0
+
+
+def _made(args: argparse.Namespace) -> dict[str, str]:
+    """What a report was made of and how, for who finds it in a folder."""
+    named = {"recordings": args.recordings, "validated on": args.validate}
+    return {
+        **{name: ", ".join(path.name for path in paths) for name, paths in named.items() if paths},
+        "command": shlex.join(["incsvr", *sys.argv[1:]]),
+        "software": f"incsvr {version('incsvr')}, numpy {version('numpy')}, scipy {version('scipy')}",
+        "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    }
 
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
@@ -17,6 +18,8 @@ from incsvr.tracing.run import Run
 from simulator.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write
+from viewer.report.charts import told_apart
+from viewer.report.derivatives import derivatives
 
 
 class Text(HTMLParser):
@@ -42,6 +45,32 @@ def found() -> Trace:
     columns = dict(outcome.recording.columns)
     run = Run("run", outcome.recording.time, columns.pop("yaw_rate"), columns.pop("torque"), columns)
     return trace([run], inertia=outcome.inertia)
+
+
+def test_the_report_says_what_it_was_made_of_and_the_derivatives(found: Trace, tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    write(found, path, made={"recordings": "run.csv", "command": "incsvr trace run.csv --inertia 350"})
+    text = path.read_text(encoding="utf-8")
+    for said in ("run.csv", "incsvr trace run.csv --inertia 350", "I − N_r\u0307", "prefers-color-scheme: dark"):
+        assert said in text
+    (linear, quadratic, inertia), (slowest, fastest) = derivatives(found)
+    rate = np.linspace(slowest, fastest, 41)
+    curve = linear.value * rate + quadratic.value * rate * np.abs(rate)
+    away = np.sqrt(np.mean((curve - found.model.damping_at(rate)) ** 2))
+    assert away < 0.1 * np.sqrt(np.mean(curve**2))
+    for each in (linear, quadratic):
+        assert each.interval is not None
+        assert each.interval[0] < each.value < each.interval[1]
+    assert (inertia.value, inertia.interval) == (found.inertia, None)
+    assert [each.symbol for each in derivatives(found, AXES["sway"])[0]] == ["Y_v", "Y_v|v|", "m − Y_v\u0307"]
+
+
+def test_a_channel_is_shown_where_there_is_something_to_see() -> None:
+    random = np.random.default_rng(1)
+    channels = {"yaw_rate": random.normal(size=900), "sway": random.normal(size=900), "depth": random.normal(size=900)}
+    after = random.normal(size=900)
+    shown, flat = told_apart(channels, after + 2.0 * channels["sway"], after)
+    assert ([*shown], flat) == (["yaw_rate", "sway"], ("depth",))
 
 
 def test_the_report_is_one_file_that_says_what_was_found(found: Trace, tmp_path: Path) -> None:

@@ -46,12 +46,28 @@ UNITS = {
     "time": "time t [s]",
 }
 BINS = 24
+VISIBLE = 0.3  # of a residual's deviation: less is hidden within the shaded half of its samples
 LONGEST_POLYLINE = 1500  # points of a line: more than a page can show, few enough for a small file
 
 
-def residual_against(depends: Mapping[str, Array], before: Array, after: Array, axis: Axis = YAW) -> str:
-    """Mean residual, binned over each quantity of `depends`, with the middle half of the samples shaded."""
-    shown = {name: x for name, x in depends.items() if np.isfinite(x).any() and np.nanstd(x) > 0.0}
+def told_apart(depends: Mapping[str, Array], before: Array, after: Array) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """What there is something to see against, and the names of the rest.
+
+    Rate, torque, heading and time are always shown, another channel where the bins' medians of either residual vary by
+    more than VISIBLE of that residual.
+    """
+    moving = {name: x for name, x in depends.items() if np.isfinite(x).any() and np.nanstd(x) > 0.0}
+    flat = [
+        name
+        for name, x in moving.items()
+        if name not in UNITS
+        and all(np.std(_binned(x, each, _edges(x))[2]) < VISIBLE * np.nanstd(each) for each in (before, after))
+    ]
+    return {name: x for name, x in moving.items() if name not in flat}, tuple(flat)
+
+
+def residual_against(shown: Mapping[str, Array], before: Array, after: Array, axis: Axis = YAW) -> str:
+    """Median residual, binned over each of these quantities, with the middle half of the samples shaded."""
     rows = -(-len(shown) // 3)
 
     def draw(figure: Figure) -> None:

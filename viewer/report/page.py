@@ -14,7 +14,8 @@ from incsvr.plant.words import said
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.sentences import chance
-from viewer.report.charts import damping_curves, free_runs, residual_against, torque_split
+from viewer.report.charts import damping_curves, free_runs, residual_against, told_apart, torque_split
+from viewer.report.derivatives import derivatives
 
 # The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.
 SUFFIXES = (
@@ -37,8 +38,8 @@ HEADLINES = {
 }
 
 
-def page(found: Trace, axis: Axis = YAW) -> str:
-    """The whole document, in the words and units of an axis."""
+def page(found: Trace, axis: Axis = YAW, made: Mapping[str, str] | None = None) -> str:
+    """The whole document, in the words and units of an axis; `made` says what it was made of, and how."""
 
     def told(text: str) -> str:
         return said(axis, text)
@@ -49,6 +50,8 @@ def page(found: Trace, axis: Axis = YAW) -> str:
     pictures = found.pictures
     environment.filters["told"] = told
     rate = pictures.depends["yaw_rate"]
+    coefficients, driven = derivatives(found, axis)
+    seen, flat = told_apart(pictures.depends, pictures.residual_before, pictures.residual_after)
     return environment.get_template("page.html.j2").render(
         found=found,
         headline=_headline(found),
@@ -62,7 +65,13 @@ def page(found: Trace, axis: Axis = YAW) -> str:
         ],
         floor=number(found.error["floor"]["torque_rmse"]),
         validated_on=_validated_on(found),
-        residual=Markup(residual_against(pictures.depends, pictures.residual_before, pictures.residual_after, axis)),
+        made=made or {},
+        derivatives=[
+            (each.symbol, number(each.value), _between(each.interval), told(each.unit)) for each in coefficients
+        ],
+        driven=[number(each) for each in driven],
+        flat=[name.replace("_", " ") for name in flat],
+        residual=Markup(residual_against(seen, pictures.residual_before, pictures.residual_after, axis)),
         free_run=Markup(free_runs(pictures.before, pictures.after, found.model.scale, axis)),
         damping=Markup(damping_curves(found.declared_model, found.model, rate[np.isfinite(rate)], axis)),
         split=Markup(torque_split(pictures.ledger, axis)),
@@ -76,6 +85,10 @@ def _headline(found: Trace) -> str:
     if not found.beats_zero:
         return "The model predicts no better than a rate of zero"
     return HEADLINES.get(found.verdict) or f"The model lacks {_listed([f.effect for f in found.effects])}"
+
+
+def _between(interval: tuple[float, float] | None) -> str:
+    return "declared" if interval is None else f"{number(interval[0])} to {number(interval[1])}"
 
 
 def number(value: float, sign: str = "") -> str:
