@@ -1,4 +1,4 @@
-"""The hydrodynamic derivatives of a traced model, with intervals: of yaw N_r, N_{r|r|} and I − N_ṙ, in SNAME's letters."""
+"""Hydrodynamic derivatives of a traced model, with intervals: of yaw N_r, N_{r|r|} and I − N_ṙ, in SNAME's letters."""
 
 from __future__ import annotations
 
