@@ -87,7 +87,8 @@ class ChangingOver:
             return why
         self.watch_over(live.effects)
         self.say()
-        self.disk_first.iteration(outcome)
+        if outcome is not None:  # else nothing was ever learned; the ledger, which follows, brings it to the disk
+            self.disk_first.iteration(outcome)
         return None
 
     def say(self) -> None:

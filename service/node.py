@@ -129,19 +129,19 @@ class LearnerNode:
 
     def relearn(
         self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf
-    ) -> Outcome:
+    ) -> Outcome | None:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
 
         What came before the time `since` [s], when the vehicle may have been without them, is left out.
 
         The new learner is built beside the old one, which is served until one revision leads from the one to the other.
         Its batch is the one that was learned last, and its iteration counts on. Where the recent data teach nothing, as
-        while a heading is held, what was learned before them stands, and what comes is freed of the effects. Call it
-        from the thread that learns.
+        while a heading is held, what was learned before them stands, and what comes is freed of the effects. Where
+        nothing was learned before them either, there is nothing to publish: the first model will hold the effects. Call
+        it from the thread that learns.
 
         Raises:
-            BadInput: the recent data fill no batch, nothing was ever learned, or the learner refuses them. Whatever is
-                raised, all is as it was.
+            BadInput: the recent data fill no batch, or the learner refuses them. Whatever is raised, all is as it was.
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
         # What was put aside is learned, too: with these effects it may be as sound as it was before.
@@ -157,11 +157,13 @@ class LearnerNode:
         new = self._iterated(guarded, last, findings, validation)
         if not new.served.model.is_trained and self.served.model.is_trained:
             new = self._iterated(self._guarded, last, findings, validation)
-        if not new.served.model.is_trained:
-            raise BadInput("the recent data hold too little motion to learn from")
         self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
+        if not new.served.model.is_trained:
+            self._keep(new)
+            self.served = replace(self.served, effects=findings)
+            return None
         return self._adopt(new)
 
     def tell(

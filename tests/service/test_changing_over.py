@@ -111,9 +111,34 @@ def test_where_the_recent_data_teach_nothing_the_learned_curve_stands(tmp_path: 
     before = node.latest()
     assert before is not None
     after = node.relearn(taken_up(found, leng.INERTIA, (), "a test"), {})
+    assert after is not None
     assert "torque_lag" in after.report.batch.parts
     assert after.snapshot.support == before.support
     assert after.snapshot.revision == before.revision + 1
+
+
+def test_before_anything_is_learned_effects_come_into_force_and_the_first_model_holds_them(tmp_path: Path) -> None:
+    write_trace(tmp_path / "trace.json")
+    found = json.loads((tmp_path / "trace.json").read_text(encoding="utf-8"))
+    found["effects"] = [{"effect": "torque_lag"}]
+    config = configured(tracing__live=True, tracing__window=240.0, tracing__proof=90.0)
+    node, effects = LearnerNode(config, boot=""), taken_up(found, leng.INERTIA, (), "a test")
+    held = 0.1 * np.arange(1500, dtype=np.float64)
+    waits = np.random.default_rng(1).normal(0.0, 1e-4, held.size)
+    for name, value in {"yaw_rate": waits, "torque": -1000.0 * waits}.items():
+        node.push(name, held, value)
+    assert not learned(node)
+    assert node.relearn(effects, {}) is None
+    assert node.latest() is None
+    assert [each["effect"] for each in node.served.effects] == ["torque_lag"]
+    restarted = LearnerNode(config, boot="", memory=node.memory(whole=True), effects=effects)
+    run = recording(3, 200.0)
+    pushed([node, restarted], Recording(run.name, run.time + 151.0, run.columns))
+    first = learned(node)[0]
+    assert first.snapshot == learned(restarted)[0].snapshot
+    assert first.snapshot.revision == 1
+    assert [each["effect"] for each in first.snapshot.effects] == ["torque_lag"]
+    assert "torque_lag" in first.report.batch.parts
 
 
 def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(

@@ -172,6 +172,7 @@ def test_taught_again_it_is_the_learner_that_had_the_effects_from_the_beginning(
         pass
     before = taught.served
     after = taught.relearn(effects, {})
+    assert after is not None
     assert (after.snapshot.revision, after.snapshot.iteration) == (before.revision + 1, before.iteration + 1)
     assert after.snapshot.support == outcomes[-1].snapshot.support
     assert after.report.batch == outcomes[-1].report.batch

@@ -42,7 +42,10 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> list[IterationReport]:
     told = []
     while (outcome := node.learn()) is not None:
         told.append(outcome.report)
-    told += [node.relearn(taken_up(each, leng.INERTIA, (), "a test"), {}).report for each in (found, late)]
+    for each in (found, late):
+        again = node.relearn(taken_up(each, leng.INERTIA, (), "a test"), {})
+        assert again is not None
+        told.append(again.report)
     for name, (t, value) in streams.items():
         node.push(name, t[t >= 90.7], value[t >= 90.7])
     last = node.learn()
