@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -37,19 +38,21 @@ def samples(
     for k, t in enumerate(time.tolist()):
         asked = ask(t)
         rate[k] = r + 0.0005 * rng.normal()
-        torque[k] = float(leng.damping(np.array([asked]))[0]) + gain * (asked - rate[k])
+        torque[k] = leng.damping(asked) + gain * (asked - rate[k])
         for kick in rng.normal(size=10):
             water = kept * water + WATER * np.sqrt(1.0 - kept**2) * kick
-            r += PERIOD / 10.0 / INERTIA * (torque[k] + water - float(leng.damping(np.array([r]))[0]))
+            r += PERIOD / 10.0 / INERTIA * (torque[k] + water - leng.damping(r))
     settings = SignalSettings(inertia=declared, smoothing=0.3, gap=0.5, sample_period=1.0, lateness=0.0)
     return synchronise(settings, {"yaw_rate": (time, rate), "torque": (time, torque)})[0]
 
 
+@cache
 def holding(seconds: float = 600.0, seed: int = 1, declared: float = INERTIA) -> Samples:
     """A heading is held: all motion is the water's, and the torque answers it."""
     return samples(lambda t: 0.0, 400.0, seconds=seconds, seed=seed, declared=declared)
 
 
+@cache
 def surveying(seconds: float = 1200.0, seed: int = 2) -> Samples:
     """Legs of 80 s, then turns of 20 s at 0.12 or 0.2 rad/s, to and fro."""
 

@@ -17,9 +17,9 @@ from simulator.recordings import Recording, write
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The first 60 s of Leng's T1, and the same of a vehicle a hundredth as heavy that turns four times as fast."""
+    """The first 40 s of Leng's T1, and the same of a vehicle a hundredth as heavy that turns four times as fast."""
     folder, whole = tmp_path_factory.mktemp("tune"), leng.recording("T1", 3100)
-    few = whole.time < 60.0
+    few = whole.time < 40.0
     columns = {name: values[few] for name, values in whole.columns.items()}
     slow, quick = folder / "slow.csv", folder / "quick.csv"
     write(slow, Recording("slow", whole.time[few], columns))
