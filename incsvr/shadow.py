@@ -32,8 +32,9 @@ from incsvr.tracing.weak.grid import on_fine_grid
 from incsvr.tracing.weak.weak_form import SUBSTEPS
 from incsvr.verdict import Comparison
 
-FEWEST_BEFORE = 10.0
-"""Time scales of the motion that the data before must last: a damping of eight knots is told from them."""
+FEWEST_BEFORE = 100
+"""Cells of data before the fresh data, ten for each coefficient of damping and noise: below it nothing is determined.
+How well they are known the bets show; time scales would refuse who keeps a rate for minutes."""
 STILL = 0.2
 """A vehicle that turns less than this part of what it did before tells nothing of its effects."""
 SCALES = 4.0
@@ -123,10 +124,10 @@ def _forecasts(streams: Streams, fresh: float, without: Compensation | None, eff
     names = [name for name in run.channels if name in wanted or name == HEADING]
     grid = cells([run], model.inertia, names)
     ends = int(np.searchsorted(grid.signals.time, fresh))
-    if ends * grid.cell < FEWEST_BEFORE * model.scale:
+    if ends < FEWEST_BEFORE:
         raise BadInput(
             f"{ends * grid.cell:.3g} s of data came before the fresh data, too few to learn the damping from: "
-            f"{FEWEST_BEFORE * model.scale:.3g} s are needed"
+            f"{FEWEST_BEFORE * grid.cell:.3g} s are needed"
         )
     known = [slice(a, min(b, ends)) for a, b in pairwise(grid.starts.tolist()) if a < ends]
     before = grid.pieces(known)

@@ -79,7 +79,7 @@ def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
 
 def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
     with pytest.raises(BadInput, match="too few to learn the damping from"):
-        compare(streams, 9.0, SignalSettings(), Settings(), None, TRUE)
+        compare(streams, 1.0, SignalSettings(), Settings(), None, TRUE)
 
 
 @pytest.mark.parametrize(
