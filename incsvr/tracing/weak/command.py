@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +12,13 @@ from incsvr.effects import Signals
 from incsvr.tracing.run import Array
 from incsvr.tracing.weak.levels import as_levels, at_rest, shared
 from incsvr.tracing.weak.noise import JUMP, differences
-from incsvr.tracing.weak.sweeps import as_sweeps
-from incsvr.tracing.weak.tones import as_tones
 from incsvr.tracing.weak.weak_form import Blocks
 
 ORDER = 6
 """Blocks from which a moving command is predicted."""
 
 RECORDED = 0.2
-"""Part of the torque that may stand in a parametric command as it was recorded."""
+"""Part of the torque that may stand in levels as it was recorded."""
 
 LASTING = 1.25
 """By which levels may miss more of the torque than what is predicted: that follows a noise that lasts, too."""
@@ -39,10 +36,6 @@ AFTER = 3
 FEWEST = 100
 """Differences from which that is told."""
 
-TOGETHER, SLOWLY, SIGNIFICANT = 16, 0.25, 3.0
-"""Blocks over whose means the motion answers what moves slowly; of that the part beyond which it is no noise, and
-standard errors that it must be from nothing. Of controllers' answers it was 0.45 and more, of noise 0.08 at most."""
-
 
 @dataclass(frozen=True, slots=True)
 class Command:
@@ -52,19 +45,16 @@ class Command:
         smoothed_torque: (n,) the torque without what is noise within a block, its steps kept [N m].
         predicted_torque: (n_b,) the torque of each block as predicted from earlier blocks [N m].
         stays: whether it stays between its jumps.
-        parametric_command: (n,) its few tones or its levels, told from the whole run [N m]; None where it moves as it
-            likes.
-        exact: whether next to none of the torque's noise is left in that: of a level as much stays as lasts with it, if
+        levels: (n,) its levels, told from the whole run [N m]; None where it moves as it likes.
+        exact: whether next to none of the torque's noise is left in them: of a level as much stays as lasts with it, if
             the command does not come back to it.
-        steps: whether it is of levels.
     """
 
     smoothed_torque: Array
     predicted_torque: Array
     stays: bool
-    parametric_command: Array | None
+    levels: Array | None
     exact: bool
-    steps: bool = False
 
 
 def as_given(signals: Signals, blocks: Blocks) -> Command:
@@ -72,46 +62,33 @@ def as_given(signals: Signals, blocks: Blocks) -> Command:
     return Command(signals.torque, blocks.mean(signals.torque), False, signals.torque, True)
 
 
-def estimated_command(signals: Signals, blocks: Blocks, before: Command | None = None) -> Command:
-    """The command that explains most of the torque; `before` is what was told of it in less noise: it is of that kind,
-    or of none that can be told.
-    """
+def estimated_command(signals: Signals, blocks: Blocks) -> Command:
+    """The command as the torque tells it: by levels where they explain it about as well as its own past does."""
     torque = blocks.mean(signals.torque)
-    predicted_torque, stays = predict_torque(torque, blocks, None if before is None else before.stays)
-    parametric_command: Array | None = None
-    least, steps = _missed(torque, predicted_torque), False
-    levels = as_levels(signals)
-    guesses = [(levels, True)] if before is None or before.steps else []
-    if before is None or (before.parametric_command is not None and not before.steps):
-        guesses += [(as_tones(signals, blocks), False), (as_sweeps(signals), False)]
-    for found, of_levels in guesses:
-        missed = float(np.mean(np.abs(torque - blocks.mean(found))))
-        allowed = LASTING * least if of_levels else least
-        if missed < allowed and np.mean(found == signals.torque) < RECORDED:
-            parametric_command, least, steps = found, min(missed, least), of_levels
+    predicted_torque, stays = predict_torque(torque, blocks)
+    stairs = as_levels(signals)
+    few = np.mean(stairs == signals.torque) < RECORDED
+    allowed = LASTING * _missed(torque, predicted_torque)
+    levels = stairs if few and np.mean(np.abs(torque - blocks.mean(stairs))) < allowed else None
     pieces = [median_filter(signals.torque[run], blocks.size | 1, mode="nearest") for run in signals.runs()]
-    smoothed_torque = np.concatenate(pieces)
+    smoothed_torque, again = np.concatenate(pieces), None
     if stays:
-        rests = at_rest(signals, levels)
-        parametric_command = np.where(rests, 0.0, levels) if parametric_command is levels else parametric_command
+        rests = at_rest(signals, stairs)
+        levels = None if levels is None else np.where(rests, 0.0, levels)
         smoothed_torque = np.where(rests, 0.0, smoothed_torque)
         predicted_torque = np.where(blocks.mean(rests.astype(np.float64)) == 1.0, 0.0, predicted_torque)
-    again = shared(parametric_command) if stays and steps and parametric_command is not None else None
+        again = None if levels is None else shared(levels)
     if again is not None:
-        parametric_command, smoothed_torque, predicted_torque = again, again, blocks.mean(again)
-    exact = parametric_command is not None and (not steps or again is not None)
-    return Command(smoothed_torque, predicted_torque, stays, parametric_command, exact, steps)
+        levels, smoothed_torque, predicted_torque = again, again, blocks.mean(again)
+    return Command(smoothed_torque, predicted_torque, stays, levels, again is not None)
 
 
-def predict_torque(torque: Array, blocks: Blocks, stays: bool | None = None) -> tuple[Array, bool]:
+def predict_torque(torque: Array, blocks: Blocks) -> tuple[Array, bool]:
     """(n_b,) each block's mean torque as predicted from earlier blocks; its own where the command has just jumped.
 
     A command that moves is predicted by least squares from six blocks, one that stays between its jumps by the mean
     since the last: whichever misses less. The block just before is never looked at: it shares an edge, and its noise,
     with the next.
-
-    Args:
-        stays: whether the command stays between its jumps, where that is known.
 
     Returns:
         the torque predicted, and whether the command stays.
@@ -120,7 +97,7 @@ def predict_torque(torque: Array, blocks: Blocks, stays: bool | None = None) -> 
     moving = _moving(torque, position)
     limit = JUMP * 1.4826 * min(float(np.median(np.abs(torque - moving))), _usual_change(torque, position))
     staying, moving = _since_jump(torque, position, limit), np.where(np.abs(torque - moving) > limit, torque, moving)
-    stays = _missed(torque, staying, limit) <= _missed(torque, moving, limit) if stays is None else stays
+    stays = _missed(torque, staying, limit) <= _missed(torque, moving, limit)
     return (staying if stays else moving), stays
 
 
@@ -153,29 +130,6 @@ def is_noise(blocks: Blocks, beside: Array, residual: Array) -> bool:
     noise = float(np.mean((answered - late @ slopes) ** 2))
     standard_error = float(np.sqrt(noise * np.sum(np.linalg.inv(normal))))
     return float(np.sum(slopes)) < DRIVES or standard_error > DRIVES
-
-
-def answers_slowly(blocks: Blocks, beside: Array, residual: Array) -> bool:
-    """Whether the motion answers the slow part of what the torque holds beside a command of tones, (n_b,).
-
-    Tones are as large from end to end. Where a controller makes up for what slowly grows, or for what moves with
-    another channel, they are not what it asked for: that is in the torque, the motion follows it, and without it the
-    free run goes wrong by the true effect. Beside the noise of single blocks it is small, in the mean over many it is
-    not.
-    """
-    ends = [(a, a + (b - a) // TOGETHER * TOGETHER) for a, b in pairwise(blocks.start.tolist())]
-
-    def slow(values: Array) -> Array:
-        return np.concatenate([values[a:b].reshape(-1, TOGETHER).mean(axis=1) for a, b in ends])
-
-    slow_torque, answered = slow(beside), slow(beside - residual)
-    slow_torque, answered = slow_torque - slow_torque.mean(), answered - answered.mean()
-    square = float(slow_torque @ slow_torque)
-    if slow_torque.size < FEWEST // TOGETHER or square <= 0.0:
-        return False
-    part = float(slow_torque @ answered) / square
-    standard_error = float(np.sqrt(np.mean((answered - part * slow_torque) ** 2) / square))
-    return part > max(SLOWLY, SIGNIFICANT * standard_error)
 
 
 def _moving(torque: Array, position: NDArray[np.intp]) -> Array:

@@ -134,7 +134,7 @@ def pose_like(
     signals = replace(
         signals, inertia=s.inertia, scale=s.scale, block=s.block, origin=s.origin, gyro=s.gyro,
         torque_noise_fraction=s.torque_noise_fraction, acceleration=acceleration,
-        known=s.known and command.parametric_command is not None,
+        known=s.known and command.levels is not None,
     )  # fmt: skip
     y = blocks.mean(signals.torque) - s.inertia * blocks.slope(signals.ends)
     like = replace(

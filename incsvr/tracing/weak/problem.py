@@ -8,7 +8,7 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.tracing.run import Array
-from incsvr.tracing.weak.command import Command, answers_slowly, is_noise
+from incsvr.tracing.weak.command import Command, is_noise
 from incsvr.tracing.weak.damping import Damping
 from incsvr.tracing.weak.disturbance_response import DisturbanceResponse, disturbance_response
 from incsvr.tracing.weak.feedback import controller_gain
@@ -74,14 +74,10 @@ class Problem:
         return in_line > 0.9 * total
 
     def knows_command(self, residual: Array) -> bool:
-        """Whether the torque is a parametric command, noise and no controller's answer, as a residual (n_b,) tells."""
-        if self.command.parametric_command is None or self.closed_loop:
+        """Whether the torque is levels, noise and no controller's answer, as a residual (n_b,) tells."""
+        if self.command.levels is None or self.closed_loop:
             return False
-        beside = self.blocks.mean(self.signals.torque - self.command.parametric_command)
-        # a controller answers at every instant: what stays between its jumps is no answer of one
-        if not self.command.steps and answers_slowly(self.blocks, beside, residual):
-            return False
-        return is_noise(self.blocks, beside, residual)
+        return is_noise(self.blocks, self.blocks.mean(self.signals.torque - self.command.levels), residual)
 
     def noisy(self, fitted: Fit) -> Array:
         """(64,) the torque's white noise in parts of the residual's spectrum, from zero to π/T_b [rad/s]."""

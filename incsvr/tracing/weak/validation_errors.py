@@ -72,8 +72,8 @@ def _averaged(values: Array, block: NDArray[np.intp], count: int) -> Array:
 
 def _driving(problem: Problem) -> Signals:
     """What drives a free run: the torque, or the command where it is known what of the torque is but noise."""
-    s, parametric_command = problem.signals, problem.command.parametric_command
-    return replace(s, torque=parametric_command) if s.known and parametric_command is not None else s
+    s, levels = problem.signals, problem.command.levels
+    return replace(s, torque=levels) if s.known and levels is not None else s
 
 
 def torque_errors(fitted: Problem, problem: Problem, hypothesis: Hypothesis) -> Array:

@@ -47,7 +47,7 @@ class Views:
         # what of the residual is torque noise, n = f u with its fraction f, and what turned the vehicle, w = (f − 1) u
         self._driven = (1.0 - noise_fraction) * residual
         command = problem.command
-        self._known = command.parametric_command if s.known else None
+        self._known = command.levels if s.known else None
         known = self._known if command.exact else None
         self._command = s.torque - noise_fraction * residual if known is None else known
         given = (s.torque if known is None else known) - lost

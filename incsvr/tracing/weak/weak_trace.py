@@ -200,9 +200,8 @@ def _command(problem: Problem) -> tuple[str, ...]:
     """The note that something else than the recorded torque drove the free runs of these recordings; else empty."""
     if not problem.signals.known:
         return ()
-    what = "levels" if problem.command.steps else "tones or a sweep"
     return (
-        f"the torque is a command of {what} with noise on it that no turn is seen to follow: free runs are driven "
+        "the torque is a command of levels with noise on it that no turn is seen to follow: free runs are driven "
         "by the command",
     )
 
