@@ -132,7 +132,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "pipeline", "aligned", _linear, watched=False)
     ],
     "weak: a controller's answer": [Patch(WEAK + "problem", "Problem.feedback_beside", lambda *_, **__: 0.0)],
-    "weak: known command": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
+    "weak: a command of levels behind the noise": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
     "weak: levels that a command comes back to": [Patch(WEAK + "command", "shared", lambda _: None)],
     "weak: Jacobian of what answers the noise": [
         Patch(WEAK + "whitening", "answering", lambda *_: [], watched=False),

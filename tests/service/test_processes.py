@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import queue
 import signal
 import socket
@@ -15,7 +14,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import psutil
 import pytest
 import zenoh
 
@@ -24,7 +22,6 @@ from service.session import connecting, free_endpoint, open_session
 from simulator import leng
 from simulator.player import messages, play
 from tests.service.conftest import PATIENCE, teach
-from tests.viewer.readback import every
 
 KEYS = wire.Keys("leng/yaw")
 
@@ -203,74 +200,6 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
     assert reply.rate == (0.1, -0.2)
     assert reply.damping[0] > 0.0 > reply.damping[1]
     assert b"damping [N m]" in said
-
-
-def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
-    done = subprocess.run(
-        command("demo", "--speed", "60", "--seed", "900000", "--out", str(tmp_path), "--json", "-"),
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-    )
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
-    assert result["iterations_without_hull"] == 14
-    assert result["iterations"] == 25
-    assert len(result["mae_per_iteration"]["V1"]) == 25
-    rows = {(row["regressor"], row["validation"]): row for row in result["table1"]["rows"]}
-    for served, regressor in zip(result["served"], ("IncSVR1", "IncSVR2"), strict=True):
-        row = rows[regressor, served["validation"]]
-        assert served["mae"] < 1.5 * row["paper"]["mae"]
-        # The learner on the bus is the table's; what it serves differs where it continues beyond its range, for the
-        # better, by up to a twentieth.
-        assert 0.92 * row["mae"] < served["mae"] < 1.02 * row["mae"]
-        assert served["support_vectors"] == row["support_vectors"]
-        assert f"{regressor} on {served['validation']}" in done.stderr
-        assert f"{regressor} (weighted) on {served['validation']}" in done.stderr
-    assert "B1 on V2" in done.stderr
-    act = result["underway"]
-    assert act["truth"]["effect"] == "dead_zone"
-    assert act["right"]
-    (finding,) = (each for each in act["found"] if each["effect"] == "dead_zone")
-    steps = [step for step in act["history"] if step["effect"] == "dead_zone"]
-    assert steps[0]["step"] == "suspected"
-    assert steps[0]["t"] > act["truth"]["since"]
-    if finding["state"] == "proven":
-        assert finding["error"]["after"]["torque_rmse"] < finding["error"]["before"]["torque_rmse"]
-        assert finding["error"]["after"]["free_run_rmse"] < finding["error"]["before"]["free_run_rmse"]
-    assert act["served_effects"] == []
-    ledger = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")[-1]
-    assert f"## Dead zone ({finding['state']})" in ledger
-    said = done.stderr
-    assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Only now the simulator tells")
-    assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80
-    assert not still_running(str(tmp_path))
-
-
-def test_ctrl_c_ends_the_demo_and_all_it_started(tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        command("demo", "--speed", "1", "--out", str(tmp_path)), stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    assert process.stdout is not None
-    with process:
-        assert b"playing T1 and T2" in process.stdout.readline()
-        assert still_running(str(tmp_path))
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 1
-    assert b"nothing is left running" in said
-    assert not still_running(str(tmp_path))
-
-
-def still_running(mark: str) -> list[str]:
-    """Processes whose command line holds a mark of ours."""
-    found = []
-    for process in psutil.process_iter(["cmdline"]):
-        words = " ".join(process.info["cmdline"] or ())
-        if mark in words and process.pid != os.getpid():
-            found.append(words)
-    return found
 
 
 def test_a_player_and_a_learner_find_each_other_in_any_order(endpoint: str, tmp_path: Path) -> None:

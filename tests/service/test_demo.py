@@ -1,0 +1,83 @@
+"""The demo as a process: what it plays, prints and leaves."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import psutil
+
+from tests.service.conftest import PATIENCE
+from tests.service.test_processes import command
+from tests.viewer.readback import every
+
+
+def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
+    done = subprocess.run(
+        command("demo", "--speed", "60", "--seed", "900000", "--out", str(tmp_path), "--json", "-"),
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["iterations_without_hull"] == 14
+    assert result["iterations"] == 25
+    assert len(result["mae_per_iteration"]["V1"]) == 25
+    rows = {(row["regressor"], row["validation"]): row for row in result["table1"]["rows"]}
+    for served, regressor in zip(result["served"], ("IncSVR1", "IncSVR2"), strict=True):
+        row = rows[regressor, served["validation"]]
+        assert served["mae"] < 1.5 * row["paper"]["mae"]
+        # The learner on the bus is the table's; what it serves differs where it continues beyond its range, for the
+        # better, by up to a twentieth.
+        assert 0.92 * row["mae"] < served["mae"] < 1.02 * row["mae"]
+        assert served["support_vectors"] == row["support_vectors"]
+        assert f"{regressor} on {served['validation']}" in done.stderr
+        assert f"{regressor} (weighted) on {served['validation']}" in done.stderr
+    assert "B1 on V2" in done.stderr
+    act = result["underway"]
+    assert act["truth"]["effect"] == "dead_zone"
+    assert act["right"]
+    (finding,) = (each for each in act["found"] if each["effect"] == "dead_zone")
+    steps = [step for step in act["history"] if step["effect"] == "dead_zone"]
+    assert steps[0]["step"] == "suspected"
+    assert steps[0]["t"] > act["truth"]["since"]
+    if finding["state"] == "proven":  # by its forecasts: over a few minutes these errors need not be less
+        before, after = (finding["error"][when]["torque_rmse"] for when in ("before", "after"))
+        assert f"torque {before:.3g} → {after:.3g} N m" in " ".join(done.stderr.split())
+    assert act["served_effects"] == []
+    ledger = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")[-1]
+    assert f"## Dead zone ({finding['state']})" in ledger
+    said = done.stderr
+    assert said.index("Third act") < said.index("suspected: dead_zone") < said.index("Only now the simulator tells")
+    assert max(map(len, done.stderr.replace(str(tmp_path), "out").splitlines())) <= 80
+    assert not still_running(str(tmp_path))
+
+
+def test_ctrl_c_ends_the_demo_and_all_it_started(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        command("demo", "--speed", "1", "--out", str(tmp_path)), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    with process:
+        assert b"playing T1 and T2" in process.stdout.readline()
+        assert still_running(str(tmp_path))
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1
+    assert b"nothing is left running" in said
+    assert not still_running(str(tmp_path))
+
+
+def still_running(mark: str) -> list[str]:
+    """Processes whose command line holds a mark of ours."""
+    found = []
+    for process in psutil.process_iter(["cmdline"]):
+        words = " ".join(process.info["cmdline"] or ())
+        if mark in words and process.pid != os.getpid():
+            found.append(words)
+    return found
