@@ -34,7 +34,7 @@ from incsvr.verdict import Comparison
 
 FEWEST_BEFORE = 100
 """Cells of data before the fresh data, ten for each coefficient of damping and noise: below it nothing is determined.
-How well they are known the bets show; time scales would refuse who keeps a rate for minutes."""
+How well they are known the bets show; a count of time scales would refuse a vehicle in circles."""
 STILL = 0.2
 """A vehicle that turns less than this part of what it did before tells nothing of its effects."""
 SCALES = 4.0
