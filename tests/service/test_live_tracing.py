@@ -39,6 +39,8 @@ LIVE: dict[str, Any] = {
     "tracing__window": 240.0,
     "tracing__proof": 90.0,
 }
+ENOUGH = 160.0
+"""More than half a window and a batch [s]: then what is in force is compared again."""
 Ledgers = queue.Queue[wire.EffectsLedger]
 
 
@@ -49,8 +51,8 @@ def lagging() -> Recording:
 
 @pytest.fixture(scope="module")
 def mended() -> Recording:
-    """The same vehicle, command and noise, without the lag."""
-    return play(replace(LAGGING, effects=())).recording
+    """The same vehicle and noise, without the lag."""
+    return play(replace(LAGGING, effects=(), duration=1500.0)).recording
 
 
 def until(ledgers: Ledgers, step: str) -> wire.EffectsLedger:
@@ -111,8 +113,13 @@ def test_a_hidden_lag_is_found_proven_taken_up_kept_over_a_restart_and_withdrawn
     assert again.model_dump(exclude={"boot"}) == snapshot.model_dump(exclude={"boot"})
     assert ledger(second).history == promoted.history
     ledgers = second.follow(second.keys.effects, wire.EffectsLedger)
-    second.play(part(mended, 400.0, 700.0))
-    withdrawn = until(ledgers, "withdrawn")
+    end = 700.0
+    second.play(part(mended, 400.0, end))
+    # How far the data of a proof reach depends on the machine's load: where one could not tell, there are further data.
+    while (withdrawn := ledgers.get(timeout=2.0 * PATIENCE)).history[-1]["step"] != "withdrawn":
+        if withdrawn.work is None:
+            second.play(part(mended, end, end + ENOUGH))
+            end += ENOUGH
     assert withdrawn.effects == ()
     assert latest(second).effects == ()
     assert latest_report(second).batch.parts == {}
