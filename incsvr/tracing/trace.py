@@ -70,14 +70,15 @@ def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, 
     if commanded and loop.closed:
         refuse_opposite_signs(grid)
         return forward_trace(runs, inertia, validate, names, ignored)
+    holds = torque == COMMANDED
     shown = identified(grid.signals)
     if shown is not None and shown.contradicts(inertia):
-        return traced_anew(runs, inertia, shown, validate, names, ignored, {}, torque == COMMANDED)
-    found = weak_trace(runs, inertia, validate, names, ignored, {}, torque == COMMANDED)
+        return traced_anew(runs, inertia, shown, validate, names, ignored, {}, holds)
+    found = weak_trace(runs, inertia, validate, names, ignored, {}, holds)
     if commanded and not found.proven:
         unsupported = _unsupported(grid, base, found)
         if unsupported:
-            return weak_trace(runs, inertia, validate, names, ignored, unsupported, torque == COMMANDED)
+            return weak_trace(runs, inertia, validate, names, ignored, unsupported, holds)
     return found
 
 

@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.effects import Signals, candidates
-from incsvr.tracing.run import Array, Run, sample_period
+from incsvr.tracing.run import Array, Run
 from incsvr.tracing.weak.acceptance import against_physics
 from incsvr.tracing.weak.command import Command
-from incsvr.tracing.weak.disturbance_response import PARTS
 from incsvr.tracing.weak.excitation import demand
-from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, left_over, nothing, resettled
-from incsvr.tracing.weak.noise import MOST_GYRO, gyro_noise, noise_fraction, white_noise
+from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, left_over, nothing
+from incsvr.tracing.weak.noise import MOST_GYRO, gyro_noise, noise_fraction
 from incsvr.tracing.weak.posing import pose, pose_like
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import penalised_criterion
@@ -42,57 +41,10 @@ UNCERTAINTY = 0.2
 
 
 def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str], holds: bool) -> Problem:
-    """The equations with the linear torque, unless the held one explains more, or as much without any effect.
-
-    A torque of which it is known that it `holds` is a command that stands until the next: nothing is asked then.
-
-    Half a sample of false delay looks like a small inertia, memory or lag. Beside one effect alone the held torque
-    explains part of a second, of a delay half a sample: where it seems to hold, a second is added to either.
+    """The equations with the noise as it is beside the best single effect; a torque that `holds` stands until the next
+    stamp, as commands do, another is linear between its stamps.
     """
-    if holds:
-        return settled(runs, pose(runs, inertia, channels, zero_order_hold=True), channels)[0]
-    linear, beside_linear = settled(runs, pose(runs, inertia, channels, zero_order_hold=False), channels)
-    if linear.resolution <= linear.blocks.period / 40.0:
-        return linear
-    # in the same blocks: likelihoods of different data do not compare
-    zero_order = pose(runs, inertia, channels, zero_order_hold=True, period=linear.blocks.period)
-    zero_order, beside_zero_order = settled(runs, zero_order, channels)
-    at_one, at_two = _at_one_noise_fraction(linear, zero_order)
-    one = _best_again(at_one, linear, beside_linear, channels)
-    two = _best_again(at_two, zero_order, beside_zero_order, channels)
-    unearned = _unearned(runs, at_one, at_two, one, two)
-    nothing_one, nothing_two = penalised_criterion(nothing(at_one)), penalised_criterion(nothing(at_two)) + unearned
-    # where the linear one needs no effect, none that goes with the held one is believed
-    explains_more = penalised_criterion(two) + unearned > penalised_criterion(one) + MARGIN and bool(
-        one.terms or not two.terms
-    )
-    needs_nothing = nothing_two > nothing_one + MARGIN and nothing_two > penalised_criterion(one) - MARGIN
-    if not (explains_more or needs_nothing):
-        return linear
-    one, two = _best(at_one, channels, one), _best(at_two, channels, two)
-    return zero_order if _holds(runs, at_one, at_two, one, two) else linear
-
-
-def _holds(runs: Sequence[Run], linear: Problem, zero_order: Problem, one: Hypothesis, two: Hypothesis) -> bool:
-    """Whether the held torque explains more with `two` than the linear one with `one`."""
-    unearned = _unearned(runs, linear, zero_order, one, two)
-    return penalised_criterion(two) + unearned > penalised_criterion(one) + MARGIN + UNCERTAINTY * abs(unearned)
-
-
-def _at_one_noise_fraction(linear: Problem, zero_order: Problem) -> tuple[Problem, Problem]:
-    """Both with one fraction of the noise in the torque and one answer to it: their likelihoods compare at that alone.
-
-    What the wrong of the two leaves does not follow the torque, so that its fraction is too small; but a controller's
-    answer, seen at another time, does. Where either refutes a controller there is none.
-    """
-    feedback = min(linear.feedback, zero_order.feedback)
-    fraction = (min if feedback > 0.0 else max)(
-        linear.signals.torque_noise_fraction, zero_order.signals.torque_noise_fraction
-    )
-    at_one, at_two = (
-        replace(with_noise_fraction(problem, fraction), feedback=feedback) for problem in (linear, zero_order)
-    )
-    return at_one.answering(linear.drag, linear.noise_ar), at_two.answering(linear.drag, linear.noise_ar)
+    return settled(runs, pose(runs, inertia, channels, zero_order_hold=holds), channels)[0]
 
 
 def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
@@ -178,11 +130,6 @@ def settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> t
     return problem, best
 
 
-def _best_again(problem: Problem, before: Problem, best: Hypothesis, channels: Sequence[str]) -> Hypothesis:
-    """The best single effect; where the noise is read as `before`, the one that was best then."""
-    return _best(problem, channels) if misread(before, problem, SAME_FRACTION) else resettled(problem, best)
-
-
 def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None = None) -> Hypothesis:
     """What explains most: one effect more than `beside`, that, or nothing."""
     base = nothing(problem) if beside is None else beside
@@ -193,46 +140,3 @@ def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None =
     # a delay within a sample, or a rotor ahead of its command, is the other of the two torques in disguise
     real = [h for h in settled if not (below_sampling(h.terms[-1], problem) or against_physics(problem, h))]
     return max((base, *real), key=penalised_criterion)
-
-
-def _unearned(runs: Sequence[Run], linear: Problem, zero_order: Problem, one: Hypothesis, two: Hypothesis) -> float:
-    """What the held torque wins or loses in 2 ℓ that is no sign of how the torque runs."""
-    return _smoother(runs, linear, zero_order, one, two) + _belated(runs, zero_order)
-
-
-def _smoother(runs: Sequence[Run], linear: Problem, zero_order: Problem, one: Hypothesis, two: Hypothesis) -> float:
-    """What the held torque loses in 2 ℓ where its interpolation averages the sensor's noise less than the linear one.
-
-    White noise at the torque's stamps, brought to the blocks in the same two ways, says by how much.
-    """
-    deviation = white_noise(runs)
-    draw = np.random.default_rng(0)
-    noise = [
-        replace(run, torque=np.where(np.isnan(run.torque), np.nan, draw.normal(size=run.torque.size))) for run in runs
-    ]
-    left = []
-    for problem, best in ((linear, one), (zero_order, two)):
-        unit = pose_like(problem, noise, _commanded(problem))
-        torque = unit.blocks.mean(unit.signals.torque)
-        left.append(deviation**2 * float(np.mean(whiten(torque, best.fit.ar, unit.blocks) ** 2)))
-    square = two.fit.scale**2
-    # the differences hold a controller's answers, too, which are no noise of the torque
-    most = (
-        min(1.0, zero_order.signals.torque_noise_fraction * square / max(left[1], 1e-300))
-        if zero_order.closed_loop
-        else 1.0
-    )
-    reduced = square - most * (left[1] - left[0])
-    return -float(two.fit.innovation.size * np.log(max(reduced, 0.1 * square) / square))
-
-
-def _belated(runs: Sequence[Run], zero_order: Problem) -> float:
-    """What the held torque wins in 2 ℓ where a controller's answer is seen half a sample too late, 0 or negative.
-
-    With less of the own block's answer in the torque, less of the disturbance is in the residual; so is its density.
-    """
-    response, late = zero_order.disturbance_response, 0.5 * sample_period(runs, "torque") / zero_order.blocks.period
-    part = np.arange(response.path.size)
-    missed = response.left(response.path - np.interp(part - late * PARTS, part, response.path, left=0.0))
-    hidden = min(zero_order.feedback * zero_order.signals.turning * missed, MOST_MISSED)
-    return 2.0 * len(zero_order.blocks) * float(np.log1p(-hidden))
