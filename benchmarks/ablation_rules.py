@@ -13,13 +13,12 @@ import numpy as np
 
 from incsvr.effects import Effect
 from incsvr.tracing.forward.thresholds import REQUIRED_GAIN
-from incsvr.tracing.run import Run
-from incsvr.tracing.weak import alignment
 from incsvr.tracing.weak.evidence import gain_of
+from incsvr.tracing.weak.free_run_comparison import gained
 from incsvr.tracing.weak.hypothesis import Hypothesis
 from incsvr.tracing.weak.indistinguishable import indistinguishable
 from incsvr.tracing.weak.pipeline import Case, Indistinguishable
-from incsvr.tracing.weak.posing import pose
+from incsvr.tracing.weak.validation import _gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +85,6 @@ def _same(one: Any, other: Any) -> bool:
         return False
 
 
-def _linear(runs: Sequence[Run], inertia: float, channels: Sequence[str], _: bool) -> Any:
-    return alignment.settled(runs, pose(runs, inertia, channels, zero_order_hold=False), channels)[0]
-
-
 def _all_of_them(case: Case, found: Hypothesis, _: dict[str, str]) -> tuple[Hypothesis, Indistinguishable]:
     every = range(len(found.terms))
     return found, tuple(indistinguishable(case.problem, found, k, case.effects) for k in every)
@@ -128,9 +123,12 @@ RULES: Mapping[str, Sequence[Patch]] = {
     "inertia wrong by a factor, told by the free run": [
         Patch("incsvr.tracing.output_error", "Identified.contradicts", lambda *_: False)
     ],
-    "weak: held or linear torque, and the streams' offset": [
-        Patch(WEAK + "pipeline", "aligned", _linear, watched=False)
+    "weak: noise in the torque": [
+        Patch(WEAK + "problem", "Problem.noise_fraction_beside", lambda *_: 0.0, watched=False),
+        Patch(WEAK + "noise_reading", "_late_noise_fraction", lambda *_: 0.0, watched=False),
+        Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False, watched=False),
     ],
+    "weak: noise of the instants of jumps": [Patch(WEAK + "whitening", "FEWEST_JUMPS", 10**9, watched=False)],
     "weak: a controller's answer": [Patch(WEAK + "problem", "Problem.feedback_beside", lambda *_, **__: 0.0)],
     "weak: a command of levels behind the noise": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
     "weak: levels that a command comes back to": [Patch(WEAK + "command", "shared", lambda _: None)],
@@ -156,6 +154,10 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "acceptance", "pays", lambda *_: True),
         Patch(WEAK + "search", "pays", lambda *_: True),
     ],
+    "weak: free runs compared by the likelihood of their errors": [
+        Patch(WEAK + "validation", "Validation._gains", lambda _, before, after: gained(_gain(before, after)))
+    ],
+    "weak: free runs put on time": [Patch(WEAK + "validation", "Validation.late", lambda *_: 0.0)],
     "weak: climbing": [Patch(WEAK + "search", "Search.climbed", lambda _, base: base)],
     "weak: short memories must prove themselves": _of_effects("must_prove", lambda *_: False),
     "too slight to matter": _of_effects("slight", lambda *_: ""),

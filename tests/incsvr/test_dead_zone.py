@@ -49,6 +49,6 @@ FOUR = np.repeat(np.random.default_rng(6).choice([-1.0, -0.55, 0.55, 1.0], 260),
 def test_a_band_is_told_under_a_few_levels(course: Array, half: float) -> None:
     """The levels' distance is none of the torque's resolution: a narrower band is looked for, too. Where every level
     loses the same, a thrust curve and another inertia together pass for it, and each of them alone is told to."""
-    found = trace([driven(6.0 * course, half)], inertia=SMALL)
+    found = trace([driven(6.0 * course, half)], inertia=SMALL, torque="commanded")
     assert [effect.effect for effect in found.effects] == ["dead_zone"]
     assert found.effects[0].parameters["half_width_nm"] == pytest.approx(half, abs=0.1)

@@ -1,4 +1,4 @@
-"""How the torque runs between its stamps: held, as a command is, or linear, as a measured moment."""
+"""The noise of the equations, read beside the best single effect: what that would leave passes for noise, too."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from incsvr.tracing.weak.command import Command
 from incsvr.tracing.weak.excitation import demand
 from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, left_over, nothing
 from incsvr.tracing.weak.noise import MOST_GYRO, gyro_noise, noise_fraction
-from incsvr.tracing.weak.posing import pose, pose_like
+from incsvr.tracing.weak.posing import pose_like
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import penalised_criterion
 from incsvr.tracing.weak.scan import best_leads, with_lead
 from incsvr.tracing.weak.weak_form import Blocks
 from incsvr.tracing.weak.whitening import whiten
 
-MOST_MISSED = 0.9
-"""Most of a disturbance that its belated answer may hide."""
-
 LEADS = 5
-"""How many effects are tried with either torque before the two are compared."""
+"""How many effects are tried before the noise is read beside the best."""
+
+READINGS = 2
+"""At most: the effect that is best beside the noise of the first may be another."""
 
 SAME_FRACTION = 0.05
 """A change of the noise's fraction below this changes no choice."""
@@ -33,21 +33,19 @@ SAME_FRACTION = 0.05
 BUT_NOISE = 0.7
 """Part of the late torque's second differences that is in the residual where they hold noise alone."""
 
-MARGIN = 40.0
-"""By how much the held torque must explain more."""
 
-UNCERTAINTY = 0.2
-"""Of what it explains without having earned it: that is known no better."""
-
-
-def aligned(runs: Sequence[Run], inertia: float, channels: Sequence[str], holds: bool) -> Problem:
-    """The equations with the noise as it is beside the best single effect; a torque that `holds` stands until the next
-    stamp, as commands do, another is linear between its stamps.
-    """
-    return settled(runs, pose(runs, inertia, channels, zero_order_hold=holds), channels)[0]
+def with_noise_read(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> Problem:
+    """The equations with the noise as it is beside the best single effect."""
+    best = _best(problem, channels)
+    for _ in range(READINGS):
+        before, problem = problem, _reread(runs, problem, best)
+        if not _misread(before, problem):
+            break
+        best = _best(problem, channels)
+    return problem
 
 
-def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
+def _reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     """The equations with the noise as it is read beside these effects: its fraction in the torque, the gyro's,
     feedback.
 
@@ -68,7 +66,7 @@ def reread(runs: Sequence[Run], problem: Problem, found: Hypothesis) -> Problem:
     problem = replace(problem, feedback=problem.feedback_beside(found.fit.residual))
     # seen from the rate side no effect filters the torque's noise, but the gyro's is larger there; what is in the
     # residual beside both lowers either reading
-    aside, of_gyro = left(with_noise_fraction(problem, 1.0))
+    aside, of_gyro = left(_with_noise_fraction(problem, 1.0))
     fraction = max(problem.noise_fraction_beside(residual, gyro), problem.noise_fraction_beside(aside, of_gyro))
     late = _late_noise_fraction(problem, found, residual, gyro, BUT_NOISE if fraction > 0.0 else 0.0)
     # beside a delay there is none in the torque of the same instant: where the late one is not told either, none is
@@ -105,38 +103,24 @@ def _late_noise_fraction(
     return max((fraction for fraction in (first, second) if fraction is not None), default=None)
 
 
-def with_noise_fraction(problem: Problem, fraction: float) -> Problem:
+def _with_noise_fraction(problem: Problem, fraction: float) -> Problem:
     """The equations with another fraction of the noise in the torque."""
     there = replace(problem, signals=replace(problem.signals, torque_noise_fraction=fraction))
     return there.answering(problem.drag, problem.noise_ar)
 
 
-def misread(before: Problem, after: Problem, change: float) -> bool:
-    """Whether the noise is another on second reading: its fraction by more than `change`, feedback or none, or a
-    command known or none."""
-    moved = abs(after.signals.torque_noise_fraction - before.signals.torque_noise_fraction) > change
+def _misread(before: Problem, after: Problem) -> bool:
+    """Whether the noise is another on second reading: its fraction, feedback or none, or a command known or none."""
+    moved = abs(after.signals.torque_noise_fraction - before.signals.torque_noise_fraction) > SAME_FRACTION
     known = after.signals.known != before.signals.known
     return moved or known or (after.feedback > 0.0) != (before.feedback > 0.0)
 
 
-def settled(runs: Sequence[Run], problem: Problem, channels: Sequence[str]) -> tuple[Problem, Hypothesis]:
-    """The equations with the noise as it is beside the best single effect, and that effect."""
-    best = _best(problem, channels)
-    for _ in range(2):
-        before, problem = problem, reread(runs, problem, best)
-        if not misread(before, problem, SAME_FRACTION):
-            break
-        best = _best(problem, channels)
-    return problem, best
-
-
-def _best(problem: Problem, channels: Sequence[str], beside: Hypothesis | None = None) -> Hypothesis:
-    """What explains most: one effect more than `beside`, that, or nothing."""
-    base = nothing(problem) if beside is None else beside
+def _best(problem: Problem, channels: Sequence[str]) -> Hypothesis:
+    """The effect that explains most, or nothing."""
+    base = nothing(problem)
     every = candidates(channels, problem.signals.rate_name, problem.signals.one_clock)
-    effects = [effect for effect in demand(problem, every) if effect.name not in base.names()]
-    leads = best_leads(problem, base, effects, LEADS)
-    settled = [with_lead(problem, base, lead) for lead in leads]
-    # a delay within a sample, or a rotor ahead of its command, is the other of the two torques in disguise
-    real = [h for h in settled if not (below_sampling(h.terms[-1], problem) or against_physics(problem, h))]
+    found = [with_lead(problem, base, lead) for lead in best_leads(problem, base, demand(problem, every), LEADS)]
+    # a delay within a sample is how the streams were sampled, and a rotor ahead of its command is none
+    real = [h for h in found if not (below_sampling(h.terms[-1], problem) or against_physics(problem, h))]
     return max((base, *real), key=penalised_criterion)
