@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from incsvr.effects import candidates
 from incsvr.samples import Array
@@ -19,6 +20,7 @@ from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.scan import scan
 from tests.incsvr.test_coriolis import STEP, wandering
+from tests.incsvr.turning import PERIOD, instants, turning
 
 INERTIA, TOP = 24.0, 18.0
 THRESHOLD = 12.0
@@ -99,14 +101,12 @@ def test_it_is_absent_where_nothing_is_hidden() -> None:
 
 
 def test_a_filtered_gyro_is_in_the_class_of_a_lagging_rotor() -> None:
-    run = vehicle(Hidden())
-    late = np.empty_like(run.torque)
-    late[0] = run.torque[0]
-    for k in range(1, late.size):  # the command runs ahead of what acted by a first-order lag
-        late[k] = run.torque[k] + 0.5 / STEP * (run.torque[k] - run.torque[k - 1])
-    problem = pose([replace(run, torque=late)], INERTIA, [])
+    constant, white = 0.12, np.random.default_rng(9).normal(0.0, 8.0, instants(400.0).size)
+    command = lfilter([1.0], [1.0, -0.98], white)
+    kept = np.exp(-PERIOD / constant)
+    problem = turning(9, command, outside=lfilter([1.0 - kept], [1.0, -kept], command) - command)
     lag = next(effect for effect in candidates() if effect.key == "torque_lag/moment")
-    found = settle(problem, [(lag, (0.5,), ())], nothing(problem))
+    found = settle(problem, [(lag, (constant,), ())], nothing(problem))
     assert "gyro_lag" in {each.terms[-1].effect for each in indistinguishable(problem, found, 0, [lag])}
 
 
