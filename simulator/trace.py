@@ -164,8 +164,9 @@ def text(found: Trace) -> str:
         lines.append(f"  {_proof(found)}")
     lines.append(f"    noise floor of the torque {error['floor']['torque_rmse']:.4g} N m")
     left = error["disturbance"]
+    share = f"{left['share_of_torque']:.1%} of the torque, " if "share_of_torque" in left else ""
     lines.append(
-        f"    what is left: {left['torque_rmse']:.3g} N m (RMS), {left['share_of_torque']:.1%} of the torque, "
+        f"    what is left: {left['torque_rmse']:.3g} N m (RMS), {share}"
         f"correlated over {left['correlation_time_s']:.2g} s"
     )
     lines += [f"  not added: {r.effect}: {r.reason}" for r in found.rejected if "free run" in r.reason]

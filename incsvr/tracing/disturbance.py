@@ -8,7 +8,7 @@ from incsvr.tracing.run import Array
 
 
 def disturbance(residual: Array, period: float, torque: Array) -> dict[str, float]:
-    """The residual's root mean square [N m], its part of the torque's, and its correlation time [s].
+    """The residual's root mean square [N m], its part of the torque's, if there is any, and its correlation time [s].
 
     The correlation time is the lag at which the autocorrelation falls below 1/e, by a line between lags; below one
     period it is that of white noise.
@@ -30,8 +30,5 @@ def disturbance(residual: Array, period: float, torque: Array) -> dict[str, floa
             time = period * (lag - 1 + (before - np.exp(-1.0)) / (before - now))
             break
         before, time = now, period * lag
-    return {
-        "torque_rmse": size,
-        "share_of_torque": size / driven if driven > 0.0 else float("inf"),
-        "correlation_time_s": float(time),
-    }
+    share = {"share_of_torque": size / driven} if driven > 0.0 else {}
+    return {"torque_rmse": size, **share, "correlation_time_s": float(time)}

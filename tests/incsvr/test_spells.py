@@ -64,3 +64,8 @@ def test_a_disturbance_has_its_size_share_and_time(time: float) -> None:
     assert found["torque_rmse"] == pytest.approx(2.0, rel=0.05)
     assert found["share_of_torque"] == pytest.approx(0.05, rel=0.05)
     assert found["correlation_time_s"] == pytest.approx(time, rel=0.15)
+
+
+def test_what_is_left_beside_no_torque_is_no_part_of_it() -> None:
+    left = np.random.default_rng(4).normal(size=100)
+    assert set(disturbance(left, 0.1, np.zeros(10))) == {"torque_rmse", "correlation_time_s"}

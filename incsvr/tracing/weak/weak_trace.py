@@ -13,28 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.tracing.disturbance import disturbance
-from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
+from incsvr.tracing.findings import Pictures, Trace
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.local_gain import sentence as sentence_of_gain
 from incsvr.tracing.local_gain import uneven
 from incsvr.tracing.run import Array, Run
-from incsvr.tracing.sentences import of_clocks, sentence, streams
+from incsvr.tracing.sentences import of_clocks
 from incsvr.tracing.skill import horizons, proven, trivial
 from incsvr.tracing.spells import sentence as sentence_of_spells
 from incsvr.tracing.spells import spans, spells
-from incsvr.tracing.statistics import Change, change_of_rms, p_value
-from incsvr.tracing.weak.acceptance import forbidden
+from incsvr.tracing.statistics import Change, change_of_rms
 from incsvr.tracing.weak.declaration import remarks
-from incsvr.tracing.weak.evidence import intervals
 from incsvr.tracing.weak.excitation import answered
-from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
-from incsvr.tracing.weak.manoeuvre import separate
+from incsvr.tracing.weak.hypothesis import Hypothesis, nothing
 from incsvr.tracing.weak.modelled import model_of
 from incsvr.tracing.weak.noise import torque_scatter
-from incsvr.tracing.weak.pipeline import Case, Indistinguishable, chosen_effects, p_value_of
+from incsvr.tracing.weak.pipeline import Case, chosen_effects
 from incsvr.tracing.weak.problem import Problem
-from incsvr.tracing.weak.required_gain import LEAST_GAIN
-from incsvr.tracing.weak.scan import Lead, scan, with_lead
+from incsvr.tracing.weak.reporting import findings_of, rejected_of
 from incsvr.tracing.weak.unexplained import smooth_terms
 from incsvr.tracing.weak.validation_errors import sample_errors, torque_errors
 from incsvr.tracing.weak.whitening import whiten
@@ -67,7 +63,7 @@ def weak_trace(
     problem = case.problem
     complete, smooth = smooth_terms(problem, found, names, case.pieces)
     base = nothing(problem)
-    findings, notes = _findings(case, base, found, complete, alternatives)
+    findings, notes = findings_of(case, base, found, complete, alternatives)
     in_spell, unlike = _spells(problem, complete)
     begins = problem.signals.time[problem.blocks.first]
     louder, gained, both = (
@@ -86,7 +82,7 @@ def weak_trace(
         inertia=inertia,
         verdict=verdict,
         effects=tuple(findings),
-        rejected=tuple(_rejected(case, found, refused)),
+        rejected=tuple(rejected_of(case, found, refused)),
         unexplained=smooth,
         error=error,
         ignored_channels=ignored,
@@ -132,46 +128,6 @@ def _spells(problem: Problem, complete: Hypothesis) -> tuple[NDArray[np.bool_], 
     return in_spell, unlike
 
 
-def _findings(
-    case: Case, base: Hypothesis, found: Hypothesis, complete: Hypothesis, alternatives: Indistinguishable
-) -> tuple[list[Finding], list[str]]:
-    problem = case.problem
-    spans = intervals(problem, found)
-    notes: list[str] = []
-    findings: list[Finding] = []
-    last = _mean_square(base.fit.residual)
-    total = max(last - _mean_square(complete.fit.residual), 1e-300)
-    for k, (effect, term) in enumerate(zip(found.effects, found.terms, strict=True)):
-        now = _mean_square(_first(problem, found, k + 1))
-        explained_part = float(np.clip((last - now) / total, 0.0, 1.0))
-        last = now
-        parameters = effect.parameters(term, problem.signals.inertia)
-        if below_sampling(term, problem):
-            notes.append(
-                f"torque and yaw rate are aligned by {next(iter(parameters.values())):.3g} s, less than a sample "
-                "period: part of the sampling, not an effect"
-            )
-            continue
-        p = p_value_of(case, found, k)
-        tied = tuple(alternative.terms[-1].effect for alternative in alternatives[k])
-        findings.append(
-            Finding(
-                effect=term.effect,
-                channels=streams(effect),
-                parameters=parameters,
-                interval=spans[k],
-                p_value=p,
-                share=explained_part,
-                cannot_tell_from=tied,
-                next_manoeuvre=separate(problem, found, alternatives[k][0], tied[0]) if tied else "",
-                sentence=sentence(effect, parameters, spans[k], explained_part),
-            )
-        )
-    if {"tether", "bias_torque"} <= set(found.names()):
-        notes.append("a constant moment beside a tether is, in the equation, a tether untwisted at another heading")
-    return findings, notes
-
-
 def _loop(problem: Problem) -> tuple[str, ...]:
     """The note that a controller was at work; empty in open loop."""
     if not problem.closed_loop:
@@ -203,41 +159,6 @@ def _command(problem: Problem) -> tuple[str, ...]:
         "the torque is a command of levels with noise on it that no turn is seen to follow: free runs are driven "
         "by the command",
     )
-
-
-def _rejected(case: Case, found: Hypothesis, failed: dict[str, str]) -> list[Rejected]:
-    """What the search refused, and every other candidate with the evidence that is left for it, most telling first."""
-    taken = set(found.names()) | set(failed)
-    rejected: list[Rejected] = []
-    for lead in scan(case.problem, found, case.effects):
-        p = p_value(lead.gain, lead.effect.core, lead.effect.looks)
-        if lead.effect.name in failed and lead.effect.name not in {r.effect for r in rejected}:
-            rejected.append(Rejected(lead.effect.name, p, failed[lead.effect.name]))
-        elif lead.effect.name not in taken:
-            taken.add(lead.effect.name)
-            rejected.append(Rejected(lead.effect.name, p, _why_not(case.problem, found, lead)))
-    return sorted(rejected, key=lambda r: r.p_value)
-
-
-def _why_not(problem: Problem, found: Hypothesis, lead: Lead) -> str:
-    """Why a candidate that no gate ever saw is not added."""
-    if lead.score < LEAST_GAIN:
-        return "too little evidence beside what was found"
-    reason, k = forbidden(problem, with_lead(problem, found, lead))
-    return reason if reason and k == len(found.terms) else "beside what was found it brings too little"
-
-
-def _first(problem: Problem, found: Hypothesis, count: int) -> Array:
-    """Residual with the first `count` effects alone."""
-    if count == len(found.terms):
-        return found.fit.residual
-    return settle(problem, found.values()[:count], nothing(problem)).fit.residual
-
-
-def _mean_square(residual: Array) -> float:
-    """Robust against outliers: of the residual drawn in to four deviations."""
-    limit = 4.0 * 1.4826 * float(np.median(np.abs(residual)))
-    return float(np.mean(np.clip(residual, -limit, limit) ** 2))
 
 
 def _errors(problem: Problem, complete: Hypothesis, before: Errors, after: Errors, scatter: float) -> dict[str, Any]:
