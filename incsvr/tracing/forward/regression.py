@@ -83,10 +83,11 @@ def prior(grid: Grid, basis: DampingBasis, size: int) -> Array:
 
 def solve(white: Array, y: Array, weight: Array, variance: float, precision: Array) -> Array:
     """(p,) generalised least squares with a prior on some coefficients."""
-    weighted = white * weight
-    information = weighted @ white.T + variance * np.diag(precision)
+    root = np.sqrt(weight)
+    scaled = white * root
+    information = scaled @ scaled.T + variance * np.diag(precision)  # of one matrix and itself: half the products
     information[np.diag_indices_from(information)] += RIDGE * np.diag(information) + 1e-300
-    return np.asarray(np.linalg.solve(information, weighted @ y))
+    return np.asarray(np.linalg.solve(information, scaled @ (root * y)))
 
 
 def student_weight(innovation: Array, sigma: float) -> Array:

@@ -153,14 +153,15 @@ def climbed(grid: Grid, fitted: Fit) -> Fit:
     """
     if not fitted.parts[-1].thrust:
         return fitted
-    step = STEP
+    step, way = STEP, 1.0
     while step > SMALLEST:
         *others, part = fitted.parts
-        moved = [part.moved(part.parameter * factor) for factor in (step, 1.0 / step)]
-        tries = [fit(grid, [*others, each], fitted, search=QUICK, passes=1) for each in moved]
-        better = max(tries, key=lambda tried: tried.log_likelihood)
-        if better.log_likelihood > fitted.log_likelihood:
-            fitted = better
+        for side in (way, -way):  # on the way that led up, the other side need not be tried again
+            there = part.moved(part.parameter * step**side)
+            tried = fit(grid, [*others, there], fitted, search=QUICK, passes=1)
+            if tried.log_likelihood > fitted.log_likelihood:
+                fitted, way = tried, side
+                break
         else:
             step = step**0.4
     return fit(grid, fitted.parts, fitted)
