@@ -128,6 +128,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "noise_reading", "_late_noise_fraction", lambda *_: 0.0, watched=False),
         Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False, watched=False),
     ],
+    "weak: noise of the instants of jumps": [Patch(WEAK + "whitening", "FEWEST_JUMPS", 10**9, watched=False)],
     "weak: a controller's answer": [Patch(WEAK + "problem", "Problem.feedback_beside", lambda *_, **__: 0.0)],
     "weak: a command of levels behind the noise": [Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False)],
     "weak: levels that a command comes back to": [Patch(WEAK + "command", "shared", lambda _: None)],
@@ -140,8 +141,6 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "pipeline", "evidence", gain_of, watched=False),
     ],
     "weak: an offset within the sampling pays": [Patch(WEAK + "hypothesis", "ALIGNMENT", 0.0, watched=False)],
-    "weak: second scan as if the noise were white": [Patch(WEAK + "scan", "SWALLOWED", 0, watched=False)],
-    "weak: rules for one sine": [Patch(WEAK + "problem", "Problem.one_sine", property(lambda _: False))],
     "weak: tied with an offset within the sampling": [
         Patch(WEAK + "pipeline", "_beyond_sampling", _all_of_them, watched=False)
     ],
@@ -149,6 +148,8 @@ RULES: Mapping[str, Sequence[Patch]] = {
         Patch(WEAK + "hypothesis", "noise_gain", lambda *_: 0.0),
         Patch(WEAK + "indistinguishable", "noise_gain", lambda *_: 0.0),
     ],
+    "weak: second scan as if the noise were white": [Patch(WEAK + "scan", "SWALLOWED", 0, watched=False)],
+    "weak: rules for one sine": [Patch(WEAK + "problem", "Problem.one_sine", property(lambda _: False))],
     "weak: free run as a judge": [
         Patch(WEAK + "acceptance", "pays", lambda *_: True),
         Patch(WEAK + "search", "pays", lambda *_: True),

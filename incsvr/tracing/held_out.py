@@ -25,6 +25,7 @@ class Errors:
         block_rate: mean yaw rate of each block [rad/s].
         block_error: mean free-run error of each block [rad/s].
         block_slope: mean slope of each block [rad/s²].
+        mistimed: of each block, as `Blocks` has it.
         torque: (n_b,) block residuals [N m]; of no piece where only the free runs were asked for.
         ahead: multi-step predictions, for each of `skill.HORIZONS`; likewise.
     """
@@ -38,6 +39,7 @@ class Errors:
     block_rate: tuple[Array, ...]
     block_error: tuple[Array, ...]
     block_slope: tuple[Array, ...]
+    mistimed: tuple[Array, ...]
     torque: tuple[Array, ...]
     ahead: tuple[Ahead, ...] = ()
 

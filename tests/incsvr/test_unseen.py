@@ -25,7 +25,7 @@ def coming(late: float, missed: Array) -> Errors:
     slopes, nothing_there = tuple(slope[half] for half in HALVES), tuple(np.zeros(2000) for _ in HALVES)
     return Errors(
         cut["time"], cut["measured"], cut["simulated"], cut["error"], slopes, cut["time"], cut["measured"],
-        cut["error"], slopes, nothing_there,
+        cut["error"], slopes, nothing_there, nothing_there,
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -107,3 +109,32 @@ def test_the_fit_holds_where_the_thrust_answers_the_noise_more_than_once() -> No
         answers = np.concatenate([jacobian, np.stack([thrust, thrust])], axis=2)
         first, last = (fit(y, columns, blocks, rounds=rounds, jacobian=answers) for rounds in (1, 5))
         assert last.log_likelihood > first.log_likelihood
+
+
+def jumping(seed: int, size: float) -> tuple[Array, Array, Blocks]:
+    """Noise u_t = 0.7 u_{t-1} + e, a column that it does not know, and blocks of which every eighth holds a jump.
+
+    A jump adds `size` deviations of e to its own block, and to no other.
+    """
+    random = np.random.default_rng(seed)
+    blocks = split(np.array([0, 4 * BLOCKS + 1]), 4, 0.1)
+    jumped = np.arange(BLOCKS) % 8 == 5
+    noise = lfilter([1.0], [1.0, -0.7], random.normal(size=BLOCKS)) + size * jumped * random.normal(size=BLOCKS)
+    return noise, random.normal(size=(BLOCKS, 1)), replace(blocks, mistimed=12.0 * jumped)
+
+
+def test_what_jumps_add_is_hardly_colour_and_no_scale() -> None:
+    for seed in range(5):
+        noise, column, blocks = jumping(seed, 6.0)
+        found = fit(noise, column, blocks, rounds=6)
+        assert found.ar[0] > 0.45
+        assert abs(144.0 * found.jump_noise / 36.0 - 1.0) < 0.35
+        deaf = fit(noise, column, replace(blocks, mistimed=np.zeros(BLOCKS)), rounds=6)
+        assert deaf.ar[0] < 0.3
+        assert found.log_likelihood > deaf.log_likelihood + 200.0
+
+
+def test_where_jumps_add_nothing_nothing_is_allowed_for() -> None:
+    for seed in range(5):
+        noise, column, blocks = jumping(seed, 0.0)
+        assert fit(noise, column, blocks, rounds=6).jump_noise < 0.5 / 144.0

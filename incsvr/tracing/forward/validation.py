@@ -157,7 +157,7 @@ def _errors(grid: Grid, model: TracedModel, fitted: Fit) -> Errors:
     error = tuple(simulated_rate - rate for simulated_rate, rate in zip(free, measured, strict=True))
     slope = tuple(np.gradient(values, grid.cell) if values.size > 1 else np.zeros(values.size) for values in free)
     steps = ahead([model], s, model.scale / STEPS, [s.runs()], model.scale)
-    return Errors(time, measured, free, error, slope, block_time, (), (), (), torque, steps)
+    return Errors(time, measured, free, error, slope, block_time, (), (), (), (), torque, steps)
 
 
 def _joined(parts: Sequence[Errors]) -> Errors:

@@ -13,7 +13,7 @@ from incsvr.tracing.weak.damping import SPLINE
 from incsvr.tracing.weak.hypothesis import Hypothesis, views
 from incsvr.tracing.weak.noise_autocorrelation import DEGREES
 from incsvr.tracing.weak.problem import Problem
-from incsvr.tracing.weak.whitening import Fit, fit, whiten
+from incsvr.tracing.weak.whitening import Fit, fit, jump_noise_factor, whiten
 
 NEIGHBOURS = 12
 """Bins of the spectrum to either side over which the noise near a frequency is averaged."""
@@ -98,7 +98,8 @@ def covariance(problem: Problem, hypothesis: Hypothesis) -> Array:
                 loss = columns @ np.array(coefficients)
                 sides.append(problem.blocks.mean(loss if offset is None else loss + offset))
             design.append(((sides[0] - sides[1]) / (2.0 * nudge))[:, None])
-    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks)
+    factor = jump_noise_factor(hypothesis.fit, problem.blocks)[:, None]
+    white = whiten(np.column_stack(design), hypothesis.fit.ar, problem.blocks) / factor
     scale = np.sqrt(np.mean(white**2, axis=0)) + 1e-100
     information = (white / scale).T @ (white / scale) / hypothesis.fit.scale**2 * (DEGREES + 1.0) / (DEGREES + 3.0)
     covered: Array = np.linalg.pinv(information, rcond=1e-12, hermitian=True) / np.outer(scale, scale)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from incsvr.tracing.run import Array
 from incsvr.tracing.weak.noise_autocorrelation import DEGREES
 from incsvr.tracing.weak.weak_form import split
-from incsvr.tracing.weak.whitening import fit, whiten
+from incsvr.tracing.weak.whitening import fit, jump_noise_factor, whiten
 
 FEWEST_MEANS = 8
 """Blocks of a piece, below which its noise is not told."""
@@ -26,14 +27,16 @@ def gained(gain: Array) -> bool:
     return bool(gain.size >= 8 and np.mean(gain > 0.0) > 0.5 + 0.85 / np.sqrt(gain.size))
 
 
-def likelier(before: Sequence[Array], after: Sequence[Array], period: float) -> Array:
+def likelier(before: Sequence[Array], after: Sequence[Array], mistimed: Sequence[Array], period: float) -> Array:
     """(pieces,) 2 Δℓ of free-run errors, as their means over blocks tell it: the gyro's noise is none of the model.
 
-    The noise is that of `after`: an AR(3) with Student-t innovations.
+    The noise is that of `after`: an AR(3) with Student-t innovations, which are larger where the command jumps, for
+    within a sample nobody knows when.
 
     Args:
         before: (blocks,) error of each piece with the one model [rad/s].
         after: the same with the other.
+        mistimed: (blocks,) of each piece, as `Blocks` has it.
         period: of a block [s].
     """
     pieces = [k for k, error in enumerate(after) if error.size > FEWEST_MEANS]
@@ -44,11 +47,13 @@ def likelier(before: Sequence[Array], after: Sequence[Array], period: float) -> 
     def joined(values: Sequence[Array]) -> Array:
         return np.concatenate([values[k] for k in pieces])[means.first]
 
-    old, new = joined(before), joined(after)
+    old, new, jumps = (joined(x) for x in (before, after, mistimed))
+    means = replace(means, mistimed=jumps)
     noise = fit(new, np.zeros((new.size, 0)), means)
+    usual = noise.scale * jump_noise_factor(noise, means)
 
     def unlikely(errors: Array) -> Array:
-        surprise: Array = (DEGREES + 1.0) * np.log1p((whiten(errors, noise.ar, means) / noise.scale) ** 2 / DEGREES)
+        surprise: Array = (DEGREES + 1.0) * np.log1p((whiten(errors, noise.ar, means) / usual) ** 2 / DEGREES)
         return surprise
 
     piece = np.searchsorted(means.start, means.with_history, side="right") - 1

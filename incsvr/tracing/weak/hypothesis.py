@@ -13,10 +13,14 @@ from incsvr.tracing.weak.damping import SPLINE
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.refining import refined
 from incsvr.tracing.weak.views import Views
-from incsvr.tracing.weak.whitening import Fit, fit
+from incsvr.tracing.weak.whitening import Fit, fit, without_jump_noise
 
 ALIGNMENT = 30.0
 """What a delay within the sampling pays in 2 ℓ: any effect that explains as much is the better explanation."""
+
+TIMED = 2
+"""Passes in which the jumps of the command are taken as on time: where a new effect is far from its value, what it does
+there would pass for the noise of their instants."""
 
 SAMPLING = 0.7
 """Of a sample period: half of one lies between a torque that is held from stamp to stamp and a linear one."""
@@ -119,8 +123,9 @@ def settle(
     fitted, before = start.fit, -np.inf
     new = any(effect.key not in known for effect in effects)
     if new:
-        # What a new effect explains is in the residual, and its tones are in the AR: neither tells the noise.
-        fitted = replace(fitted, ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
+        # What a new effect explains is in the residual, its tones are in the AR, and what it does at the command's
+        # jumps passes for their noise: none of them tells the noise.
+        fitted = replace(without_jump_noise(fitted), ar=np.zeros(3), residual=np.zeros(len(problem.blocks)))
     columns = problem.coarse
     jacobian = still = problem.jacobian
     gyro_noise_correction = np.zeros(columns.shape[1])
@@ -141,8 +146,9 @@ def settle(
         base = problem.coarse
         sought = [turn in (1, 2) and bool(effect.sought) and effect.key in refine for effect in effects]
         for k, effect in enumerate(effects):
-            # what answers hardly hangs on an effect's size, but a tangent's does; a sought parameter is found first
-            hangs = effect.acts == "thrust" and effect.curved
+            # what answers hardly hangs on an effect's size; but a tangent's does, and one that lost the noise of jumps;
+            # where its parameter is sought it is told after that
+            hangs = effect.acts == "thrust" and (effect.curved or fitted.jump_noise > 0.0)
             if (turn < 2 or hangs) and not sought[k]:
                 answers[k] = seen.jacobian(effect, inner[k], coefficients[k], coarse[k])
         for k, effect in enumerate(effects):
@@ -161,10 +167,11 @@ def settle(
         gyro_noise_correction = np.concatenate(
             [none, *(seen.gyro_noise_correction(e, x) for e, x in zip(effects, coarse, strict=True))]
         )
+        blocks = problem.blocks.on_time if new and turn < TIMED else problem.blocks
         fitted = fit(
             y,
             columns,
-            problem.blocks,
+            blocks,
             fitted,
             rounds=2,
             jacobian=jacobian,
@@ -180,6 +187,8 @@ def settle(
             offset = fine_offsets[k]
             losses[k] = fine[k] @ fitted.theta[at : at + part.shape[1]] + (0.0 if offset is None else offset)
             at += part.shape[1]
+        if new and turn < TIMED:
+            continue
         settled = abs(fitted.log_likelihood - before) < 0.05 and turn > 1
         if settled or (
             turn > 0

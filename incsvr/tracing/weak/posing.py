@@ -14,7 +14,7 @@ from incsvr.tracing.weak.command import Command, estimated_command
 from incsvr.tracing.weak.damping import SPLINE, Damping
 from incsvr.tracing.weak.disturbance_response import disturbance_response
 from incsvr.tracing.weak.grid import on_fine_grid, settling_time, time_scale
-from incsvr.tracing.weak.noise import MOST_GYRO, gyro_noise, white_noise
+from incsvr.tracing.weak.noise import MOST_GYRO, gyro_noise, jumps, white_noise
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.weak_form import FEWEST_BLOCKS, SUBSTEPS, Blocks, derivative, split
 from incsvr.tracing.weak.whitening import Fit, fit
@@ -128,6 +128,7 @@ def pose_like(
     names = ["heading", *s.channels] if _has_heading(runs) else list(s.channels)
     signals = on_fine_grid(runs, s.step, names, problem.zero_order_hold, s.inertia)
     blocks = split(signals.start, problem.blocks.size, s.step, s.scale)
+    blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * problem.resolution / blocks.period)
     acceleration = derivative(signals.rate, signals.start, problem.width) / s.step
     command = tell(signals, blocks)
     signals = replace(
@@ -177,6 +178,7 @@ def _equations(
     signals = on_fine_grid(runs, step, names, zero_order_hold, inertia)
     blocks = split(signals.start, size, step, scale)
     resolution = _resolution(runs)
+    blocks = replace(blocks, mistimed=jumps(blocks, signals.torque) * resolution / blocks.period)
     if len(blocks) < FEWEST_BLOCKS:
         raise BadInput(
             f"the recordings hold {len(blocks)} time scales' worth of motion (blocks of {blocks.period:.2g} s), too "

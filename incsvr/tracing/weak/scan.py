@@ -13,7 +13,7 @@ from incsvr.tracing.run import Array
 from incsvr.tracing.weak.hypothesis import Hypothesis, nothing, price, settle, views
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.views import Views
-from incsvr.tracing.weak.whitening import whiten
+from incsvr.tracing.weak.whitening import whiten, without_jump_noise
 
 SWALLOWED = 2
 """Effects beside which an AR has nothing left to swallow that would be worth a second scan."""
@@ -71,10 +71,11 @@ def scan(
     """Score test of every effect and every start of its inner parameter, best first.
 
     What the columns gain in 2 ℓ over `base`, its AR and weights held; with `coloured` off, as if the residual were
-    white (an AR estimated on a residual that still holds an effect hides it).
+    white and no larger where the command jumps (an AR estimated on a residual that still holds an effect hides it).
     `known` goes from one scan over the same base to the next.
     """
-    ar, root = base.fit.ar if coloured else np.zeros(3), np.sqrt(base.fit.weight)[:, None]
+    ar = base.fit.ar if coloured else np.zeros(3)
+    root = np.sqrt(base.fit.weight if coloured else without_jump_noise(base.fit).weight)[:, None]
     q, r = np.linalg.qr(root * whiten(base.columns, ar, problem.blocks))
     z = root[:, 0] * whiten(base.fit.residual, ar, problem.blocks)
     variance = float(z @ z) / z.size

@@ -100,7 +100,7 @@ class Validation:
             return gained(gain)
         lost = gain.mean() < -LOST * gain.std() / np.sqrt(gain.size)
         period = self.problem.blocks.period
-        return not lost and gained(likelier(before.block_error, after.block_error, period))
+        return not lost and gained(likelier(before.block_error, after.block_error, after.mistimed, period))
 
     def errors(self, hypothesis: Hypothesis) -> Errors:
         """Errors of a hypothesis on unseen data; those it was asked for before are known."""

@@ -56,6 +56,7 @@ def errors_on(
         block_rate=tuple(mean_rate[p] for p in spans),
         block_error=tuple(_averaged(error[g], *where) for g, *where in zip(groups, block, counts, strict=True)),
         block_slope=tuple(_averaged(values, *where) for values, *where in zip(slope, block, counts, strict=True)),
+        mistimed=tuple(blocks.mistimed[p] for p in spans),
         torque=tuple(residual),
         ahead=ahead(models, driving, step, slices, signals.scale) if torque else (),
     )

@@ -43,7 +43,7 @@ class Views:
         damping = drag(s.rate)
         lost = sum((loss for _, loss in self._stages), np.zeros(len(s)))
         self._needed = inertia * s.acceleration + damping + outside
-        self._problem = problem
+        self._problem, self._jump_noise, self._ar = problem, fitted.jump_noise, fitted.ar
         # what of the residual is torque noise, n = f u with its fraction f, and what turned the vehicle, w = (f − 1) u
         self._driven = (1.0 - noise_fraction) * residual
         command = problem.command
@@ -162,8 +162,11 @@ class Views:
         """`jacobian` of a thrust effect. Alone it weighs nothing; beside an inertia the two are weighed together, or
         half the thrust, half the inertia and half the drag would explain everything with half the noise."""
         s, stays = self.of(effect), self._problem.command.stays
-        if s.known:  # nothing of the noise is in what the effect sees
-            return np.zeros((2, *mean.shape))
+        # what lingers moves the noise of a jump to other blocks, and takes none
+        with_jump_noise = self._jump_noise > 0.0 and not effect.lingers
+        instant = self._mistimed(s, columns, mean) if with_jump_noise else np.zeros_like(mean)
+        if s.known:  # of the noise nothing but the instants of jumps is in what the effect sees
+            return np.stack([-instant, np.zeros_like(mean)])
         nudge, estimated = 1e-3 * float(np.std(s.torque)), s.torque_noise_fraction > MOST_REMOVED
         there = replace(
             s,
@@ -173,7 +176,32 @@ class Views:
             predicted_torque=s.predicted_torque - (0.0 if estimated else s.torque_noise_fraction * nudge),
         )
         passed: Array = (self._problem.blocks.mean(columns(there)) - mean) / nudge
-        return np.stack([passed + self._fed_back(effect, columns, mean, lost), passed])
+        grown = passed + self._fed_back(effect, columns, mean, lost)
+        return np.stack([grown - instant if estimated else grown, passed])
+
+    def _mistimed(self, s: Signals, columns: Callable[[Signals], Array], mean: Array) -> Array:
+        """(n_b, c) of the torque's noise what is lost with the thrust in blocks where the command jumped.
+
+        No earlier block predicts it there, and what passes for noise is the jump's instant, between two samples. It is
+        in its own block, and in what is predicted of the next.
+        """
+        blocks, soon = self._problem.blocks, 0.1 * s.step
+        moved = blocks.mean(s.later(s.torque, soon) - s.torque)
+        there = replace(s, predicted_torque=s.later(s.predicted_torque, soon))
+        if s.known or self._problem.command.stays:
+            there = replace(there, expected=s.later(s.expected, soon))
+        if s.known:
+            there = replace(there, command=s.later(s.command, soon))
+        jumped = (blocks.mistimed > 0.0) & (np.abs(moved) > 1e-9 * np.max(np.abs(moved)))
+        lost = (blocks.mean(columns(there)) - mean) / np.where(jumped, moved, 1.0)[:, None]
+        lost = np.where(jumped[:, None], np.clip(lost, -1.0, 1.0), 0.0)
+        # what predicts the next three blocks holds the instant, too: it is taken from their innovations as well
+        instant = self._jump_noise * np.square(blocks.mistimed)
+        louder, taken = np.ones(len(blocks)), np.zeros(mean.shape)
+        for later, part in enumerate(np.square([1.0, *self._ar])):
+            louder[later:] += part * instant[: instant.size - later]
+            taken[later:] += part * (instant[:, None] * lost)[: instant.size - later]
+        return s.torque_noise_fraction * taken / louder[:, None]
 
     def _fed_back(
         self, effect: Effect, columns: Callable[[Signals], Array], mean: Array,

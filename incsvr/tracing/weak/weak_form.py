@@ -40,6 +40,7 @@ class Blocks:
         start: (runs + 1,) first block of each run, and the end.
         tiled: of each run the fine samples that its blocks cover, but for the one that ends the last.
         used: (n_b,) whether a block counts in a fit.
+        mistimed: (n_b,) what a sample period too early or late makes of the command's jump in it [N m].
     """
 
     first: NDArray[np.intp]
@@ -50,6 +51,7 @@ class Blocks:
     start: NDArray[np.intp]
     tiled: tuple[slice, ...]
     used: NDArray[np.bool_]
+    mistimed: Array
 
     def __len__(self) -> int:
         return self.first.size
@@ -58,6 +60,11 @@ class Blocks:
         """The same blocks where only some count in a fit, (n_b,); the others are held out."""
         keep = used[self.with_history] & used[self.previous].all(axis=0)
         return replace(self, with_history=self.with_history[keep], previous=self.previous[:, keep], used=used)
+
+    @property
+    def on_time(self) -> Blocks:
+        """The same blocks where the command's jumps are as recorded."""
+        return replace(self, mistimed=np.zeros(len(self)))
 
     def mean(self, values: Array) -> Array:
         """Trapezoid mean over every block; `values` (n,) or (n, k) on the fine grid."""
@@ -115,6 +122,7 @@ def split(start: NDArray[np.intp], size: int, step: float, settling: float = 0.0
         edges,
         tuple(slice(int(f[0]), int(f[-1]) + size) if f.size else slice(0, 0) for f in firsts),
         np.ones(position.size, dtype=bool),
+        np.zeros(position.size),
     )
 
 

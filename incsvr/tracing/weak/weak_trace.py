@@ -33,7 +33,7 @@ from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.reporting import findings_of, rejected_of
 from incsvr.tracing.weak.unexplained import smooth_terms
 from incsvr.tracing.weak.validation_errors import sample_errors, torque_errors
-from incsvr.tracing.weak.whitening import whiten
+from incsvr.tracing.weak.whitening import jump_noise_factor, whiten
 
 
 def weak_trace(
@@ -119,11 +119,12 @@ def _spells(problem: Problem, complete: Hypothesis) -> tuple[NDArray[np.bool_], 
     s, blocks = problem.signals, problem.blocks
     # the acceleration and the jumps of the torque: what goes on within a block makes its equation less exact
     moves = np.column_stack([np.gradient(blocks.mean(values)) for values in (s.torque, s.rate)])[blocks.with_history]
-    innovation, per_scale = complete.fit.innovation, s.scale / blocks.period
+    factor, per_scale = jump_noise_factor(complete.fit, blocks), s.scale / blocks.period
+    innovation = complete.fit.innovation / factor
     in_spell, unlike = np.zeros(len(blocks), dtype=bool), np.zeros(len(blocks), dtype=bool)
     in_spell[blocks.with_history] = spells(innovation, moves, per_scale)
     if not problem.closed_loop:
-        torque = whiten(blocks.mean(s.torque), complete.fit.ar, blocks)
+        torque = whiten(blocks.mean(s.torque), complete.fit.ar, blocks) / factor
         unlike[blocks.with_history] = uneven(innovation, torque, per_scale)
     return in_spell, unlike
 

@@ -6,7 +6,7 @@ Source: K. L. Lange, R. J. A. Little, J. M. G. Taylor, "Robust statistical model
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg.blas import daxpy
@@ -14,12 +14,18 @@ from scipy.special import gammaln
 
 from incsvr.tracing.run import Array
 from incsvr.tracing.weak.jacobian import answering, curvature, log_determinant, moved, pull
-from incsvr.tracing.weak.noise_autocorrelation import DEGREES, burg, scale_of
+from incsvr.tracing.weak.noise_autocorrelation import DEGREES, autoregression, jump_variance, scale_of
 from incsvr.tracing.weak.weak_form import Blocks
 
 FARTHEST = 1.5
 """Scale of the innovations, in that of least squares, up to which the Jacobian pulls: the larger the scale, the further
 it pulls, and where hardly a command moves the vehicle without end."""
+
+FEWEST_JUMPS = 20
+"""Of the command, from which the variance of their instants is told."""
+
+INSTANT = 1.0 / 3.0
+"""Most of that: as likely anywhere from a sample period too early to one too late. What is more is no noise."""
 
 RIDGE = 1e-7
 """Of each column's square."""
@@ -41,7 +47,9 @@ class Fit:
         log_likelihood: of the innovations.
         residual: (n_b,) u.
         innovation: (m,) e of the blocks with three predecessors.
-        weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier.
+        weight: (m,) weight of each innovation, near one for a Gaussian one, small for an outlier or where the
+            command jumped.
+        jump_noise: variance of a jump's instant [sample periods²], in that of the innovations [1/(N m)²].
     """
 
     theta: Array
@@ -51,6 +59,7 @@ class Fit:
     residual: Array
     innovation: Array
     weight: Array
+    jump_noise: float
 
 
 def ridge(squares: Array, spline: int) -> Array:
@@ -117,6 +126,9 @@ def fit(
         weight = start.weight
     theta, scale, residual = np.zeros(p), 1.0, y
     steps = 3 if start is None else 2
+    jumped = blocks.mistimed[blocks.with_history] > 0.0
+    several = bool(np.count_nonzero(jumped) >= FEWEST_JUMPS)
+    jump_noise = start.jump_noise if start is not None and several else 0.0
     own = answering(jacobian, blocks)
     lost = np.zeros(p) if gyro_noise_correction is None else gyro_noise_correction * blocks.with_history.size
     corrected = bool(own) or bool(lost.any())
@@ -124,6 +136,8 @@ def fit(
     for turn in range(rounds):
         white_x, white_y = whiten(columns, ar, blocks), whiten(y, ar, blocks)
         innovation, most = white_y - white_x @ theta, np.inf
+        jumps = jump_variance(ar, blocks)
+        level = 1.0 + jump_noise * jumps
         weighted = np.empty_like(white_x)
         # least squares comes first; later rounds go on from where the Jacobian had led
         initial_steps = 0 if turn > 0 or not corrected else steps
@@ -145,15 +159,32 @@ def fit(
                 theta = theta + np.linalg.solve(squares, toward)
             innovation = white_y - white_x @ theta
             scale = min(scale_of(weight, innovation), most)
-            weight = (DEGREES + 1.0) / (DEGREES + (innovation / scale) ** 2)
+            square = (innovation / scale) ** 2
+            if several:
+                usual = level * (DEGREES + 1.0) / (DEGREES + square / level) * square / level
+                jump_noise = float(np.sum(usual[jumped] - 1.0) / np.sum(jumps[jumped]))
+                jump_noise = min(max(jump_noise, 0.0), INSTANT / scale**2)
+                level = 1.0 + jump_noise * jumps
+            weight = (DEGREES + 1.0) / (DEGREES * level + square)
         residual = y - columns @ theta
         if turn + 1 < rounds:
-            ar = burg(residual, blocks)
+            ar = autoregression(residual, blocks, jump_noise)
     scale = scale_of(weight, innovation)
-    likelihood = log_likelihood(innovation, scale)
+    likelihood = log_likelihood(innovation / np.sqrt(level), scale) - 0.5 * float(np.sum(np.log(level)))
     likelihood += min(float(lost @ theta), 0.0)
     likelihood += log_determinant(own, theta)
-    return Fit(theta, ar, scale, likelihood, residual, innovation, weight)
+    return Fit(theta, ar, scale, likelihood, residual, innovation, weight, jump_noise)
+
+
+def without_jump_noise(fitted: Fit) -> Fit:
+    """The fit with the weights as they are where a jump of the command adds nothing to its block."""
+    weight = (DEGREES + 1.0) / (DEGREES + np.square(fitted.innovation / fitted.scale))
+    return replace(fitted, weight=weight, jump_noise=0.0)
+
+
+def jump_noise_factor(fitted: Fit, blocks: Blocks) -> Array:
+    """(m,) by how much an innovation is larger for the jumps of the command in its block and the three before."""
+    return np.sqrt(1.0 + fitted.jump_noise * jump_variance(fitted.ar, blocks))
 
 
 def log_likelihood(innovation: Array, scale: float) -> float:
