@@ -201,18 +201,11 @@ def settle(
     penalty = sum(price(e, len(c), problem) for e, c in zip(effects, coefficients, strict=True))
     penalty += ALIGNMENT * sum(below_sampling(term, problem) for term in found)
     penalty -= len(problem.blocks) * sum(noise_gain(problem, fitted, e, t) for e, t in zip(effects, found, strict=True))
+    criterion = 2.0 * fitted.log_likelihood - penalty
     return Hypothesis(
-        found,
-        tuple(effects),
-        fitted,
-        columns,
-        jacobian,
-        gyro_noise_correction,
-        tuple(losses),
-        2.0 * fitted.log_likelihood - penalty,
-        tuple(position),
-        tuple(offsets),
-    )
+        found, tuple(effects), fitted, columns, jacobian, gyro_noise_correction, tuple(losses), criterion,
+        tuple(position), tuple(offsets),
+    )  # fmt: skip
 
 
 def side_by_side(parts: Sequence[Array]) -> Array:
