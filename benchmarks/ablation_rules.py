@@ -125,7 +125,7 @@ RULES: Mapping[str, Sequence[Patch]] = {
     ],
     "weak: noise in the torque": [
         Patch(WEAK + "problem", "Problem.noise_fraction_beside", lambda *_: 0.0, watched=False),
-        Patch(WEAK + "noise_reading", "_late_noise_fraction", lambda *_: 0.0, watched=False),
+        Patch(WEAK + "alignment", "_late_noise_fraction", lambda *_: 0.0, watched=False),
         Patch(WEAK + "problem", "Problem.knows_command", lambda *_: False, watched=False),
     ],
     "weak: noise of the instants of jumps": [Patch(WEAK + "whitening", "FEWEST_JUMPS", 10**9, watched=False)],

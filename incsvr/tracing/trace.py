@@ -70,7 +70,7 @@ def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, 
     if commanded and loop.closed:
         refuse_opposite_signs(grid)
         return forward_trace(runs, inertia, validate, names, ignored)
-    holds = torque == COMMANDED
+    holds = None if torque is None else torque == COMMANDED
     shown = identified(grid.signals)
     if shown is not None and shown.contradicts(inertia):
         return traced_anew(runs, inertia, shown, validate, names, ignored, {}, holds)

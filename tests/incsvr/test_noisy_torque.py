@@ -52,19 +52,19 @@ def recorded(seed: int, command: Array, width: float = 0.0, late: float = 0.0) -
 
 
 def test_a_limit_or_a_dead_band_that_takes_but_noise_is_not_named() -> None:
-    assert trace([recorded(21, telegraph(21))], inertia=INERTIA).effects == ()
+    assert trace([recorded(21, telegraph(21))], inertia=INERTIA, torque="measured").effects == ()
 
 
 def test_a_dead_band_in_the_same_noise_is_named() -> None:
     """And about as wide as it is, though the noise crosses its edge."""
-    (found,) = trace([recorded(22, pulses(22), width=12.0)], inertia=INERTIA).effects
+    (found,) = trace([recorded(22, pulses(22), width=12.0)], inertia=INERTIA, torque="measured").effects
     assert found.effect == "dead_zone"
     assert found.parameters["half_width_nm"] == pytest.approx(12.0, rel=0.1)
 
 
 def test_a_late_thrust_is_found_by_what_the_command_was() -> None:
     """From the rate side, which knows no noise but is smoothed, it was too late by a tenth, with a limit beside it."""
-    (found,) = trace([recorded(23, pulses(23), late=0.25)], inertia=INERTIA).effects
+    (found,) = trace([recorded(23, pulses(23), late=0.25)], inertia=INERTIA, torque="measured").effects
     assert found.effect == "torque_delay"
     assert found.parameters["delay_s"] == pytest.approx(0.25, rel=0.04)
 

@@ -53,6 +53,11 @@ class DisturbanceResponse:
         mean: Array = self.rate_within.mean(axis=1)
         return mean
 
+    def left(self, path: Array) -> float:
+        """Mean of a path over its last block, less what those before predict of it."""
+        means = (0.5 * (path[1:] + path[:-1])).reshape(BEFORE + 1, PARTS).mean(axis=1)
+        return float(means[-1] - self.predictor @ means[:-1])
+
 
 def disturbance_response(
     slope: Array, feedback: float, ar: Array, torque_noise_fraction: float, period: float, inertia: float

@@ -208,6 +208,12 @@ def settle(
     )  # fmt: skip
 
 
+def resettled(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """The same effects, settled on other equations."""
+    base = nothing(problem)
+    return settle(problem, hypothesis.values(), base) if hypothesis.terms else base
+
+
 def side_by_side(parts: Sequence[Array]) -> Array:
     """(…, p) their columns in one array, the blocks of a column one after the other: sums run along these."""
     joined: Array = np.moveaxis(np.concatenate([np.moveaxis(part, -1, 0) for part in parts]), 0, -1)

@@ -11,12 +11,11 @@ from incsvr.effects import Effect, candidates
 from incsvr.tracing.run import Run
 from incsvr.tracing.statistics import p_value
 from incsvr.tracing.weak.acceptance import against_physics, forbidden, objection
+from incsvr.tracing.weak.alignment import aligned
 from incsvr.tracing.weak.evidence import evidence
 from incsvr.tracing.weak.excitation import demand
 from incsvr.tracing.weak.hypothesis import Hypothesis, below_sampling, nothing, settle
 from incsvr.tracing.weak.indistinguishable import SHAPE, indistinguishable
-from incsvr.tracing.weak.noise_reading import with_noise_read
-from incsvr.tracing.weak.posing import pose
 from incsvr.tracing.weak.problem import Problem
 from incsvr.tracing.weak.required_gain import LEVEL
 from incsvr.tracing.weak.scan import without
@@ -59,12 +58,12 @@ def chosen_effects(
     validate: Sequence[Run] | None,
     names: Sequence[str],
     excluded: Mapping[str, str],
-    holds: bool,
+    holds: bool | None,
 ) -> tuple[Case, Hypothesis, Indistinguishable, dict[str, str]]:
     """What was asked, the effects that are proven, what explains as much as each of them, and why others are not among
-    them; `excluded` ones are not asked for, and where the torque `holds` until the next it is known to be a command.
+    them; `excluded` ones are not asked for, and `holds` says whether the torque is a command, if that is told.
     """
-    problem = with_noise_read(runs, pose(runs, inertia, names, zero_order_hold=holds), names)
+    problem = aligned(runs, inertia, names, holds)
     case, found, refused = _searched(problem, validate, names, excluded)
     while True:
         # what one test takes out may leave another effect against physics, or without evidence

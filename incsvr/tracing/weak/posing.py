@@ -38,12 +38,19 @@ FEWEST_SCALES = 12.0
 """Shortest recordings from which anything is concluded, in T_c."""
 
 
-def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, zero_order_hold: bool = False) -> Problem:
+def pose(
+    runs: Sequence[Run],
+    inertia: float,
+    channels: Sequence[str],
+    *,
+    zero_order_hold: bool = False,
+    period: float | None = None,
+) -> Problem:
     """Set the block length and build the equations.
 
     T_b starts at T_c/18 and grows until the gyro's noise through the whitening filter, I σ/T_b ‖(1, −a) ∗ (1, −1)‖, is
     at most 0.2 of the innovations' deviation, at most T_c/4.5, or three of the yaw rate's samples where these last
-    longer, at most T_c/2 then. `zero_order_hold` says whether the torque stays at its value
+    longer, at most T_c/2 then; or it is `period` [s]. `zero_order_hold` says whether the torque stays at its value
     until its next stamp (a command does) or is linear between them.
     """
     scale = time_scale(runs)
@@ -56,10 +63,13 @@ def pose(runs: Sequence[Run], inertia: float, channels: Sequence[str], *, zero_o
     # a loop that swings within a few samples would have a block for each of them, and be traced in half a minute
     longest = max(scale / 4.5, min(3.0 * sampled, scale / 2.0))
     block = min(max(scale / 18.0, 3.0 * resolution, min(length / MOST_BLOCKS, scale / 6.0)), longest)
+    block = block if period is None else period
     while True:
         problem = _equations(runs, inertia, channels, scale, block, sampled, zero_order_hold)
         base = fit(problem.y, problem.coarse, problem.blocks, spline=SPLINE)
         noise = _gyro_noise_in(problem, sigma, sampled, base)
+        if period is not None:
+            break
         # by a step at least: where one sample fills a block, 1.3 of it would be the same again
         longer = max(1.3 * problem.blocks.period, problem.blocks.period + problem.signals.step)
         if noise <= 0.2 * base.scale or longer > longest or len(problem.blocks) / 1.3 < FEWEST_BLOCKS * 1.5:

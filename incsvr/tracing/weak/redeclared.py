@@ -41,7 +41,7 @@ def traced_anew(
     names: Sequence[str],
     ignored: dict[str, str],
     excluded: Mapping[str, str],
-    holds: bool,
+    holds: bool | None,
 ) -> Trace:
     """What the declared model lacks where its inertia is wrong by a factor; the arguments as `weak_trace`.
 

@@ -43,7 +43,7 @@ def weak_trace(
     names: Sequence[str],
     ignored: dict[str, str],
     excluded: Mapping[str, str],
-    holds: bool,
+    holds: bool | None,
 ) -> Trace:
     """What the declared model lacks, by the weak form.
 
@@ -54,7 +54,7 @@ def weak_trace(
         names: of the channels that may be candidates.
         ignored: why others may not.
         excluded: effects that are not asked for, and why.
-        holds: whether the torque is known to be a command, which stands until the next.
+        holds: whether the torque is a command, which stands until the next; None where that is not told.
 
     Raises:
         BadInput: where the recordings cannot answer.
