@@ -18,10 +18,10 @@ from incsvr.errors import BadInput
 from service.arrivals import Arrivals
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
-from service.inputs import asking, bus_keys
+from service.inputs import asking
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
-from service.inputs.presets.mavlink import AUTOPILOT
+from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.survey import Survey
 from service.mapped_ingest import mapping
 from service.output import add_json_argument, emit
@@ -164,8 +164,9 @@ def _vehicle(hearing: Hearing, arrivals: Arrivals) -> str:
     while time.monotonic() < until:
         for key, payload, arrival in arrivals.take():
             hearing.hear(key, payload, arrival)
-        system = next((found for key in hearing.known if (found := bus_keys.system(key))), None)
-        if system is not None:
+        named = (mavlink(key) for key in hearing.known)
+        system = hearing.system or next((found.system for found in named if found is not None), "")
+        if system:
             return system
         pause.wait(POLL)
     raise BadInput("--ask: no vehicle is heard on mavlink/…; is the MAVLink server's Zenoh endpoint on in BlueOS?")

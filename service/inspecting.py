@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="a log, or the folder of a bag")
     parser.add_argument("--preset", choices=get_args(Preset), help="what the vehicle speaks")
     parser.add_argument("--column", action="append", default=[], metavar="NAME=FIELD", help="where a quantity stands")
+    parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
     parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
     parser.add_argument("--topic", metavar="NAME", help="all fields of one topic")
     add_json_argument(parser)
@@ -41,8 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     inputs = read_config(args.config).inputs
-    if args.preset is not None:
-        inputs = inputs.model_copy(update={"preset": args.preset})
+    said = {"preset": args.preset, "system": args.system}
+    inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
     with progress(f"reading {args.file.name}"):
         log, streams, proposal, measured = _read(args, inputs)
     emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
@@ -58,9 +59,9 @@ def _read(args: argparse.Namespace, inputs: Inputs) -> tuple[Log, list[Stream], 
     measured = None
     if proposal.inputs.yaw_rate is not None and "t" not in proposal.missing:
         try:
-            measured = read(args.file, log, Proposal(proposal.inputs))
+            measured = read(args.file, log, replace(proposal, missing={}))
         except BadInput as error:
-            proposal = Proposal(proposal.inputs, proposal.notes, {**proposal.missing, "reading": str(error)})
+            proposal = replace(proposal, missing={**proposal.missing, "reading": str(error)})
     if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):
         slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
         measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow.of_a_log))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import zenoh
@@ -39,7 +40,7 @@ class MappedIngest:
 
     Args:
         config: whose `inputs` is the mapping.
-        parameters: of the vehicle, as an earlier process heard them.
+        parameters: of vehicles, as an earlier process heard them.
 
     Raises:
         BadInput: a topic or a form of the configuration is none.
@@ -52,7 +53,7 @@ class MappedIngest:
         node: LearnerNode,
         watch: HealthWatch,
         config: Config,
-        parameters: Mapping[str, float],
+        parameters: Mapping[str, Any],
         learners: int = 1,
         archive: Archive | None = None,
     ) -> None:
@@ -129,10 +130,10 @@ class MappedIngest:
             known = self.hearing.known.items()
             return next((key for key, each in known if any(name == RATE for name, _ in each.quantities)), None)
 
-    def parameters(self) -> dict[str, float]:
-        """What the vehicle has told of its thrusters."""
+    def parameters(self) -> dict[str, dict[str, float]]:
+        """What vehicles have told of their thrusters, by vehicle."""
         with self._lock:
-            return dict(self.hearing.told)
+            return self.hearing.told_by_system
 
     def close(self) -> None:
         self._arrivals.close()

@@ -60,8 +60,8 @@ class Reading:
     def of(args: argparse.Namespace, config: Config) -> Reading:
         """As the flags of `add_log_arguments` say, and the configuration whose file was given."""
         inputs = config.inputs
-        if args.preset is not None:
-            inputs = inputs.model_copy(update={"preset": args.preset})
+        said = {"preset": args.preset, "system": args.system}
+        inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
         configured = args.config is not None and "rate_limit" in config.vehicle.model_fields_set
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         return Reading(
@@ -175,6 +175,7 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axi
         metavar="NAME=FIELD",
         help="where a quantity stands: yaw_rate=r:deg/s, torque=-tau, t=stamp:ms (`incsvr inspect` lists the fields)",
     )
+    parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
     if axis:
         parser.add_argument(
             "--axis", choices=tuple(AXES), help="which axis of a whole vehicle (default: vehicle.axis, which is yaw)"

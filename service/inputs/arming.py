@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,8 @@ from incsvr.samples import Array
 from service.inputs.settings import Armed
 
 Spans = tuple[tuple[float, float], ...]
+LARGEST = 2.0**53
+"""Flags and states are whole numbers below."""
 
 
 def spans(time: Array, armed: Array) -> Spans:
@@ -34,9 +38,53 @@ def says_armed(settings: Armed, values: Array) -> NDArray[np.bool_]:
     return np.asarray(np.nan_to_num(values) != 0.0)
 
 
+def speaks(settings: Armed, values: Array) -> NDArray[np.bool_]:
+    """Which of the values (n,) of the field say something of it: a field of events has others, too."""
+    if settings.equals is None or settings.disarmed is None:
+        return np.isfinite(values)
+    return np.asarray((values == settings.equals) | (values == settings.disarmed))
+
+
 def within(time: Array, wanted: Spans) -> NDArray[np.bool_]:
     """Which of the instants (n,) [s] are in the spans."""
     inside = np.zeros(time.size, dtype=bool)
     for low, high in wanted:
         inside |= (time >= low) & (time < high)
     return inside
+
+
+@dataclass(slots=True)
+class Arming:
+    """Whether a vehicle is armed, message by message.
+
+    Attributes:
+        armed: None before anything says so.
+        by_movement: whether that is concluded from outputs that move: what tells changes alone may have told the last
+            one before anybody listened.
+    """
+
+    armed: bool | None = None
+    by_movement: bool = False
+    _said: bool = False
+
+    def take(self, settings: Armed, value: float | None) -> bool:
+        """Takes what a message says; False where it has no such number."""
+        if value is None or not abs(value) < LARGEST:
+            return False
+        given = np.array([value])
+        if speaks(settings, given)[0]:
+            self.armed, self.by_movement, self._said = bool(says_armed(settings, given)[0]), False, True
+        return True
+
+    def moved(self, settings: Armed | None) -> None:
+        """The outputs of the vehicle move."""
+        if settings is not None and settings.events and not self._said:
+            self.armed = self.by_movement = True
+
+    def why_not(self, settings: Armed) -> str | None:
+        """Why nothing that comes is learned from; None where it is."""
+        if self.armed:
+            return None
+        if self.armed is None and not settings.events:
+            return f"nothing has said yet whether the vehicle is armed; {settings.topic} would"
+        return f"the vehicle is not armed (by {settings.topic}), so that there is nothing to learn from"

@@ -12,8 +12,10 @@ from collections.abc import Iterator
 import zenoh
 
 from incsvr.errors import BadInput
+from service.inputs.instances import base, instance
+from service.inputs.owners import AUTOPILOT
 from service.inputs.presets.keelson import SUBJECTS
-from service.inputs.presets.mavlink import AUTOPILOT, MESSAGES
+from service.inputs.presets.mavlink import MESSAGES
 from service.inputs.presets.ros import READ
 from service.inputs.settings import Inputs, Preset
 
@@ -21,9 +23,9 @@ BRIDGED = "@/*/@ros2_lv/MP/**"
 """Liveliness tokens by which zenoh-bridge-ros2dds says what is published: the key, with § for /, and the type."""
 _RMW = re.compile(r"^\d+/.+/([a-z][a-z0-9_]*)::msg::dds_::([A-Za-z0-9]+)_/[^/]+$")
 _TOKEN = re.compile(r"^@/[^/]+/@ros2_lv/MP/([^/]+)/([^/]+)(?:/.*)?$")
+_MAVLINK = re.compile(r"^(?:.*/)?mavlink/[^/]+/[^/]+/[A-Z0-9_]+\[[^\[\]]+\]$")
 _KEELSON = re.compile(r"(^|.*/)@v\d+/.+/pubsub/[^/]+/.+$")
-_MAVLINK = re.compile(r"(?:^|.*/)mavlink/(\d+)/\d+/([A-Z0-9_]+)$")
-_MESSAGE = re.compile(r"^[A-Z][A-Z0-9_]+$")
+_MESSAGE = re.compile(r"^[A-Z][A-Z0-9_]+(?:\[[^\[\]]+\])?$")
 ON_A_BUS: tuple[Preset | None, ...] = ("blueos", "ros2", "keelson", "incsvr", None)
 
 
@@ -80,19 +82,23 @@ def forms(inputs: Inputs) -> Iterator[tuple[str, str]]:
 
 
 def expressions(topic: str, preset: str | None) -> tuple[str, ...]:
-    """The key expressions on which a topic of a configuration may come."""
+    """The key expressions on which a topic of a configuration may come, whichever instance of it is meant."""
     if preset == "blueos" and _MESSAGE.match(topic):
-        return (f"mavlink/*/{AUTOPILOT}/{topic}",)
+        return (f"mavlink/*/{AUTOPILOT}/{base(topic)}",)
+    if _MAVLINK.match(topic):
+        return (base(topic),)
     if topic.startswith("/"):
         return topic[1:], f"*{topic}/*/*"
     return (topic,)
 
 
 def matches(topic: str, key: str, preset: str | None) -> bool:
-    """Whether a key is of a topic of the configuration."""
+    """Whether a key, with the instance that its messages name, is of a topic of the configuration."""
     if topic == key:
         return True
-    return any(zenoh.KeyExpr(each).includes(zenoh.KeyExpr(key)) for each in expressions(topic, preset))
+    if instance(topic) != instance(key):
+        return False
+    return any(zenoh.KeyExpr(each).includes(zenoh.KeyExpr(base(key))) for each in expressions(topic, preset))
 
 
 def ros_type(key: str) -> str | None:
@@ -115,16 +121,12 @@ def form(key: str) -> str | None:
     return "keelson" if _KEELSON.match(key) else None
 
 
-def system(key: str) -> str | None:
-    """The number of the vehicle that a MAVLink message is of."""
-    found = _MAVLINK.match(key)
-    return None if found is None else found[1]
-
-
-def mavlink_message(key: str) -> str | None:
-    """The name of the MAVLink message that a key holds."""
-    found = _MAVLINK.match(key)
-    return None if found is None else found[2]
+def form_of(key: str, announced: str | None, inputs: Inputs) -> str:
+    """The form of a key's messages: as the key or its announced type says, as the configuration does, or JSON."""
+    found = form(key) or (f"cdr:{announced}" if announced else None)
+    if found is not None:
+        return found
+    return next((each for topic, each in forms(inputs) if matches(topic, key, inputs.preset)), "json")
 
 
 def _of_preset(preset: Preset | None) -> tuple[str, ...]:

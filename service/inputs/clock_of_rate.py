@@ -54,6 +54,23 @@ class ClockOfRate:
         lag = median(lags)
         return lag if real and abs(lag) > LATE else None
 
+    def doubts(self, name: str, own: bool, stamped: bool) -> list[str]:
+        """What is to be said of a stream's clock.
+
+        Args:
+            own: whether its own stamps count.
+            stamped: whether its messages bear stamps.
+        """
+        if not own and stamped:
+            return [f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count"]
+        lag = self.behind(name)
+        if lag is None:
+            return []
+        return [
+            f"the stamps of {name} are {abs(lag):.2g} s {'behind' if lag > 0.0 else 'ahead of'} those of yaw_rate that "
+            "arrive with them; if they are of another clock, set its stamp to arrival"
+        ]
+
     def placed(self, name: str, stamps: list[float] | None, arrival: float) -> tuple[list[float], bool]:
         """The times of another message [s], and whether they are its own stamps; none where nothing places it."""
         if self.newest is None:

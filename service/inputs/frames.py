@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
 
 from service.inputs.settings import Sign, Thruster
+from service.inputs.vehicle_kind import MOTORS, functions
 
 FRAMES = {1: "BlueROV2", 2: "BlueROV2 Heavy"}
 """FRAME_CONFIG of the frames whose levers are known: vectored, and vectored with six degrees of freedom."""
@@ -14,9 +15,6 @@ YAW = (1.0, -1.0, -1.0, 1.0)
 ARMS = {1: 0.189, 2: 0.171}
 """Moment by thrust about the vertical axis [m]: thrusters at ±(0.156, 0.111) m and 45° (Wu 2018); of the Heavy the mean
 of 0.167 and 0.175 m in a published model (von Benzon 2022)."""
-FIRST_MOTOR = 33
-"""SERVOn_FUNCTION of the output that drives motor 1."""
-OUTPUTS = 16
 
 
 def frame(parameters: Mapping[str, float]) -> int | None:
@@ -27,7 +25,8 @@ def frame(parameters: Mapping[str, float]) -> int | None:
 
 def relevant(name: str) -> bool:
     """Whether a parameter of the vehicle has to do with its thrusters."""
-    return name == "FRAME_CONFIG" or (name.startswith(("MOT_", "SERVO")) and name.endswith(("_DIRECTION", "_FUNCTION")))
+    of_outputs = name.startswith(("MOT_", "SERVO")) and name.endswith(("_DIRECTION", "_FUNCTION"))
+    return of_outputs or name in ("FRAME_CONFIG", "FRAME_CLASS")
 
 
 def assumed(parameters: Mapping[str, float]) -> str | None:
@@ -46,23 +45,29 @@ def assumed(parameters: Mapping[str, float]) -> str | None:
     )
 
 
-def thrusters(parameters: Mapping[str, float], kind: int, field: str) -> tuple[Thruster, ...]:
+def thrusters(
+    parameters: Mapping[str, float], kind: int, place: Callable[[int], tuple[str, str]]
+) -> tuple[Thruster, ...]:
     """The four thrusters of a frame that turn it; positive clockwise seen from above, as MAVLink's yaw rate is.
 
     Args:
         parameters: of the vehicle, as far as they are known.
         kind: 1 or 2.
-        field: path of the command of an output, with a place for its number, such as `servo{}_raw`.
+        place: topic and path of the command of an output, by its number.
     """
-    outputs = {
-        int(parameters[name]) - FIRST_MOTOR + 1: output
-        for output in range(1, OUTPUTS + 1)
-        if (name := f"SERVO{output}_FUNCTION") in parameters
-    }
+    driven = functions(parameters)
+    outputs = {driven[output] - MOTORS[0] + 1: output for output in sorted(driven, reverse=True)}
     found = []
     for motor, share in enumerate(YAW, start=1):
         direction: Sign = -1 if parameters.get(f"MOT_{motor}_DIRECTION", 1.0) < 0.0 else 1
-        found.append(
-            Thruster(field=field.format(outputs.get(motor, motor)), direction=direction, arm=share * ARMS[kind])
-        )
+        topic, field = place(outputs.get(motor, motor))
+        found.append(Thruster(topic=topic, field=field, direction=direction, arm=share * ARMS[kind]))
     return tuple(found)
+
+
+def at_one_topic(each: tuple[Thruster, ...]) -> tuple[str, tuple[Thruster, ...]]:
+    """The topic that all thrusters share, and the thrusters without it; no topic where they share none."""
+    topics = {thruster.topic for thruster in each}
+    if len(topics) > 1:
+        return "", each
+    return topics.pop(), tuple(thruster.model_copy(update={"topic": ""}) for thruster in each)

@@ -15,21 +15,21 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from service.inputs import bus_keys, frames
-from service.inputs.arming import says_armed
+from service.inputs import bus_keys, frames, owners, vehicles
+from service.inputs.arming import Arming
 from service.inputs.clock_of_rate import ClockOfRate
-from service.inputs.forms import Undecodable, as_float, decoder, number
+from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import Refused, parse
-from service.inputs.known import RATE, TORQUE, Known
-from service.inputs.resolving import ANGLE, resolved, steady
+from service.inputs.known import RATE, TORQUE, VOLTAGE, Known
+from service.inputs.resolving import ANGLE, named_topics, resolved, steady
 from service.inputs.settings import Armed, Inputs
-from service.inputs.thrust import T200_NOMINAL
+from service.inputs.thrust import T200_NOMINAL, sensible
 from service.inputs.told_torque import ToldTorque
 from service.inputs.units import FRACTION
+from service.inputs.vehicle_parameters import VehicleParameters
 from service.logs.gathering import leaves
+from service.logs.table import Topic
 
-LARGEST = 2.0**53
-"""Flags and states are whole numbers below."""
 MOST = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
 
@@ -49,14 +49,12 @@ class Hearing:
 
     Args:
         inputs: the mapping of the configuration.
-        parameters: of the vehicle, as an earlier process heard them.
+        parameters: of vehicles, as an earlier process heard them.
 
     Attributes:
         keys: the key expressions to listen to.
-        known: the keys that were heard.
+        known: the keys that were heard, each instance by itself.
         types: of ROS 2, by key, where something else than the key says them.
-        told: parameters that the vehicle told, and that have to do with its thrusters.
-        armed: whether the thrusters may turn; None before anything says so.
         refused: messages that are no measurements, by reason.
         placed: by stream, whether its own stamps count, or its times of arrival.
 
@@ -64,20 +62,25 @@ class Hearing:
         BadInput: the configuration names a type that is not read, or a topic that is no key expression.
     """
 
-    def __init__(self, inputs: Inputs, parameters: Mapping[str, float] | None = None) -> None:
+    def __init__(self, inputs: Inputs, parameters: Mapping[str, Any] | None = None) -> None:
         self._configured = inputs
         self.keys = bus_keys.listened(inputs)
         for _, form in bus_keys.forms(inputs):
             decoder(form)
         self.known: dict[str, Known] = {}
         self.types: dict[str, str] = {}
-        self.told = dict(parameters or {})
-        self.armed: bool | None = False if inputs.armed is not None and inputs.armed.events else None
+        self._parameters = VehicleParameters(parameters)
         self.refused: Counter[str] = Counter()
+        self._vehicles = vehicles.Vehicles(inputs.system)
+        self._begin()
+        self._resolved = resolved(inputs, self.known, self.parameters)
+
+    def _begin(self) -> None:
+        """Nothing has been heard of the vehicle that is taken from now on."""
+        self._arming = Arming()
         self.placed: dict[str, bool] = {}
         self._clock, self._torque = ClockOfRate(), ToldTorque()
         self._latest: dict[str, float] = {}
-        self._resolved = resolved(inputs, self.known, self.parameters)
 
     @property
     def inputs(self) -> Inputs:
@@ -87,7 +90,24 @@ class Hearing:
     @property
     def missing(self) -> Mapping[str, str]:
         """Sentences on what was not found, by name."""
-        return self._resolved.missing
+        thrusters = self.inputs.thrusters
+        silent = None if thrusters is None else self._torque.silent(thrusters)
+        return self._resolved.missing if silent is None else {**self._resolved.missing, TORQUE: silent}
+
+    @property
+    def system(self) -> str:
+        """The vehicle that is taken; empty where nothing says whose messages come."""
+        return self._vehicles.chosen
+
+    @property
+    def told(self) -> dict[str, float]:
+        """Parameters that the vehicle told, and that have to do with its thrusters."""
+        return self._parameters.of(self.system)
+
+    @property
+    def told_by_system(self) -> dict[str, dict[str, float]]:
+        """Those that each vehicle told, as the next process takes them."""
+        return {system: dict(told) for system, told in self._parameters.by_system.items()}
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -96,8 +116,16 @@ class Hearing:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a preset concluded, one sentence each."""
-        return self._resolved.notes
+        """What a preset concluded and what changed under way, one sentence each."""
+        others = self._others()
+        of_vehicles = (self._vehicles.note(others),) if others else ()
+        return (*of_vehicles, *self._resolved.notes, *self._parameters.note(self.system))
+
+    @property
+    def armed(self) -> bool | None:
+        """Whether the thrusters may turn; None before anything says so."""
+        events = self._resolved.armed is not None and self._resolved.armed.events
+        return False if events and self._arming.armed is None else self._arming.armed
 
     @property
     def may_learn(self) -> bool:
@@ -107,12 +135,7 @@ class Hearing:
     @property
     def why_not(self) -> str | None:
         """Why nothing that comes is learned from; None where it is."""
-        source = self._resolved.armed
-        if source is None or self.armed:
-            return None
-        if self.armed is None:
-            return f"nothing has said yet whether the vehicle is armed; {source.topic} would"
-        return f"the vehicle is not armed (by {source.topic}), so that there is nothing to learn from"
+        return None if self._resolved.armed is None else self._arming.why_not(self._resolved.armed)
 
     def announce(self, key: str, kind: str) -> None:
         """A bridge says that messages of this type come on a key."""
@@ -128,26 +151,46 @@ class Hearing:
             known.first = arrival
         if known.decode is None:
             return []
-        known.count, known.last = known.count + 1, arrival
         sequence = None
         try:
             if known.form == "incsvr":
                 t, values, sequence = parse(payload)
-                known.message = {"t": t, "value": values}
+                message: Any = {"t": t, "value": values}
             else:
-                known.message = known.decode(payload)
+                message = known.decode(payload)
         except (Undecodable, Refused) as error:
             self.refused[str(error) if isinstance(error, Refused) else "undecodable"] += 1
             return []
+        name = owners.mavlink_topic(key, message)
+        if name != key:
+            if name not in self.known and len(self.known) >= MOST:
+                return []
+            known = self.known.setdefault(name, Known(known.form, known.decode, first=arrival))
+        known.message, known.count, known.last = message, known.count + 1, arrival
         if not known.fields:
-            known.fields = tuple(path for path, _ in leaves(known.message)) or ("",)
+            known.fields = tuple(path for path, _ in leaves(message)) or ("",)
+            known.sign = vehicles.sign(Topic(name, known.type, known.fields, 0))
+            self._vehicles.meet(vehicles.able(named_topics(self.known)))
             self._resolve()
-        if key.endswith("/PARAM_VALUE"):
-            self._parameter(known.message)
+        self._look_at_vehicle(name, known)
         if known.armed is not None:
             self._arm(known.armed, known.message)
         told = list(self._told(known, arrival))
         return told if sequence is None else [replace(heard, sequence=sequence) for heard in told]
+
+    def _look_at_vehicle(self, name: str, known: Known) -> None:
+        """What a message says of the vehicle that it is of: its parameters, and whether it is the one that is taken."""
+        of_vehicle = owners.mavlink(name)
+        if of_vehicle is not None and of_vehicle.message == "PARAM_VALUE":
+            ours = of_vehicle.system == self.system or not self.system
+            when = self._clock.newest if ours else None
+            if self._parameters.take(of_vehicle.system, known.message, when) and ours:
+                self._resolve()
+        if known.sign is None or self._vehicles.settled:
+            return
+        if self._vehicles.take(known.sign, lambda path: number(known.message, path)):
+            self._begin()
+            self._resolve()
 
     def notices(self) -> list[str]:
         """What a person should know of how the measurements come about."""
@@ -164,29 +207,30 @@ class Hearing:
         if inputs.torque is not None and inputs.torque.unit == FRACTION and inputs.torque.scale == 1.0:
             found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale says how much")
         for name, own in self.placed.items():
-            found += self._of_its_clock(name, own)
-        if self._resolved.ignored:
-            other = min(self._resolved.ignored)
-            found.append(f"{other} is heard as well and left alone: name the topics in inputs to take it instead")
+            found += self._clock.doubts(name, own, self._stamped(name))
+        able = vehicles.able(named_topics(self.known))
+        if not self._configured.system and self._others() & set(able):
+            found.append(self._vehicles.note(self._others()))
+        elif self._configured.system and able and self._configured.system not in able:
+            found.append(f"vehicle {self._configured.system} (inputs.system) is not heard, but {', '.join(able)}")
+        if self._arming.by_movement and self._resolved.armed is not None:
+            found.append(
+                f"{self._resolved.armed.topic} has not said that the vehicle is armed, but its outputs move: it is "
+                "taken for armed"
+            )
         return found
 
-    def _of_its_clock(self, name: str, own: bool) -> list[str]:
-        """Whether the stamps of a stream are of the yaw rate's clock."""
-        thrusters = self.inputs.thrusters
-        stamped = [
-            known.stamp(source)[0] for known in self.known.values() for of, source in known.quantities if of == name
-        ]
+    def _others(self) -> frozenset[str]:
+        """The vehicles that are heard and left alone."""
+        return self._vehicles.others(vehicles.heard(named_topics(self.known)))
+
+    def _stamped(self, name: str) -> bool:
+        """Whether the messages that a stream comes of bear stamps."""
+        heard, thrusters = self.known.values(), self.inputs.thrusters
+        stamps = [known.stamp(source)[0] for known in heard for of, source in known.quantities if of == name]
         if name == TORQUE and thrusters is not None:
-            stamped += [known.stamp(thrusters)[0] for known in self.known.values() if known.commands]
-        if not own and any(stamped):
-            return [f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count"]
-        lag = self._clock.behind(name)
-        if lag is None:
-            return []
-        return [
-            f"the stamps of {name} are {abs(lag):.2g} s {'behind' if lag > 0.0 else 'ahead of'} those of yaw_rate that "
-            "arrive with them; if they are of another clock, set its stamp to arrival"
-        ]
+            stamps += [known.stamp(thrusters)[0] for known in heard if known.commands]
+        return any(stamps)
 
     def _told(self, known: Known, arrival: float) -> Iterator[Heard]:
         for name, source in known.quantities:
@@ -196,7 +240,7 @@ class Hearing:
                 continue
             values = [value * source.factor for value in values]
             if values:
-                self._latest[name] = values[-1]
+                self._keep(name, values[-1])
             if name.startswith(ANGLE[0]):
                 continue
             stamps = known.stamps(source)
@@ -214,41 +258,25 @@ class Hearing:
         if not self._torque.take(thrusters, known):
             self.refused["no_field"] += 1
             return
+        if self._torque.movement.seen:
+            self._arming.moved(self._resolved.armed)
         times, self.placed[TORQUE] = self._clock.placed(TORQUE, known.stamps(thrusters), arrival)
         told = self._torque.told(thrusters, known, times[0], self._latest) if len(times) == 1 else None
         if told is not None:
             yield Heard(TORQUE, [told[0]], [told[1]])
 
-    def _arm(self, settings: Armed, message: Any) -> None:
-        value = number(message, settings.field)
-        if value is None or not abs(value) < LARGEST:
-            self.refused["no_field"] += 1
-        else:
-            self.armed = bool(says_armed(settings, np.array([value]))[0])
+    def _keep(self, name: str, value: float) -> None:
+        """The newest value of what commands are read with; that of a battery which is none is no voltage."""
+        if name != VOLTAGE or sensible(np.array([value]))[0]:
+            self._latest[name] = value
 
-    def _parameter(self, message: Any) -> None:
-        """A parameter of the vehicle; what it says goes before what was assumed."""
-        body = message.get("message") if isinstance(message, dict) else None
-        if not isinstance(body, dict):
-            return
-        name, value = body.get("param_id"), as_float(body.get("param_value"))
-        if isinstance(name, list):
-            name = "".join(str(each) for each in name)
-        if not isinstance(name, str) or value is None or not abs(value) < LARGEST:
-            return
-        name = name.partition("\0")[0]
-        if frames.relevant(name) and self.told.get(name) != value:
-            self.told[name] = value
-            self._resolve()
+    def _arm(self, settings: Armed, message: Any) -> None:
+        if not self._arming.take(settings, number(message, settings.field)):
+            self.refused["no_field"] += 1
 
     def _meet(self, key: str) -> Known:
         """A key that is heard for the first time."""
-        kind = self.types.get(key)
-        form = bus_keys.form(key) or (f"cdr:{kind}" if kind else None)
-        if form is None:
-            preset = self._configured.preset
-            told = (each for topic, each in bus_keys.forms(self._configured) if bus_keys.matches(topic, key, preset))
-            form = next(told, "json")
+        form = bus_keys.form_of(key, self.types.get(key), self._configured)
         try:
             return Known(form, decoder(form))
         except BadInput:  # a type that a bridge announces, and that nothing is read from
@@ -256,12 +284,14 @@ class Hearing:
 
     def _resolve(self) -> None:
         """The mapping by all that was heard until now; what the newest messages say holds."""
-        configured = steady(self._configured, self.inputs, self.known)
-        self._resolved = resolved(configured, self.known, self.parameters)
+        others = self._others()
+        ours = {topic.name for topic in named_topics(self.known) if owners.system_of(topic) not in others}
+        configured = steady(self._configured, self.inputs, {key: self.known[key] for key in ours})
+        self._resolved = resolved(configured, self.known, self.parameters, others)
         for known in self.known.values():
             for name, source in known.quantities:
                 values = known.numbers(source.field)
                 if name not in self._latest and values:
-                    self._latest[name] = values[-1] * source.factor
-            if known.armed is not None and self.armed is None:
+                    self._keep(name, values[-1] * source.factor)
+            if known.armed is not None and self._arming.armed is None:
                 self._arm(known.armed, known.message)

@@ -11,7 +11,9 @@ from service.inputs.forms import as_float, number
 from service.inputs.forms.cdr import has_header
 from service.inputs.presets.ros import RATES, TORQUES
 from service.inputs.settings import ARRIVAL, Armed, Source, Thrusters
+from service.inputs.stamps import HEADER_STAMP, usual_stamp
 from service.inputs.units import STAMPS
+from service.inputs.vehicles import Sign
 
 RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
 
@@ -29,6 +31,7 @@ class Known:
         quantities: what is taken from them, by name.
         commands: the thrusters whose commands stand in them, by their numbers.
         armed: how they say whether the thrusters may turn.
+        sign: what they show of the vehicle that they are of.
     """
 
     form: str
@@ -41,6 +44,7 @@ class Known:
     quantities: list[tuple[str, Source]] = field(default_factory=list)
     commands: list[int] = field(default_factory=list)
     armed: Armed | None = None
+    sign: Sign | None = None
 
     @property
     def type(self) -> str:
@@ -67,11 +71,9 @@ class Known:
         if self.form in ("keelson", "incsvr"):
             return {"keelson": "timestamp", "incsvr": "t"}[self.form], 1.0
         if has_header(self.type):
-            return "header.stamp", 1.0
-        for path, factor in (("message.time_boot_ms", 1e-3), ("message.time_usec", 1e-6)):
-            if path in self.fields:
-                return path, factor
-        return "", 1.0
+            return HEADER_STAMP, 1.0
+        path, unit = usual_stamp(self.fields)
+        return path, STAMPS[unit]
 
     def stamps(self, source: Source | Thrusters) -> list[float] | None:
         """Of the newest message [s]; None where the time of arrival counts."""

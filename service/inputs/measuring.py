@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.inputs.arming import says_armed
+from service.inputs.arming import says_armed, speaks
 from service.inputs.clocks import Clock
+from service.inputs.commands import Told, held, joined, since_first_pulse
+from service.inputs.moving import first_movement, least_movement
+from service.inputs.outputs import output, without_pulse
+from service.inputs.presets.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
 from service.inputs.thrust import T200_NOMINAL, moment, sensible
 from service.inputs.units import STAMPS
 from service.logs.table import Table
 
 Stream = tuple[Array, Array]
-SURGE = "surge"
+SURGE, VOLTAGE = "surge", "voltage"
+SHOWN = 6
+"""So many changes of parameters are named."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,21 +41,25 @@ class Measured:
     notes: tuple[str, ...]
 
 
-def topics(inputs: Inputs) -> frozenset[str]:
-    """The topics that the mapping reads."""
+def topics(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
+    """The topics that the mapping reads, and those of thrusters that are others under way."""
+    thrusters = (*((inputs.thrusters,) if inputs.thrusters else ()), *others)
     sources: list[Source | Armed | None] = [
         inputs.yaw_rate,
         inputs.torque,
         inputs.armed,
         *inputs.channels.values(),
-        *(inputs.thrusters.beside() if inputs.thrusters else ()),
+        *(source for each in thrusters for source in each.beside()),
     ]
-    commands = inputs.thrusters.topics if inputs.thrusters else ()
+    commands = (topic for each in thrusters for topic in each.topics)
     return frozenset(each.topic for each in sources if each is not None) | frozenset(commands)
 
 
-def measured(inputs: Inputs, tables: Mapping[str, Table]) -> Measured:
+def measured(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> Measured:
     """The streams of the mapping.
+
+    Args:
+        changes: of the thrusters under way.
 
     Raises:
         BadInput: a topic or a field of it is not there.
@@ -62,12 +72,16 @@ def measured(inputs: Inputs, tables: Mapping[str, Table]) -> Measured:
     notes: list[str] = []
     streams = {"yaw_rate": _stream("yaw_rate", inputs.yaw_rate, tables, clock, notes)}
     channels = {name: _stream(name, source, tables, clock, notes) for name, source in inputs.channels.items()}
+    moves = None
     if inputs.torque is not None:
-        streams["torque"] = _stream("torque", inputs.torque, tables, clock, notes)
+        streams["torque"] = time, torque = _stream("torque", inputs.torque, tables, clock, notes)
+        place = first_movement([torque], 0.0)
+        moves = None if place is None else float(time[place])
     elif inputs.thrusters is not None:
-        streams["torque"] = _torque(inputs.thrusters, tables, clock, channels.get(SURGE), notes)
-    armed = None if inputs.armed is None else _armed(inputs.armed, tables, clock)
-    return Measured(streams | {name: each for name, each in channels.items() if each[0].size}, armed, tuple(notes))
+        streams["torque"], moves = _torque(inputs, changes, tables, clock, notes)
+    armed = _armed(inputs, tables, clock, moves, notes)
+    there = {name: each for name, each in channels.items() if each[0].size}
+    return Measured(streams | there, armed, tuple(dict.fromkeys(notes)))
 
 
 def _table(topic: str, tables: Mapping[str, Table]) -> Table:
@@ -127,51 +141,131 @@ def _ordered(time: Array, values: Array) -> Stream:
 
 
 def _torque(
-    settings: Thrusters, tables: Mapping[str, Table], clock: Clock, surge: Stream | None, notes: list[str]
-) -> Stream:
-    """The moment of all thrusters from their commands, at the times of the first one's; those of others hold."""
-    first = settings.topics[0]
-    time = _placed("torque", settings, first, _table(first, tables), clock, notes)
-    commands = []
-    for each, topic in zip(settings.each, settings.topics, strict=True):
+    inputs: Inputs, changes: Sequence[Change], tables: Mapping[str, Table], clock: Clock, notes: list[str]
+) -> tuple[Stream, float | None]:
+    """The moment of all thrusters from their commands, and when these first move [s]; None where they never do."""
+    parts = [Change(-np.inf, inputs.thrusters, ()), *changes]
+    streams: list[Stream] = []
+    moves: list[float] = []
+    for part, until in zip(parts, [*(change.since for change in changes), np.inf], strict=True):
+        settings = part.thrusters
+        if settings is None or part.since == until:
+            continue
+        time, arrival, commands = _commands(settings, tables, clock, notes)
+        inside = (arrival >= part.since) & (arrival < until)
+        time, arrival, commands = time[inside], arrival[inside], [command[inside] for command in commands]
+        place = first_movement(commands, least_movement(settings))
+        moves += [] if place is None else [float(time[place])]
+        volts = _volts(settings, inputs, tables, arrival, notes)
+        surge = _beside(inputs.channels[SURGE], tables, arrival, 0.0) if SURGE in inputs.channels else None
+        turned = {k: each.turned_by for k, each in enumerate(settings.each) if each.turned_by is not None}
+        angles = {k: _beside(source, tables, arrival) for k, source in turned.items()}
+        speed = np.zeros(time.size) if surge is None else surge
+        streams.append((time, moment(settings, commands, volts, speed, angles)))
+    notes += _changed(changes, clock)
+    time, torque = (np.concatenate(each) for each in zip(*streams, strict=True))
+    return _ordered(time, torque), min(moves, default=None)
+
+
+def _commands(
+    settings: Thrusters, tables: Mapping[str, Table], clock: Clock, notes: list[str]
+) -> tuple[Array, Array, list[Array]]:
+    """When the thrusters are told something [s], when that arrived [s], and what each is told by then."""
+    found, silent = [], []
+    for k, (each, topic) in enumerate(zip(settings.each, settings.topics, strict=True)):
+        an_output = settings.command == "pwm" and output(topic, each.field) is not None
+        if an_output and each.field not in (tables[topic].columns if topic in tables else {}):
+            silent.append(k)
+            continue
         table = _table(topic, tables)
-        told = _column(each.field, topic, table)
-        if topic != first:
-            stamps, values = _ordered(_placed("torque", settings, topic, table, clock, notes), told)
-            at = np.searchsorted(stamps, time, side="right") - 1
-            told = np.where(at >= 0, values[np.maximum(at, 0)], np.nan) if values.size else np.full(time.size, np.nan)
-        commands.append(told)
-    volts = _volts(settings, tables, clock, time, notes)
-    speed = np.zeros(time.size) if surge is None or not surge[0].size else np.interp(time, *surge)
-    angles = {}
-    for k, each in enumerate(settings.each):
-        if each.turned_by is not None:
-            angles[k] = np.interp(
-                time, *_stream(f"the angle of {each.turned_by.topic}", each.turned_by, tables, clock, notes)
-            )
-    return _ordered(time, moment(settings, commands, volts, speed, angles))
+        command = _column(each.field, topic, table)
+        if settings.command == "pwm":
+            command = since_first_pulse(command)
+        if an_output and np.isnan(command).all():
+            silent.append(k)
+        arrival = _arrival(table, _stamps(settings, topic, table))
+        found.append(Told(_placed("torque", settings, topic, table, clock, notes), arrival, command))
+    if silent:
+        raise BadInput(without_pulse(settings, silent))
+    return joined(found)
 
 
-def _volts(settings: Thrusters, tables: Mapping[str, Table], clock: Clock, time: Array, notes: list[str]) -> Array:
-    if settings.measured_voltage is not None and settings.measured_voltage.topic in tables:
-        stamps, volts = _stream("voltage", settings.measured_voltage, tables, clock, notes)
+def _beside(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
+    """What was known of a quantity when commands arrived (n,) [s]: as on a bus, its newest value counts."""
+    table = _table(source.topic, tables)
+    values = _column(source.field, source.topic, table) * source.factor
+    known = np.isfinite(values)
+    return held(arrival, _arrival(table, _stamps(source, source.topic, table))[known], values[known], before)
+
+
+def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arrival: Array, notes: list[str]) -> Array:
+    """The battery's voltage (n,) [V] when commands arrived; before the first one was told, the first one."""
+    source = settings.measured_voltage or inputs.channels.get(VOLTAGE)
+    if source is not None and source.topic in tables:
+        table = tables[source.topic]
+        volts = _column(source.field, source.topic, table) * source.factor
         real = sensible(volts)
         if real.any():
-            return np.interp(time, stamps[real], volts[real])
-    if settings.voltage is None and settings.curve == "t200":
-        notes.append(f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL:g} V")
-    return np.full(time.size, T200_NOMINAL if settings.voltage is None else settings.voltage)
+            return held(
+                arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
+            )
+    said = f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL:g} V"
+    if settings.voltage is None and settings.curve == "t200" and said not in notes:
+        notes.append(said)
+    return np.full(arrival.size, T200_NOMINAL if settings.voltage is None else settings.voltage)
 
 
-def _armed(settings: Armed, tables: Mapping[str, Table], clock: Clock) -> Stream | None:
+def _changed(changes: Sequence[Change], clock: Clock) -> list[str]:
+    """What of the parameters changed under way, in one sentence."""
+    said = []
+    for change in changes:
+        if change.parameters:
+            at = float(clock.placed(np.array([change.since]), None)[0][0])
+            lost = " (the thrusters are not known then, and nothing is learned)" if change.thrusters is None else ""
+            said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
+    more = f"; and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
+    return [f"parameters changed under way, and count from then on: {'; '.join(said[:SHOWN])}{more}"] if said else []
+
+
+def _armed(
+    inputs: Inputs, tables: Mapping[str, Table], clock: Clock, moves: float | None, notes: list[str]
+) -> Stream | None:
+    """From when on the vehicle was armed or not; what says nothing before outputs move is concluded from them.
+
+    Args:
+        moves: when the outputs first move [s].
+    """
+    settings = inputs.armed
+    if settings is None:
+        return _by_movement("HEARTBEAT", moves, notes) if inputs.preset == "blueos" else None
     table = tables.get(settings.topic)
     if table is None or settings.field not in table.columns:
-        # What tells changes alone and never spoke did not arm.
-        return (np.array([0.0]), np.zeros(1)) if settings.events else None
+        return _by_movement(settings.topic, moves, notes) if settings.events else None
     values = table.columns[settings.field]
-    armed = says_armed(settings, values)
+    told = speaks(settings, values)
     stamps = _stamps(settings, settings.topic, table)
     time, _ = clock.placed(_arrival(table, stamps), stamps)
-    if settings.events:
-        time, armed = np.concatenate(([-np.inf], time)), np.concatenate(([False], armed))
-    return time, armed.astype(np.float64)
+    time, armed = time[told], says_armed(settings, values)[told]
+    if not settings.events:
+        return time, armed.astype(np.float64)
+    if not time.size:
+        return _by_movement(settings.topic, moves, notes)
+    before = np.array([-np.inf]), np.zeros(1, dtype=bool)
+    if not armed[0] and moves is not None and moves < time[0]:
+        before = np.array([-np.inf, moves]), np.array([False, True])
+        notes.append(
+            f"the log began while the vehicle was armed: its outputs move from {moves:.6g} s on, and the first that "
+            f"{settings.topic} says is that it was disarmed, at {time[0]:.6g} s"
+        )
+    return np.concatenate((before[0], time)), np.concatenate((before[1], armed)).astype(np.float64)
+
+
+def _by_movement(topic: str, moves: float | None, notes: list[str]) -> Stream:
+    """Armed from when the outputs first move, where nothing else says so; never where they never do."""
+    if moves is None:
+        return np.array([0.0]), np.zeros(1)
+    notes.append(
+        f"nothing in it says whether the vehicle was armed (no {topic} message does), but its outputs move: it is taken for "
+        f"armed from {moves:.6g} s on"
+    )
+    return np.array([-np.inf, moves]), np.array([0.0, 1.0])

@@ -1,18 +1,25 @@
 """Which key is what: the configuration and a preset, held against all that was heard until now.
 
-What was heard first stays where several would do, and of several vehicles one alone is heard.
+What has come for a while stays where several would do, and of several vehicles one alone is heard.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from service.inputs import bus_keys
+from service.inputs.instances import base
 from service.inputs.known import RATE, TORQUE, VOLTAGE, Known
+from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import NOTHING
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
+from service.inputs.thrust import sensible
+from service.inputs.vehicle_kind import Speaker
+from service.logs.gathering import leaves
 from service.logs.table import Topic
 
 ANGLE = "(angle of thruster {})"
@@ -31,28 +38,38 @@ class Resolved:
         inputs: the mapping in force.
         missing: sentences on what was not found, by name.
         armed: what says whether the thrusters may turn; None where nothing does.
-        ignored: keys of other vehicles.
         notes: what a preset concluded, one sentence each.
     """
 
     inputs: Inputs
     missing: Mapping[str, str]
     armed: Armed | None
-    ignored: frozenset[str]
     notes: tuple[str, ...]
 
 
-def resolved(configured: Inputs, known: Mapping[str, Known], parameters: Mapping[str, float]) -> Resolved:
-    """The mapping now; what is taken from each key is written into what is known of it."""
+def resolved(
+    configured: Inputs,
+    heard: Mapping[str, Known],
+    parameters: Mapping[str, float],
+    others: frozenset[str] = frozenset(),
+) -> Resolved:
+    """The mapping now; what is taken from each key is written into what is known of it.
+
+    Args:
+        others: vehicles that are left alone.
+    """
     preset = configured.preset
-    topics, ignored = _topics(known)
+    for each in heard.values():
+        each.quantities, each.commands, each.armed = [], [], None
+    topics = [topic for topic in named_topics(heard) if system_of(topic) not in others]
+    known = {topic.name: heard[topic.name] for topic in topics}
     found = Proposal(Inputs(preset=preset))
     if preset not in ("incsvr", None):
-        found = proposed(Observed(topics, parameters), preset)
+        found = proposed(Observed(topics, parameters, _speaker(topics, known), _dead(topics, known)), preset)
     proposal = found.with_inputs(configured)
     inputs = proposal.inputs
-    for each in known.values():
-        each.quantities, each.commands, each.armed = [], [], None
+    spelt_out = {topic: heard[topic] for _, topic in bus_keys.topics(configured) if topic in heard}
+    known |= spelt_out  # also of a vehicle that is left alone, for a person asked for it
     for name, source in _named(inputs).items():
         key = bound(source.topic, known, preset)
         if key is not None:
@@ -65,11 +82,21 @@ def resolved(configured: Inputs, known: Mapping[str, Known], parameters: Mapping
         inputs = inputs.model_copy(update={"thrusters": _commanded(inputs.thrusters, known, inputs)})
     missing = {name: _on_a_bus(name, cure) for name, cure in proposal.missing.items()}
     armed = HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
-    return Resolved(inputs, missing, armed, ignored, proposal.notes)
+    return Resolved(inputs, missing, armed, proposal.notes)
+
+
+def named_topics(known: Mapping[str, Known]) -> list[Topic]:
+    """What was heard, for the presets: what came first counts as the busiest."""
+    heard = [(key, each) for key, each in known.items() if each.fields]
+    return [Topic(key, each.type, each.fields, -order) for order, (key, each) in enumerate(heard)]
 
 
 def steady(configured: Inputs, now: Inputs, known: Mapping[str, Known]) -> Inputs:
-    """The configuration with what a preset found and what has come for a while since: that stays."""
+    """The configuration with what a preset found and what has come for a while since: that stays.
+
+    Args:
+        known: the keys of the vehicle that is taken.
+    """
     found = {}
     for name in (RATE, TORQUE):
         source = getattr(now, name)
@@ -109,17 +136,21 @@ def _commanded(thrusters: Thrusters, known: Mapping[str, Known], inputs: Inputs)
     return thrusters.model_copy(update={"each": tuple(found)})
 
 
-def _topics(known: Mapping[str, Known]) -> tuple[list[Topic], frozenset[str]]:
-    """What was heard, for the presets: what came first counts as the busiest; and what is left alone."""
-    heard = [(key, each) for key, each in known.items() if each.fields]
-    attitudes = [key for key, _ in heard if bus_keys.mavlink_message(key) == "ATTITUDE"]
-    vehicles = (None, *(bus_keys.system(key) for key in attitudes[:1]))
-    topics = [
-        Topic(key, each.type, each.fields, -order)
-        for order, (key, each) in enumerate(heard)
-        if bus_keys.system(key) in vehicles or not attitudes
-    ]
-    return topics, frozenset(key for key in attitudes if bus_keys.system(key) not in vehicles)
+def _speaker(topics: Sequence[Topic], known: Mapping[str, Known]) -> Speaker:
+    """What the vehicle says of itself in its newest heartbeat."""
+    beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
+    return Speaker(dict(leaves(known[beats[0]].message))) if beats else Speaker()
+
+
+def _dead(topics: Sequence[Topic], known: Mapping[str, Known]) -> frozenset[str]:
+    """Batteries that show no battery in their newest message."""
+    found = []
+    for topic in topics:
+        if base(autopilot_message(topic) or "") == "BATTERY_STATUS":
+            volts = known[topic.name].numbers(known[topic.name].path("", "voltages[0]"))
+            if not (volts and sensible(1e-3 * np.array(volts))[0]):
+                found.append(topic.name)
+    return frozenset(found)
 
 
 def _on_a_bus(name: str, cure: str) -> str:

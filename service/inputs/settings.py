@@ -72,6 +72,7 @@ class Armed(Section):
     field: str = Field(description="path of the number in a message")
     bit: int | None = Field(default=None, description="armed where this bit of it is set, such as 128")
     equals: float | None = Field(default=None, description="armed where it has this value; else where it is not zero")
+    disarmed: float | None = Field(default=None, description="with equals: not armed where it has this value alone")
     events: bool = Field(default=False, description="it is told on change alone: not armed before the first message")
     stamp: str = Field(default="", description=STAMP)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
@@ -161,9 +162,15 @@ class Inputs(Section):
     thrusters: Thrusters | None = Field(default=None, description="or what the thrusters are told, and their arms")
     channels: dict[Name, Source] = Field(default={}, description="further channels by name")
     armed: Armed | None = Field(default=None, description="what says that the thrusters may turn")
+    system: str = Field(default="", description="the vehicle, where several are heard, such as 2; empty: see the docs")
     parameters: dict[str, float] = Field(
         default={}, description="the vehicle's, such as FRAME_CONFIG, where it does not tell them"
     )
+
+    @field_validator("system", mode="before")
+    @classmethod
+    def _named(cls, system: object) -> object:
+        return str(system) if isinstance(system, int) and not isinstance(system, bool) else system
 
     @property
     def own(self) -> bool:

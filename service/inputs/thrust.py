@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,9 @@ NEUTRAL = 1500.0
 """Pulse at which a thruster rests [µs]."""
 SPAN = 400.0
 """From the neutral pulse to the full one [µs]."""
-SILENT = 800.0
-"""A shorter pulse is no pulse [µs]: the output is off."""
+PULSES = (800.0, 2200.0)
+"""What is shorter or longer is no pulse [µs], for ArduPilot's outputs are set within these: the output is off. 0 says
+so, and 65535 that there is no such output."""
 
 T200_VOLTS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0)
 T200_FORWARD = (2.93, 3.71, 4.53, 5.25, 6.02, 6.72)
@@ -51,6 +53,11 @@ def t200(pulse: Array, volts: Array) -> Array:
     return thrust
 
 
+def is_pulse(command: Any) -> Any:
+    """Whether a command [µs], or which of (n,), is a pulse at all: an output without one gives no thrust."""
+    return (command >= PULSES[0]) & (command <= PULSES[1])
+
+
 def sensible(volts: Array) -> NDArray[np.bool_]:
     """Which of these (n,) are voltages of a battery at all: a monitor that is not there says 0 or 65.5 V."""
     return (volts > 6.0) & (volts < 26.0)
@@ -80,7 +87,7 @@ def moment(
 def _turned(settings: Thrusters, command: Array) -> Array:
     """The command of a thruster that counts in the other direction."""
     if settings.command == "pwm":
-        return np.where(command > 0.0, 2.0 * NEUTRAL - command, command)
+        return np.where(is_pulse(command), 2.0 * NEUTRAL - command, command)
     return -command
 
 
@@ -95,7 +102,7 @@ def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> A
     if told == "N":
         return command
     if told == "pwm":
-        pulse = np.where(np.abs(command) > SILENT, command - NEUTRAL, 0.0)
+        pulse = np.where(is_pulse(command), command - NEUTRAL, 0.0 * command)  # where there is no number, NaN stays
         return pulse_thrust(settings, pulse, volts)
     if told == "fraction":
         return pulse_thrust(settings, SPAN * command, volts)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from incsvr.errors import BadInput
+from service.inputs.owners import autopilot_message
 from service.inputs.settings import Inputs, Source
 from service.inputs.units import STAMPS, known_unit
 from service.logs.table import Topic
@@ -33,8 +34,12 @@ class Told:
     stamp_unit: str | None = None
 
 
-def told(columns: Sequence[str], topics: Sequence[Topic]) -> Told:
+def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> Told:
     """The mapping that flags name, with topics and fields that are there.
+
+    Args:
+        topics: of the vehicle that is taken; those of its autopilot may be named by the message alone.
+        others: of vehicles that are left alone; they are named in full.
 
     Raises:
         BadInput: a flag is not understood, or names what is not there.
@@ -46,12 +51,26 @@ def told(columns: Sequence[str], topics: Sequence[Topic]) -> Told:
         name = name.strip()
         if not (equals and place.strip() and _NAME.match(name)):
             raise BadInput(f"--column {text}: {EXAMPLE}")
+        place = _in_full(place.strip(), topics)
+        scope = [topic for topic in others if place.removeprefix("-").startswith(topic.name)] or topics
         if name == TIME:
-            stamp, stamp_unit = _time(text, place, topics)
+            stamp, stamp_unit = _time(text, place, scope)
         else:
-            sources[name] = _source(text, place.strip(), topics)
+            sources[name] = _source(text, place, scope)
     rate, torque = sources.pop("yaw_rate", None), sources.pop("torque", None)
     return Told(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
+
+
+def _in_full(place: str, topics: Sequence[Topic]) -> str:
+    """A place whose topic is named by its MAVLink message alone, with the topic's own name and path."""
+    sign, plain = ("-", place[1:]) if place.startswith("-") else ("", place)
+    for topic in topics:
+        message = autopilot_message(topic)
+        if message is not None and message != topic.name and plain.startswith(f"{message}."):
+            path = plain.removeprefix(f"{message}.")
+            inside = any(field.startswith("message.") for field in topic.fields) and not path.startswith("message.")
+            return f"{sign}{topic.name}.{'message.' if inside else ''}{path}"
+    return place
 
 
 def _time(text: str, place: str, topics: Sequence[Topic]) -> tuple[str, str | None]:

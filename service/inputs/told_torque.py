@@ -10,12 +10,14 @@ import numpy as np
 
 from service.inputs.forms import number
 from service.inputs.known import SURGE, VOLTAGE, Known
+from service.inputs.moving import Movement, least_movement
+from service.inputs.outputs import numbers, without_pulse
 from service.inputs.resolving import ANGLE
 from service.inputs.settings import Thrusters
-from service.inputs.thrust import T200_NOMINAL, moment, sensible
+from service.inputs.thrust import T200_NOMINAL, is_pulse, moment, sensible
 
 SOON = 50
-"""Commands until which the battery's voltage may come: it is told every few seconds."""
+"""Messages until which the battery's voltage and the first pulse may come: a voltage is told every few seconds."""
 
 
 @dataclass(slots=True)
@@ -24,22 +26,43 @@ class ToldTorque:
 
     Attributes:
         count: moments that were told.
+        movement: whether one of the commands has moved.
     """
 
     count: int = 0
+    movement: Movement = field(default_factory=Movement)
+    _messages: int = 0
     _commands: list[float] = field(default_factory=list)
+    _pulsed: set[tuple[str, str]] = field(default_factory=set)
     _waiting: tuple[float, float] | None = None
 
     def take(self, settings: Thrusters, known: Known) -> bool:
         """Takes the commands of a message; False where one of them is missing in it."""
         if len(self._commands) != len(settings.each):
             self._commands = [nan] * len(settings.each)
+        self._messages += 1
+        taken: dict[str, float | None] = {}
         for each in known.commands:
-            command = number(known.message, settings.each[each].field)
-            if command is None:
+            path = settings.each[each].field
+            command = taken[str(each)] = number(known.message, path)
+            if command is not None:
+                self._commands[each] = command
+                if settings.command != "pwm" or is_pulse(command):
+                    self._pulsed.add((settings.topics[each], path))
+            elif numbers(settings)[each] is None:
                 return False
-            self._commands[each] = command
+        self.movement.take(taken, least_movement(settings))
         return True
+
+    def silent(self, settings: Thrusters) -> str | None:
+        """What to do where thrusters have never got a pulse, though it had time to come; None where all have."""
+        waiting = self._without(settings)
+        return without_pulse(settings, waiting) if waiting and self._messages > SOON else None
+
+    def _without(self, settings: Thrusters) -> list[int]:
+        """Thrusters that have not got a pulse, or another command, yet: before that they tell nothing."""
+        places = zip(settings.topics, (each.field for each in settings.each), strict=True)
+        return [k for k, place in enumerate(places) if place not in self._pulsed]
 
     def told(
         self, settings: Thrusters, known: Known, t: float, latest: Mapping[str, float]
@@ -52,7 +75,11 @@ class ToldTorque:
             latest: voltage [V], surge [m/s] and angles [rad], as far as they are known.
         """
         turned = [k for k, each in enumerate(settings.each) if each.turned_by is not None]
-        if any(map(isnan, self._commands)) or any(ANGLE.format(k) not in latest for k in turned):
+        if (
+            any(map(isnan, self._commands))
+            or self._without(settings)
+            or any(ANGLE.format(k) not in latest for k in turned)
+        ):
             return None
         volts = measured(latest)
         if volts is None:

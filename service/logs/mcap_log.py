@@ -9,6 +9,8 @@ from typing import Any
 from incsvr.errors import BadInput
 from service.inputs.forms import json5
 from service.inputs.forms.mavlink_json import with_flags
+from service.inputs.instances import base, instance_field
+from service.inputs.owners import mavlink_topic
 from service.logs.archive_files import archived
 from service.logs.cdr import RosTypes
 from service.logs.gathering import Gathering
@@ -31,11 +33,15 @@ class McapLog:
         counts: dict[str, int] = {}
         shown: dict[str, tuple[str, Gathering]] = {}
         for schema, channel, message in self._messages(None):
-            counts[channel.topic] = counts.get(channel.topic, 0) + 1
-            if counts[channel.topic] <= SHOWN:
+            name, read = channel.topic, None
+            if instance_field(name) is not None or counts.get(name, 0) < SHOWN:
+                read = self._read(schema, channel, message)
+                name = mavlink_topic(name, read)
+            counts[name] = counts.get(name, 0) + 1
+            if counts[name] <= SHOWN:
                 kind = schema.name if schema else channel.message_encoding
-                _, first = shown.setdefault(channel.topic, (kind, Gathering()))
-                self._add(first, schema, channel, message)
+                _, first = shown.setdefault(name, (kind, Gathering()))
+                self._add(first, message, read)
         self.topics = tuple(
             Topic(name, kind, first.fields, counts[name]) for name, (kind, first) in sorted(shown.items())
         )
@@ -44,8 +50,12 @@ class McapLog:
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         gathered: dict[str, Gathering] = {}
-        for schema, channel, message in self._messages(names) if names else ():
-            self._add(gathered.setdefault(channel.topic, Gathering()), schema, channel, message)
+        channels = {base(name) if instance_field(base(name)) else name for name in names}
+        for schema, channel, message in self._messages(channels) if names else ():
+            read = self._read(schema, channel, message)
+            name = mavlink_topic(channel.topic, read)
+            if name in names:
+                self._add(gathered.setdefault(name, Gathering()), message, read)
         return {name: messages.table() for name, messages in gathered.items()}
 
     def _messages(self, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
@@ -68,12 +78,16 @@ class McapLog:
                         "`mcap recover`, or record it again"
                     ) from None
 
-    def _add(self, gathering: Gathering, schema: Any, channel: Any, message: Any) -> None:
+    def _read(self, schema: Any, channel: Any, message: Any) -> Any:
+        """A message decoded; nothing where nothing here reads it."""
         key = (channel.schema_id, channel.message_encoding)
         if key not in self._decoders:
             self._decoders[key] = self._decoder(schema, channel.message_encoding)
         decode = self._decoders[key]
-        for each in _each({} if decode is None else decode(message.data)):
+        return {} if decode is None else decode(message.data)
+
+    def _add(self, gathering: Gathering, message: Any, read: Any) -> None:
+        for each in _each(read):
             gathering.add(message.log_time * 1e-9, each)
 
     def _decoder(self, schema: Any, encoding: str) -> Decode | None:

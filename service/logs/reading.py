@@ -1,4 +1,4 @@
-"""A log and what is said of it become measurements: the parameters, the proposal, the tables, the streams."""
+"""A log and what is said of it become measurements: the vehicle, the proposal, the tables, the streams."""
 
 from __future__ import annotations
 
@@ -10,14 +10,19 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service.inputs.measuring import Measured, measured, topics
+from service.inputs.owners import system_of
 from service.inputs.presets import Observed, Proposal, proposed
+from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit
+from service.inputs.stamps import usual_stamp
 from service.inputs.told import Told, told
 from service.inputs.units import STAMPS
+from service.logs import naming, speaker
+from service.logs.choosing import chosen
 from service.logs.csv_log import ROWS
-from service.logs.table import Log, Table
+from service.logs.parameters import Epoch, epochs
+from service.logs.table import Log, Table, Topic
 
-_PARAMETERS = (("PARM", "Name", "Value"), ("PARAM_VALUE", "param_id", "param_value"))
 LONGEST_STEP = 2.0
 """A typical step of a stamp that is longer is not in seconds [s]; and likewise for the smaller units."""
 EPOCH = 1e9
@@ -40,24 +45,47 @@ class Description:
 NOTHING_SAID = Description((), Inputs())
 
 
-def parameters(log: Log) -> dict[str, float]:
-    """The vehicle's parameters, as far as they are in the log."""
-    found: dict[str, float] = {}
-    for message, name, value in _PARAMETERS:
-        named = [topic.name for topic in log.topics if topic.name.rpartition("/")[2] == message]
-        for table in log.read(named).values():
-            for path in ("", "message."):
-                if path + name in table.texts and path + value in table.columns:
-                    found |= zip(table.texts[path + name], table.columns[path + value].tolist(), strict=True)
-    return found
-
-
 def described(log: Log, description: Description) -> Proposal:
-    """The mapping for a log: what a person says of it, and what the presets find beside that."""
-    said = told(description.columns, log.topics)
-    known = {**description.inputs.parameters, **parameters(log)}
-    found = proposed(Observed(log.topics, known), description.inputs.preset)
-    return _stamped(found.with_inputs(description.inputs).with_inputs(said.inputs), found.inputs, said, log)
+    """The mapping for a log: what a person says of it, and what the presets find beside that.
+
+    Raises:
+        BadInput: a person names what is not there.
+    """
+    choice = chosen(log, description.inputs.system or _system_named(description.inputs))
+    ours = [topic for topic in log.topics if system_of(topic) not in choice.others]
+    said = told(description.columns, ours, [topic for topic in log.topics if topic not in ours])
+    inputs = naming.found_in(description.inputs, ours)
+    tables = log.read(names) if (names := speaker.names(ours)) else {}
+    parts = epochs(ours, tables)
+    of_vehicle, dead = speaker.speaker(ours, tables), speaker.dead_batteries(ours, tables)
+    proposals = [
+        proposed(Observed(ours, {**inputs.parameters, **part.parameters}, of_vehicle, dead), inputs.preset)
+        for part in parts
+    ]
+    found = _in_time(parts, proposals)
+    found = replace(found, notes=(*choice.note, *found.notes))
+    return _stamped(found.with_inputs(inputs).with_inputs(said.inputs), found.inputs, said, log)
+
+
+def _system_named(inputs: Inputs) -> str:
+    """The vehicle whose topic a configuration names as the yaw rate's; empty where it names none."""
+    topic = "" if inputs.yaw_rate is None else inputs.yaw_rate.topic
+    return system_of(Topic(topic, "", (), 0))
+
+
+def _in_time(parts: Sequence[Epoch], proposals: Sequence[Proposal]) -> Proposal:
+    """The first proposal that has thrusters, with what they change to under way."""
+    first = next((each for each in proposals if each.inputs.thrusters is not None), proposals[0])
+    changes: list[Change] = []
+    now = first.inputs.thrusters
+    words: tuple[str, ...] = ()
+    for part, each in zip(parts, proposals, strict=True):
+        words += part.changes
+        if each.inputs.thrusters != now:
+            now = each.inputs.thrusters
+            changes.append(Change(part.since, now, words))
+            words = ()
+    return replace(first, changes=tuple(changes))
 
 
 def read(path: Path, log: Log, proposal: Proposal) -> Measured:
@@ -68,8 +96,10 @@ def read(path: Path, log: Log, proposal: Proposal) -> Measured:
     """
     if proposal.missing:
         raise BadInput(f"{path}: {next(iter(proposal.missing.values()))}")
+    inputs, changes = proposal.inputs, proposal.changes
+    used = topics(inputs, *(change.thrusters for change in changes if change.thrusters is not None))
     try:
-        return measured(proposal.inputs, log.read(topics(proposal.inputs)))
+        return measured(inputs, log.read(used), changes)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
 
@@ -77,7 +107,7 @@ def read(path: Path, log: Log, proposal: Proposal) -> Measured:
 def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposal:
     """The sources of a table all have its time; one whose unit nobody named is told from the numbers.
 
-    What a person pointed at in another log is stamped as the preset stamps that topic.
+    What a person pointed at in another log is stamped as the preset stamps that topic, or by the topic's usual stamp.
     """
     inputs, missing, notes = proposal.inputs, dict(proposal.missing), list(proposal.notes)
     stamps: dict[str, tuple[str, StampUnit]] = {}
@@ -85,6 +115,11 @@ def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposa
         for source in (each.yaw_rate, each.torque, each.thrusters, *each.channels.values()):
             if source is not None and source.stamp:
                 stamps[source.topic] = (source.stamp, source.stamp_unit)
+    armed = inputs.armed
+    if armed is not None and armed.topic in stamps:
+        armed = armed.model_copy(update=dict(zip(("stamp", "stamp_unit"), stamps[armed.topic], strict=True)))
+    usual = {topic.name: usual_stamp(topic.fields) for topic in log.topics if topic.name != ROWS}
+    stamps = {name: stamp for name, stamp in usual.items() if stamp[0]} | stamps
     if [topic.name for topic in log.topics] == [ROWS]:
         table = log.read([ROWS])[ROWS]
         stamp = said.stamp or stamps.get(ROWS, ("", "s"))[0]
@@ -93,12 +128,15 @@ def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposa
             unit, note = _unit(said, stamp, stamps.get(ROWS, ("", "s"))[1], table)
             stamps = {ROWS: (stamp, unit)}
             notes += note
+            if armed is not None and armed.topic == ROWS:
+                armed = armed.model_copy(update={"stamp": stamp, "stamp_unit": unit})
     changed = {name: _with_stamp(getattr(inputs, name), stamps) for name in ("yaw_rate", "torque")}
     channels = {name: _with_stamp(each, stamps) for name, each in inputs.channels.items()}
-    armed = inputs.armed
-    if armed is not None and armed.topic in stamps:
-        armed = armed.model_copy(update=dict(zip(("stamp", "stamp_unit"), stamps[armed.topic], strict=True)))
-    after = inputs.model_copy(update={**changed, "channels": channels, "armed": armed})
+    thrusters = inputs.thrusters
+    if thrusters is not None and not thrusters.stamp and thrusters.topics[0] in stamps:
+        stamp, unit = stamps[thrusters.topics[0]]
+        thrusters = thrusters.model_copy(update={"stamp": stamp, "stamp_unit": unit})
+    after = inputs.model_copy(update={**changed, "channels": channels, "armed": armed, "thrusters": thrusters})
     return replace(proposal, inputs=after, missing=missing, notes=tuple(notes))
 
 

@@ -18,12 +18,14 @@ class Topic:
         type: of its messages, such as `sensor_msgs/msg/Imu`; empty where they have none.
         fields: paths of the numbers in a message, such as `angular_velocity.z` or `xyz[2]`, as one message shows them.
         count: messages.
+        system: the vehicle whose it is, where the name does not say so.
     """
 
     name: str
     type: str
     fields: tuple[str, ...]
     count: int
+    system: str = ""
 
 
 @dataclass(frozen=True, slots=True)

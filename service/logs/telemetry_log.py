@@ -1,25 +1,24 @@
 """Telemetry logs of ground stations (.tlog): MAVLink packets with their times of arrival, read by pymavlink.
 
 Everybody on the link is in it. Messages of the vehicle's autopilot keep their plain names (`ATTITUDE`); those of others
-are named as BlueOS does, `mavlink/<system>/<component>/<MESSAGE>`.
+are named as BlueOS does, `mavlink/<system>/<component>/<MESSAGE>`. Of several vehicles the one that is chosen for all
+(`service.inputs.vehicles`) has the plain names. Each instance of a message is a topic of its own.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.inputs.instances import base, instance_field, numbered
+from service.inputs.owners import AUTOPILOT
+from service.logs.choosing import chosen
 from service.logs.gathering import Gathering
 from service.logs.packages import needed
 from service.logs.table import Table, Topic
 
-AUTOPILOT = 1
-"""The component that flies (MAV_COMP_ID_AUTOPILOT1)."""
-INVALID = 8
-"""MAV_AUTOPILOT_INVALID: a heartbeat of somebody who is no autopilot."""
 STAMP = 8
 """Bytes of the time of arrival before each packet: µs since 1970, big-endian."""
 HEADER = 8
@@ -30,21 +29,30 @@ class TelemetryLog:
     """A telemetry log, read whole: its packets tell nothing without decoding them."""
 
     def __init__(self, path: Path, gathered: Mapping[tuple[int, int, str], Gathering]) -> None:
-        self.format = "MAVLink telemetry"
-        vehicle = _vehicle(gathered)
-        self._gathered = {_name(key, vehicle): (key, messages) for key, messages in gathered.items()}
         if not gathered:
             raise BadInput(f"{path}: there is no MAVLink message in it; give a telemetry log that a link wrote")
+        self.format = "MAVLink telemetry"
+        self._system = ""
+        self._gathered = {f"mavlink/{of}/{part}/{name}": messages for (of, part, name), messages in gathered.items()}
+        self._system = chosen(self).system
+        plain = f"mavlink/{self._system}/{AUTOPILOT}/"
+        self._gathered = {name.removeprefix(plain): messages for name, messages in self._gathered.items()}
 
     @property
     def topics(self) -> tuple[Topic, ...]:
         return tuple(
-            Topic(name, key[2], messages.fields, len(messages))
-            for name, (key, messages) in sorted(self._gathered.items())
+            Topic(
+                name,
+                base(name.rpartition("/")[2]),
+                messages.fields,
+                len(messages),
+                "" if "/" in name else self._system,
+            )
+            for name, messages in sorted(self._gathered.items())
         )
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        return {name: messages.table() for name, (_, messages) in self._gathered.items() if name in names}
+        return {name: messages.table() for name, messages in self._gathered.items() if name in names}
 
 
 def open_log(path: Path) -> TelemetryLog:
@@ -52,8 +60,14 @@ def open_log(path: Path) -> TelemetryLog:
     dialect = needed("pymavlink.dialects.v20.ardupilotmega", path, "a telemetry log")
     gathered: dict[tuple[int, int, str], Gathering] = {}
     for arrival, message in messages(path.read_bytes(), dialect):
-        key = (message.get_srcSystem(), message.get_srcComponent(), message.get_type())
         fields = {name: _plain(getattr(message, name)) for name in message.get_fieldnames()}
+        kind = message.get_type()
+        which = instance_field(kind)
+        key = (
+            message.get_srcSystem(),
+            message.get_srcComponent(),
+            kind if which is None else numbered(kind, fields.get(which)),
+        )
         gathered.setdefault(key, Gathering()).add(arrival, fields)
     return TelemetryLog(path, gathered)
 
@@ -92,21 +106,3 @@ def _size(header: bytes) -> int:
 
 def _plain(value: Any) -> Any:
     return value.decode("utf-8", "replace").rstrip("\0") if isinstance(value, bytes) else value
-
-
-def _vehicle(gathered: Mapping[tuple[int, int, str], Gathering]) -> int | None:
-    """The system whose autopilot says the most."""
-    said: Counter[int] = Counter()
-    for (system, component, kind), messages in gathered.items():
-        if component == AUTOPILOT and not (kind == "HEARTBEAT" and _no_autopilot(messages)):
-            said[system] += len(messages)
-    return max(said, key=said.__getitem__, default=None)
-
-
-def _no_autopilot(messages: Gathering) -> bool:
-    return bool((messages.table().columns["autopilot"] == INVALID).all())
-
-
-def _name(key: tuple[int, int, str], vehicle: int | None) -> str:
-    system, component, kind = key
-    return kind if (system, component) == (vehicle, AUTOPILOT) else f"mavlink/{system}/{component}/{kind}"

@@ -1,54 +1,73 @@
-"""ArduSub's own logs (.BIN): the gyro, the outputs and the arming as the autopilot wrote them down."""
+"""ArduPilot's own logs (.BIN): the gyro, the outputs and the arming as the autopilot wrote them down."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
+
 from service.inputs import frames
 from service.inputs.presets.mavlink import known_frame
-from service.inputs.presets.proposal import Observed, Proposal, first
+from service.inputs.presets.proposal import Observed, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.logs.table import Topic
 
 _CLOCK = StampedBy(stamp="TimeUS", stamp_unit="us")
+_OUTPUTS = ("RCOU", "RCO2", "RCO3")
+"""The messages that hold outputs: 1 to 14, and where there are more 15 to 18 and 19 to 32."""
+_ARMED, _DISARMED = 10.0, 11.0
+"""The events (EV.Id) of arming and disarming; all others say nothing of it."""
 
 
 def proposal(observed: Observed) -> Proposal | None:
     """The mapping of an ArduPilot log; None where there is no gyro in it."""
     named = {topic.name: topic for topic in observed.topics}
-    gyro = first((named[name] for name in ("IMU",) if name in named), "GyrZ", "TimeUS")
-    if gyro is None:
+    gyros = [name for name in instances(named, "IMU") if {"GyrZ", "TimeUS"} <= set(named[name].fields)]
+    if not gyros:
         return None
 
     def source(topic: str, field: str, unit: str) -> Source | None:
         there = topic in named and field in named[topic].fields
         return Source(topic=topic, field=field, unit=unit, **_CLOCK) if there else None
 
-    voltage = source("BAT", "Volt", "V")
+    batteries = instances(named, "BAT")
+    battery = next((name for name in batteries if name not in observed.dead), "BAT")
+    voltage = source(battery, "Volt", "V")
     wanted = {
         "heading": source("ATT", "Yaw", "deg"),
-        "roll_rate": source("IMU", "GyrX", "rad/s"),
-        "pitch_rate": source("IMU", "GyrY", "rad/s"),
+        "roll_rate": source(gyros[0], "GyrX", "rad/s"),
+        "pitch_rate": source(gyros[0], "GyrY", "rad/s"),
         "voltage": voltage,
     }
     thrusters, notes, missing = _thrusters(observed, named, voltage)
     inputs = Inputs(
         preset="blueos",
-        yaw_rate=source("IMU", "GyrZ", "rad/s"),
+        yaw_rate=source(gyros[0], "GyrZ", "rad/s"),
         thrusters=thrusters,
         channels={name: each for name, each in wanted.items() if each is not None},
         armed=Armed(topic="ARM", field="ArmState", events=True, **_CLOCK)
         if "ARM" in named or "EV" not in named
-        else Armed(topic="EV", field="Id", equals=10.0, events=True, **_CLOCK),
+        else Armed(topic="EV", field="Id", equals=_ARMED, disarmed=_DISARMED, events=True, **_CLOCK),
     )
-    return Proposal(inputs, notes, missing)
+    of_gyros = others_note("yaw_rate", gyros[0], gyros[1:])
+    of_batteries = others_note("voltage", battery, [name for name in batteries if name != battery])
+    return Proposal(inputs, (*notes, *of_gyros, *of_batteries), missing)
 
 
 def _thrusters(
     observed: Observed, named: dict[str, Topic], voltage: Source | None
 ) -> tuple[Thrusters | None, tuple[str, ...], dict[str, str]]:
-    if "RCOU" not in named:
+    if not any(name in named for name in _OUTPUTS):
         return None, (), {"torque": "no RCOU was found: let the vehicle log its outputs (bit 10 of LOG_BITMASK)"}
-    kind, notes, missing = known_frame(observed)
+    place = partial(_place, named)
+    kind, notes, missing = known_frame(observed, place)
     if kind is None:
         return None, notes, missing
-    each = frames.thrusters(observed.parameters, kind, "C{}")
-    return Thrusters(topic="RCOU", command="pwm", each=each, measured_voltage=voltage, **_CLOCK), notes, {}
+    topic, each = frames.at_one_topic(frames.thrusters(observed.parameters, kind, place))
+    return Thrusters(topic=topic, command="pwm", each=each, measured_voltage=voltage, **_CLOCK), notes, {}
+
+
+def _place(named: Mapping[str, Topic], output: int) -> tuple[str, str]:
+    """Message and field of an output; the first message where none has it."""
+    field = f"C{output}"
+    topic = next((name for name in _OUTPUTS if name in named and field in named[name].fields), _OUTPUTS[0])
+    return topic, field

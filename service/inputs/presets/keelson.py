@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
-
-from service.inputs.presets.proposal import Observed, Proposal
+from service.inputs.owners import keelson_subject
+from service.inputs.presets.proposal import Observed, Proposal, others_note
 from service.inputs.settings import Armed, Inputs, Source
 from service.logs.table import Topic
 
-_KEY = re.compile(r"^.+/@v\d+/.+/pubsub/([a-z0-9_]+)/.+$")
 _CHANNELS = {
     "heading_true_north_deg": ("heading", "deg"),
     "yaw_deg": ("heading", "deg"),
@@ -31,13 +29,18 @@ TORQUE = (
 
 def proposal(observed: Observed) -> Proposal | None:
     """The mapping by subjects; None where none is a yaw rate."""
-    subjects: dict[str, Topic] = {}
-    for topic in sorted(observed.topics, key=lambda each: each.count):  # the busiest source stays
-        key = _KEY.match(topic.name)
-        if key is not None:
-            subjects[key[1]] = topic
-    if RATE not in subjects:
+    sources: dict[str, list[Topic]] = {}
+    for topic in sorted(observed.topics, key=lambda each: each.name):
+        subject = keelson_subject(topic.name)
+        if subject is not None:
+            sources.setdefault(subject, []).append(topic)
+    if RATE not in sources:
         return None
+    subjects = {subject: topics[0] for subject, topics in sources.items()}
+    notes: tuple[str, ...] = ()
+    for subject in (RATE, ARMED, *_CHANNELS):
+        first, *others = [topic.name for topic in sources.get(subject, ())] or [""]
+        notes += others_note(subject, first, others, "the first by its name")
     channels = {name: _source(subjects[key], unit) for key, (name, unit) in _CHANNELS.items() if key in subjects}
     armed = subjects.get(ARMED)
     inputs = Inputs(
@@ -46,7 +49,7 @@ def proposal(observed: Observed) -> Proposal | None:
         channels=channels,
         armed=None if armed is None else Armed(topic=armed.name, field="value", form="keelson"),
     )
-    return Proposal(inputs, (), {"torque": TORQUE})
+    return Proposal(inputs, notes, {"torque": TORQUE})
 
 
 def _source(topic: Topic, unit: str) -> Source:

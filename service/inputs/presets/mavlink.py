@@ -6,15 +6,17 @@ ArduSub's outputs.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import partial
 
-from service.inputs import frames
-from service.inputs.presets.proposal import Observed, Proposal
+from service.inputs import frames, vehicle_kind
+from service.inputs.instances import base, numbered
+from service.inputs.outputs import BANK, numbers
+from service.inputs.owners import autopilot_message
+from service.inputs.presets.proposal import Observed, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.logs.table import Topic
 
-_KEY = re.compile(r"(?:^|.*/)mavlink/(\d+)/(\d+)/([A-Z0-9_]+)$")
 MESSAGES = (
     "ATTITUDE",
     "SERVO_OUTPUT_RAW",
@@ -25,15 +27,16 @@ MESSAGES = (
     "PARAM_VALUE",
 )
 """What is listened to on a bus."""
-AUTOPILOT = 1
-"""The component that flies."""
 ARMED = 128
 """The bit of a heartbeat's base mode that says that the autopilot is armed (MAV_MODE_FLAG_SAFETY_ARMED)."""
+OUTPUTS = "SERVO_OUTPUT_RAW"
+Place = Callable[[int], tuple[str, str]]
+"""Topic and path of an output, by its number."""
 
 
 def proposal(observed: Observed) -> Proposal | None:
     """The mapping of a vehicle that speaks MAVLink; None where there is no attitude of an autopilot."""
-    said = {message: (topic, path) for message, topic, path in _messages(observed)}
+    said = _messages(observed)
     if "ATTITUDE" not in said:
         return None
     topic, path = said["ATTITUDE"]
@@ -47,7 +50,7 @@ def proposal(observed: Observed) -> Proposal | None:
         )
         if f"{path}{field}" in topic.fields
     }
-    voltage = _voltage(said)
+    voltage, of_battery = _voltage(said, observed.dead)
     if voltage is not None:
         channels["voltage"] = voltage
     if "VFR_HUD" in said:
@@ -59,70 +62,94 @@ def proposal(observed: Observed) -> Proposal | None:
         yaw_rate=Source(topic=topic.name, field=f"{path}yawspeed", unit="rad/s", **clock),
         thrusters=thrusters,
         channels=channels,
-        armed=_armed(said),
+        armed=heartbeat(said["HEARTBEAT"][0]) if "HEARTBEAT" in said else None,
     )
-    return Proposal(inputs, notes, missing)
+    return Proposal(inputs, (*notes, *of_battery), missing)
 
 
-def _messages(observed: Observed) -> Iterator[tuple[str, Topic, str]]:
-    """The messages of the autopilot: name, topic, and where in a message the fields stand (`message.` in JSON)."""
-    for topic in sorted(observed.topics, key=lambda each: each.count):  # the busiest vehicle is the one, and stays
-        key = _KEY.match(topic.name)
-        if key is None:
-            if topic.type == topic.name:
-                yield topic.name, topic, ""
-        elif int(key[2]) == AUTOPILOT:
-            inside = any(name.startswith("message.") for name in topic.fields)
-            yield key[3], topic, "message." if inside else ""
-
-
-def _armed(said: dict[str, tuple[Topic, str]]) -> Armed | None:
-    """By the autopilot's own heartbeat: a ground station's and a camera's have the same bit."""
-    if "HEARTBEAT" not in said:
-        return None
-    topic, path = said["HEARTBEAT"]
+def heartbeat(topic: Topic) -> Armed:
+    """Armed by the autopilot's own heartbeat: a ground station's and a camera's have the same bit."""
+    path = _inside(topic)
     bits = f"{path}base_mode.bits"
     return Armed(topic=topic.name, field=bits if bits in topic.fields else f"{path}base_mode", bit=ARMED)
 
 
-def _voltage(said: dict[str, tuple[Topic, str]]) -> Source | None:
-    for message, field in (("BATTERY_STATUS", "voltages[0]"), ("SYS_STATUS", "voltage_battery")):
+def _messages(observed: Observed) -> dict[str, tuple[Topic, str]]:
+    """The messages of the autopilot by name and instance: the topic, and where in a message the fields stand."""
+    found = {}
+    for topic in sorted(observed.topics, key=lambda each: each.count):  # the busiest stays
+        message = autopilot_message(topic)
+        if message is not None:
+            found[message] = (topic, _inside(topic))
+    return found
+
+
+def _inside(topic: Topic) -> str:
+    """Where in a message its fields stand: `message.` in JSON."""
+    return "message." if any(name.startswith("message.") for name in topic.fields) else ""
+
+
+def _voltage(said: dict[str, tuple[Topic, str]], dead: frozenset[str]) -> tuple[Source | None, tuple[str, ...]]:
+    """The battery with the lowest number that shows a battery, and what is to be said of the others."""
+    batteries = instances(said, "BATTERY_STATUS")
+    alive = [name for name in batteries if said[name][0].name not in dead]
+    for message, field in (*((name, "voltages[0]") for name in alive), ("SYS_STATUS", "voltage_battery")):
         if message in said and f"{said[message][1]}{field}" in said[message][0].fields:
             topic, path = said[message]
-            return Source(topic=topic.name, field=f"{path}{field}", unit="mV")
-    return None
+            others = [name for name in batteries if name != message]
+            return Source(topic=topic.name, field=f"{path}{field}", unit="mV"), others_note("voltage", message, others)
+    return None, ()
 
 
 def _thrusters(
     said: dict[str, tuple[Topic, str]], observed: Observed, voltage: Source | None
 ) -> tuple[Thrusters | None, tuple[str, ...], dict[str, str]]:
-    if "SERVO_OUTPUT_RAW" not in said:
+    banks = instances(said, OUTPUTS)
+    if not banks:
         asks = "no SERVO_OUTPUT_RAW was found: let the vehicle send it (SR*_RC_CHAN), or take the vehicle's own .BIN"
         return None, (), {"torque": asks}
-    kind, notes, missing = known_frame(observed)
+    topic, path = said[banks[0]]
+    whole = base(topic.name)
+    kind, notes, missing = known_frame(observed, partial(_place, OUTPUTS, ""))
     if kind is None:
         return None, notes, missing
-    topic, path = said["SERVO_OUTPUT_RAW"]
+    driven = frames.thrusters(observed.parameters, kind, partial(_place, whole, path))
+    common, each = frames.at_one_topic(driven)
     thrusters = Thrusters(
-        topic=topic.name,
+        topic=common,
         command="pwm",
-        each=frames.thrusters(observed.parameters, kind, f"{path}servo{{}}_raw"),
+        each=each,
         measured_voltage=voltage,
         stamp=f"{path}time_usec",
         stamp_unit="us",
     )
-    return thrusters, notes, {}
+    used = list(dict.fromkeys(thrusters.topics))
+    left = [name for name in banks if said[name][0].name not in used]
+    taken = ", ".join(OUTPUTS + name.removeprefix(whole) for name in used)
+    why = f"where outputs {', '.join(map(str, numbers(thrusters)))} are"
+    return thrusters, (*notes, *others_note("torque", taken, left, why, "inputs.thrusters names another")), {}
 
 
-def known_frame(observed: Observed) -> tuple[int | None, tuple[str, ...], dict[str, str]]:
-    """The frame by the vehicle's own parameters, what is to be said of it, and what is missing where none is known."""
+def _place(topic: str, path: str, output: int) -> tuple[str, str]:
+    bank, place = divmod(output - 1, BANK)
+    return numbered(topic, bank), f"{path}servo{place + 1}_raw"
+
+
+def known_frame(observed: Observed, place: Place) -> tuple[int | None, tuple[str, ...], dict[str, str]]:
+    """The frame by the vehicle's own parameters, what is to be said of it, and what is missing where none is known.
+
+    Args:
+        place: topic and path of an output, as people write them in a configuration.
+    """
+    other = vehicle_kind.no_sub(observed.speaker, observed.parameters)
+    if other is not None:
+        cure = vehicle_kind.described(observed.parameters, place)
+        return None, (), {"torque": f"nothing says how the thrusters push, for this is no BlueROV2 ({other}): {cure}"}
     kind = frames.frame(observed.parameters)
     if kind is None:
         return 1, (frames.assumed(observed.parameters) or "",), {}
     if kind not in frames.FRAMES:
-        cure = (
-            f"the levers of frame {kind} are not known: describe the thrusters in inputs.thrusters of a configuration"
-        )
+        cure = f"the levers of frame {kind} are not known: {vehicle_kind.described(observed.parameters, place)}"
         return None, (), {"torque": cure}
     names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(frames.YAW) + 1)]
     told = [f"{observed.parameters[name]:+.0f}" for name in names if name in observed.parameters]

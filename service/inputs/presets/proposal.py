@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
-from service.inputs.settings import Inputs, Preset
+from service.inputs.instances import base, in_order
+from service.inputs.settings import Inputs, Preset, Thrusters
+from service.inputs.vehicle_kind import Speaker
 from service.logs.table import Topic
 
 
@@ -15,17 +17,36 @@ class Observed:
     """What there is to choose from.
 
     Attributes:
-        topics: with fields of theirs that are known.
+        topics: of the vehicle that is taken, with fields of theirs that are known.
         parameters: of the vehicle, by name, as far as it told them.
+        speaker: what the vehicle says of itself beside.
+        dead: topics of batteries that show no battery.
     """
 
     topics: Sequence[Topic]
     parameters: Mapping[str, float] = field(default_factory=dict)
+    speaker: Speaker = field(default_factory=Speaker)
+    dead: frozenset[str] = frozenset()
 
     def typed(self, *types: str) -> list[Topic]:
-        """The topics of a type, those of the first types first, then the busiest."""
+        """The topics of a type, those of the first types first, then by name."""
         found = [topic for topic in self.topics if topic.type in types]
-        return sorted(found, key=lambda topic: (types.index(topic.type), -topic.count, topic.name))
+        return sorted(found, key=lambda topic: (types.index(topic.type), topic.name))
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What the vehicle's thrusters are from an instant on, because a parameter changed.
+
+    Attributes:
+        since: arrival of the parameter [s].
+        thrusters: from then on; None where they are not known.
+        parameters: what changed, each with its value and the value before, such as `MOT_1_DIRECTION -1 (+1 before)`.
+    """
+
+    since: float
+    thrusters: Thrusters | None
+    parameters: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +57,13 @@ class Proposal:
         inputs: the mapping, as far as it goes; its preset is the one that found it.
         notes: what it was concluded from, one sentence each.
         missing: what nothing was found for, by name: a sentence with the cure.
+        changes: of the thrusters under way, in their order.
     """
 
     inputs: Inputs
     notes: tuple[str, ...] = ()
     missing: Mapping[str, str] = field(default_factory=dict)
+    changes: tuple[Change, ...] = ()
 
     def with_inputs(self, inputs: Inputs) -> Proposal:
         """The same where somebody says of some inputs where they stand."""
@@ -53,7 +76,8 @@ class Proposal:
         over["channels"] = {**self.inputs.channels, **inputs.channels}
         found = {"torque" if name == "thrusters" else name for name in told}
         missing = {name: cure for name, cure in self.missing.items() if name not in found}
-        return replace(self, inputs=self.inputs.model_copy(update=over), missing=missing)
+        changes = () if told & {"torque", "thrusters"} else self.changes
+        return replace(self, inputs=self.inputs.model_copy(update=over), missing=missing, changes=changes)
 
 
 _MODULES: dict[Preset, tuple[str, ...]] = {
@@ -80,6 +104,27 @@ def proposed(observed: Observed, preset: Preset | None = None) -> Proposal:
         if found is not None:
             return found
     return Proposal(Inputs(preset=preset), missing=NOTHING)
+
+
+def instances(names: Iterable[str], name: str) -> list[str]:
+    """Those of the names that are an instance of a message, the lowest number first."""
+    return in_order(each for each in names if base(each) == name)
+
+
+def others_note(
+    quantity: str,
+    taken: str,
+    others: Sequence[str],
+    why: str = "the lowest number",
+    cure: str = "--column or inputs names another",
+) -> tuple[str, ...]:
+    """Which of several instances is taken, in one sentence; nothing where there is one."""
+    if not others:
+        return ()
+    rest = f"{', '.join(others[:6])}{' …' if len(others) > 6 else ''}"
+    return (
+        f"{quantity} is taken from {taken} ({why}); {rest} {'is' if len(others) == 1 else 'are'} left alone: {cure}",
+    )
 
 
 def first(topics: Iterable[Topic], *fields: str) -> Topic | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from service.inputs.presets.proposal import NOTHING, Observed, Proposal
+from service.inputs.presets.proposal import NOTHING, Observed, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy
+from service.logs.table import Topic
 
 _CLOCK = StampedBy(stamp="timestamp", stamp_unit="us")
 YAW = "xyz[2]"
@@ -13,25 +14,34 @@ YAW = "xyz[2]"
 def proposal(observed: Observed) -> Proposal | None:
     """The mapping of a PX4 log; None where it has no angular velocity."""
     named = {topic.name: topic for topic in observed.topics}
-    rate = named.get("vehicle_angular_velocity")
-    if rate is None or YAW not in rate.fields:
-        return None
-    torque = None
     notes: tuple[str, ...] = ()
-    if "vehicle_torque_setpoint" in named:
-        torque = Source(topic="vehicle_torque_setpoint", field=YAW, unit="fraction", **_CLOCK)
-        notes = ("vehicle_torque_setpoint is a part of the full torque, without a unit until a scale is given",)
+
+    def taken(quantity: str, message: str, field: str) -> Topic | None:
+        nonlocal notes
+        found = [name for name in instances(named, message) if field in named[name].fields]
+        found = [name for name in found if name not in observed.dead] or found
+        notes += others_note(quantity, found[0], found[1:]) if found else ()
+        return named[found[0]] if found else None
+
+    rate = taken("yaw_rate", "vehicle_angular_velocity", YAW)
+    if rate is None:
+        return None
+    setpoint, torque = taken("torque", "vehicle_torque_setpoint", YAW), None
+    if setpoint is not None:
+        torque = Source(topic=setpoint.name, field=YAW, unit="fraction", **_CLOCK)
+        notes += ("vehicle_torque_setpoint is a part of the full torque, without a unit until a scale is given",)
     armed = None
-    if "actuator_armed" in named:
-        armed = Armed(topic="actuator_armed", field="armed", **_CLOCK)
-    elif "vehicle_status" in named:
-        armed = Armed(topic="vehicle_status", field="arming_state", equals=2.0, **_CLOCK)
+    if (state := taken("armed", "actuator_armed", "armed")) is not None:
+        armed = Armed(topic=state.name, field="armed", **_CLOCK)
+    elif (state := taken("armed", "vehicle_status", "arming_state")) is not None:
+        armed = Armed(topic=state.name, field="arming_state", equals=2.0, **_CLOCK)
     channels = {
         name: Source(topic=rate.name, field=field, unit="rad/s", **_CLOCK)
         for name, field in (("roll_rate", "xyz[0]"), ("pitch_rate", "xyz[1]"))
     }
-    if "battery_status" in named:
-        channels["voltage"] = Source(topic="battery_status", field="voltage_v", unit="V", **_CLOCK)
+    battery = taken("voltage", "battery_status", "voltage_v")
+    if battery is not None:
+        channels["voltage"] = Source(topic=battery.name, field="voltage_v", unit="V", **_CLOCK)
     inputs = Inputs(
         preset="px4",
         yaw_rate=Source(topic=rate.name, field=YAW, unit="rad/s", **_CLOCK),

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first
+import re
+from collections.abc import Mapping
+
+from service.inputs.owners import ros_name
+from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first, others_note
 from service.inputs.settings import Armed, Inputs, Source
 from service.logs.table import Topic
 
@@ -18,19 +22,24 @@ STATE = "mavros_msgs/msg/State"
 READ = (*RATES, *TORQUES, STATE)
 """The types whose keys are listened to on a bus."""
 _STAMP = "header.stamp"
+_NOT_THE_VEHICLES = re.compile(
+    r"(?:^|[/_])(?:camera|cam|zed|realsense|oak|depthai|stereo|kinect|d4\d\d|t265|lidar|ouster|livox|gimbal)"
+    r"[a-z0-9]*(?:[/_]|$)"
+)
+"""Names of sensors that bring an Imu of their own, in axes of their own: a camera's z is where it looks."""
 
 
 def proposal(observed: Observed) -> Proposal | None:
     """The mapping by types; None where nothing has a yaw rate."""
-    rates = [topic for topic in observed.typed(*RATES) if RATES[topic.type] in topic.fields]
+    torques = _candidates(observed, TORQUES)
+    rates = _candidates(observed, RATES, beside=torques[0] if torques else None)
     if not rates:
         return None
-    torques = [topic for topic in observed.typed(*TORQUES) if TORQUES[topic.type] in topic.fields]
-    notes = []
+    notes: tuple[str, ...] = ()
     for name, found in (("yaw_rate", rates), ("torque", torques)):
-        if len(found) > 1:
-            others = ", ".join(topic.name for topic in found[1:])
-            notes.append(f"{name} is taken from {found[0].name}; {others} could be it, too")
+        first_own = any(map(_foreign, found)) and not _foreign(found[0])
+        why = "the first by its name" + (" that is no camera's" if first_own else "")
+        notes += others_note(name, found[0].name, [topic.name for topic in found[1:]], why) if found else ()
     commands = observed.typed("std_msgs/msg/Float64MultiArray", "mavros_msgs/msg/RCOut")
     missing = {}
     if not torques:
@@ -55,7 +64,27 @@ def proposal(observed: Observed) -> Proposal | None:
         channels=channels,
         armed=None if state is None else Armed(topic=state.name, field="armed", form=f"cdr:{STATE}"),
     )
-    return Proposal(inputs, tuple(notes), missing)
+    return Proposal(inputs, notes, missing)
+
+
+def _candidates(observed: Observed, types: Mapping[str, str], beside: Topic | None = None) -> list[Topic]:
+    """The topics that have the field of their type, the likeliest first; how busy they are says nothing.
+
+    Those come first that are no camera's, then those of the earlier types, then those that share the first part of
+    their name with the topic `beside`, then those with the shortest and the first names.
+    """
+    share = None if beside is None else ros_name(beside.name).partition("/")[0]
+
+    def place(topic: Topic) -> tuple[bool, int, bool, int, str]:
+        name = ros_name(topic.name)
+        apart = share is not None and name.partition("/")[0] != share
+        return _foreign(topic), list(types).index(topic.type), apart, name.count("/"), name
+
+    return sorted((topic for topic in observed.typed(*types) if types[topic.type] in topic.fields), key=place)
+
+
+def _foreign(topic: Topic) -> bool:
+    return _NOT_THE_VEHICLES.search(ros_name(topic.name).lower()) is not None
 
 
 def _source(topic: Topic, field: str, unit: str) -> Source:

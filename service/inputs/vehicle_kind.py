@@ -1,0 +1,103 @@
+"""What kind of vehicle speaks: a vehicle that says it is no ArduSub has other levers than a BlueROV2.
+
+It says so by its heartbeat (MAV_TYPE, MAV_AUTOPILOT), by the name of its firmware, or by what its outputs do.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite, nan
+
+SUBMARINE, ARDUPILOT = 12, 3
+"""MAV_TYPE and MAV_AUTOPILOT of ArduSub."""
+_UNSAID = (0, 8)
+"""MAV_TYPE_GENERIC, MAV_AUTOPILOT_GENERIC and MAV_AUTOPILOT_INVALID: they say nothing of the vehicle."""
+_TYPES = {1: "fixed wing", 2: "quadrotor", 4: "helicopter", 10: "ground rover", 11: "surface boat", 13: "hexarotor"}
+_AUTOPILOTS = {4: "openpilot", 12: "px4"}
+_NAMES = {"submarine": SUBMARINE, "generic": 0, "ardupilotmega": ARDUPILOT, "invalid": 8}
+_ENUMERATED = re.compile(r"^MAV_(?:TYPE|AUTOPILOT)_")
+_FIRMWARE = re.compile(r"^(ArduRover|ArduCopter|ArduPlane|AntennaTracker|Blimp|APM:\w+|APMrover2)\b")
+BUILDS = {1: "ArduRover", 2: "ArduCopter", 3: "ArduPlane", 4: "AntennaTracker", 12: "Blimp", 13: "Heli"}
+"""The firmware by the number that DataFlash logs have of it (VER.BU)."""
+LEFT, RIGHT = 73, 74
+"""SERVOn_FUNCTION of a vehicle that is steered by two throttles."""
+_FUNCTIONS = {LEFT: "left throttle", RIGHT: "right throttle", 70: "throttle", 26: "ground steering"}
+MOTORS = range(33, 41)
+"""SERVOn_FUNCTION of the outputs that drive motors 1 … 8."""
+OUTPUTS = 32
+"""An autopilot has at most so many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Speaker:
+    """What a vehicle says of itself.
+
+    Attributes:
+        heartbeat: numbers and texts of a heartbeat of its autopilot, by their paths.
+        firmware: the name that its firmware gives itself, empty where it gave none.
+    """
+
+    heartbeat: Mapping[str, float | str] = field(default_factory=dict)
+    firmware: str = ""
+
+
+def functions(parameters: Mapping[str, float]) -> dict[int, int]:
+    """SERVOn_FUNCTION by the number of the output, as far as they are known."""
+    told = ((output, parameters.get(f"SERVO{output}_FUNCTION", nan)) for output in range(1, OUTPUTS + 1))
+    return {output: int(function) for output, function in told if isfinite(function)}
+
+
+def no_sub(speaker: Speaker, parameters: Mapping[str, float]) -> str | None:
+    """What says that a vehicle is no ArduSub; None where nothing does."""
+    said = []
+    for names, unsaid, known in (
+        (("mavtype.type", "mavtype", "type"), (SUBMARINE, *_UNSAID), _TYPES),
+        (("autopilot.type", "autopilot"), (ARDUPILOT, *_UNSAID), _AUTOPILOTS),
+    ):
+        value = _enumerated(speaker.heartbeat, names)
+        if value is not None and value not in unsaid:
+            spelt = known.get(value, str(value)) if isinstance(value, int) else value
+            said.append(f"its heartbeat says {'type' if known is _TYPES else 'autopilot'} {spelt}")
+    firmware = _FIRMWARE.match(speaker.firmware)
+    if firmware:
+        said.append(f"its firmware is {firmware[1]}")
+    if "FRAME_CLASS" in parameters and "FRAME_CONFIG" not in parameters:
+        said.append("it has FRAME_CLASS and no FRAME_CONFIG")
+    outputs = functions(parameters)
+    others = {output: function for output, function in outputs.items() if function in _FUNCTIONS}
+    if others and not set(outputs.values()) & set(MOTORS):
+        spelt = ", ".join(f"SERVO{output}_FUNCTION {each} ({_FUNCTIONS[each]})" for output, each in others.items())
+        said.append(spelt)
+    elif {1, 2, 3, 4} <= outputs.keys() and not set(outputs.values()) & set(MOTORS):
+        said.append("no SERVOn_FUNCTION is a motor")
+    return ", ".join(said) or None
+
+
+def described(parameters: Mapping[str, float], place: Callable[[int], tuple[str, str]]) -> str:
+    """How the thrusters of such a vehicle are written down, for its own outputs where its parameters name them.
+
+    Args:
+        place: topic and path of an output.
+    """
+    outputs = functions(parameters)
+    left, right = (next((each for each in outputs if outputs[each] == side), None) for side in (LEFT, RIGHT))
+    (topic, port), (_, starboard) = place(left or 1), place(right or 3)
+    each = f"{{field: {port}, arm: 0.3}}, {{field: {starboard}, arm: -0.3}}"
+    return (
+        "describe them in a configuration (--config FILE), with its own levers [m] and full thrust [N], as in "
+        f"inputs: {{thrusters: {{topic: {topic}, command: pwm, curve: linear, full: 50, each: [{each}]}}}}"
+    )
+
+
+def _enumerated(heartbeat: Mapping[str, float | str], names: tuple[str, ...]) -> int | str | None:
+    """A value of an enumeration: its number where that is known, else its name in small letters."""
+    for name in names:
+        value = heartbeat.get(name, heartbeat.get(f"message.{name}"))
+        if isinstance(value, float) and value == value:
+            return int(value)
+        if isinstance(value, str) and _ENUMERATED.match(value):
+            spelt = _ENUMERATED.sub("", value).lower()
+            return _NAMES.get(spelt, spelt.replace("_", " "))
+    return None

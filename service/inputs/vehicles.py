@@ -1,0 +1,185 @@
+"""Of several vehicles in a log or on a bus one is taken, for all of its messages and for its parameters.
+
+It is the first that was armed while its outputs moved. Messages are looked at in the order in which they arrived, so
+that a log and a bus choose alike. A person may name another one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from service.inputs.arming import says_armed
+from service.inputs.moving import PULSES_MOVE, Movement
+from service.inputs.owners import autopilot_message, keelson_subject, system_of
+from service.inputs.presets import keelson
+from service.inputs.presets.mavlink import heartbeat
+from service.inputs.presets.ros import RATES, STATE, TORQUES
+from service.inputs.settings import Armed
+from service.logs.table import Topic
+
+MOVES_ARMED, MOVES, IS_ARMED, IS_HEARD = 3, 2, 1, 0
+"""What is known of a vehicle: its outputs move while it is armed; they move and nothing says whether it is armed; it is
+armed and nothing says what its thrusters are told; else."""
+_BECAUSE = {
+    MOVES_ARMED: "the first that was armed while its outputs moved",
+    MOVES: "the first whose outputs moved",
+    IS_ARMED: "the first that was armed",
+    IS_HEARD: "for none was armed while its outputs moved",
+}
+_PROPELLERS = ("propeller_rate_rpm", "engine_throttle_pct")
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """What the messages of a topic show of their vehicle.
+
+    Attributes:
+        system: the vehicle.
+        armed: how they say that it is armed; None where they say nothing of it.
+        commands: paths of what its thrusters are told.
+        least: a command that changes by more moves.
+    """
+
+    system: str
+    armed: Armed | None = None
+    commands: tuple[str, ...] = ()
+    least: float = 0.0
+
+
+def sign(topic: Topic) -> Sign | None:
+    """What a topic shows of its vehicle; None where that is nothing."""
+    system, message = system_of(topic), autopilot_message(topic)
+    if not system:
+        return None
+    if message == "HEARTBEAT":
+        return Sign(system, heartbeat(topic))
+    if message is not None and message.partition("[")[0] == "SERVO_OUTPUT_RAW":
+        outputs = (path for path in topic.fields if path.rpartition(".")[2].startswith("servo"))
+        return Sign(system, commands=tuple(outputs), least=PULSES_MOVE)
+    if topic.type == STATE:
+        return Sign(system, Armed(topic=topic.name, field="armed"))
+    if topic.type in TORQUES:
+        return Sign(system, commands=(TORQUES[topic.type],))
+    subject = keelson_subject(topic.name)
+    if subject == keelson.ARMED:
+        return Sign(system, Armed(topic=topic.name, field="value"))
+    return Sign(system, commands=("value",)) if subject in _PROPELLERS else None
+
+
+def able(topics: Sequence[Topic]) -> list[str]:
+    """The vehicles that could be learned from, in the order of the topics: those with a yaw rate.
+
+    A part of a ROS name is a vehicle only where a yaw rate and a torque have it in common.
+    """
+    torques = {system_of(topic) for topic in topics if topic.type in TORQUES}
+    found = []
+    for topic in topics:
+        of_ros = topic.type in RATES and system_of(topic) in torques
+        if of_ros or autopilot_message(topic) == "ATTITUDE" or keelson_subject(topic.name) == keelson.RATE:
+            found.append(system_of(topic))
+    return [system for system in dict.fromkeys(found) if system]
+
+
+def heard(topics: Sequence[Topic]) -> list[str]:
+    """All vehicles of which something is heard, also those that could not be learned from.
+
+    Who sends a heartbeat alone is none, but where nobody sends more.
+    """
+    speaking = [topic for topic in topics if autopilot_message(topic) or keelson_subject(topic.name)]
+    more = [topic for topic in speaking if autopilot_message(topic) != "HEARTBEAT"] or speaking
+    return list(dict.fromkeys((*able(topics), *map(system_of, more))))
+
+
+@dataclass(slots=True)
+class _Seen:
+    armed: bool | None = None
+    movement: Movement = field(default_factory=Movement)
+    commanded: bool = False
+    rank: int = IS_HEARD
+
+
+class Vehicles:
+    """The choice, message by message.
+
+    Args:
+        wanted: the vehicle that a person named; empty leaves the choice to the rule.
+
+    Attributes:
+        chosen: the vehicle that is taken; empty before one with a yaw rate was met.
+        settled: whether nothing that comes changes the choice any more.
+    """
+
+    def __init__(self, wanted: str = "") -> None:
+        self.chosen, self.settled = wanted, bool(wanted)
+        self._wanted, self._seen = wanted, dict[str, _Seen]()
+        self._able: set[str] = set()
+
+    def meet(self, systems: Iterable[str]) -> None:
+        """Vehicles that have a yaw rate; where nothing else is known, the first is taken."""
+        for system in systems:
+            self._able.add(system)
+            self._consider(system)
+
+    def take(self, sign: Sign, number: Callable[[str], float | None]) -> bool:
+        """Takes what a message shows; True where another vehicle is taken since.
+
+        Args:
+            number: the number at a path of the message.
+        """
+        seen = self._seen.setdefault(sign.system, _Seen())
+        if sign.armed is not None:
+            value = number(sign.armed.field)
+            if value is not None and np.isfinite(value):
+                seen.armed = bool(says_armed(sign.armed, np.array([value]))[0])
+                if not seen.armed:
+                    seen.movement = Movement()
+        if sign.commands:
+            seen.commanded = True
+            seen.movement.take({path: number(path) for path in sign.commands}, sign.least)
+        seen.rank = max(seen.rank, _rank(seen))
+        return self._consider(sign.system)
+
+    def others(self, systems: Iterable[str]) -> frozenset[str]:
+        """Those of the vehicles that are left alone."""
+        return frozenset(systems) - {self.chosen} if self.chosen else frozenset()
+
+    def note(self, others: Iterable[str]) -> str:
+        """The choice in one sentence."""
+        named = sorted(others, key=lambda name: (len(name), name))
+        why = "as it was asked"
+        if not self._wanted:
+            alone = not self._able & set(named)
+            why = "the only one that sends its yaw rate" if alone else _BECAUSE[self._rank(self.chosen)]
+        return (
+            f"vehicle {self.chosen} is taken, {why}; vehicle {', '.join(named)} is left alone, with its parameters: "
+            f"--system {named[0]} (in a configuration inputs.system) takes that one"
+        )
+
+    def _consider(self, system: str) -> bool:
+        if self.settled or system not in self._able:
+            return False
+        before = self.chosen
+        if not before or self._rank(system) > self._rank(before):
+            self.chosen = system
+        self.settled = self._rank(self.chosen) == MOVES_ARMED
+        return self.chosen != before
+
+    def _rank(self, system: str) -> int:
+        return self._seen[system].rank if system in self._seen else IS_HEARD
+
+
+def _rank(seen: _Seen) -> int:
+    if seen.movement.seen and seen.armed is not False:
+        return MOVES_ARMED if seen.armed else MOVES
+    return IS_ARMED if seen.armed and not seen.commanded else IS_HEARD
+
+
+def refuse_unknown(wanted: str, systems: Sequence[str]) -> None:
+    """Raises BadInput where a person named a vehicle that is not there."""
+    if wanted and wanted not in systems:
+        known = f"but {', '.join(sorted(systems))}" if systems else "where nothing says of which vehicle a message is"
+        raise BadInput(f"--system {wanted} (inputs.system): there is no such vehicle, {known}")

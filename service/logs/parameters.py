@@ -1,0 +1,64 @@
+"""The vehicle's parameters in a log: each counts from when it was received, the first value also before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite
+
+import numpy as np
+
+from service.inputs import frames
+from service.inputs.owners import autopilot_message
+from service.inputs.vehicle_parameters import changed
+from service.logs.table import Table, Topic
+
+PLACES = {"PARM": ("Name", "Value"), "PARAM_VALUE": ("param_id", "param_value")}
+"""Where name and value of a parameter stand, by the message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """A part of a log in which the parameters of the thrusters stay as they are.
+
+    Attributes:
+        since: arrival of what began it [s], −∞ for the first.
+        parameters: all that are known, by name.
+        changes: what began it, in words.
+    """
+
+    since: float = -inf
+    parameters: dict[str, float] = field(default_factory=dict)
+    changes: tuple[str, ...] = ()
+
+
+def epochs(topics: Sequence[Topic], tables: Mapping[str, Table]) -> tuple[Epoch, ...]:
+    """The parts of a log, at least one, by the parameters in the tables of its vehicle's topics."""
+    told = [each for topic in topics if topic.name in tables for each in _told(topic, tables[topic.name])]
+    told.sort(key=lambda each: each[0])
+    now: dict[str, float] = {}
+    for _, name, value in told:
+        now.setdefault(name, value)
+    found = [Epoch(parameters=dict(now))]
+    for arrival, name, value in told:
+        before, now[name] = now[name], value
+        if value == before or not frames.relevant(name):
+            continue
+        words, last = changed(name, value, before), found[-1]
+        if last.since == arrival:
+            found[-1] = Epoch(arrival, dict(now), (*last.changes, words))
+        else:
+            found.append(Epoch(arrival, dict(now), (words,)))
+    return tuple(found)
+
+
+def _told(topic: Topic, table: Table) -> Iterator[tuple[float, str, float]]:
+    """Arrival [s], name and value of each parameter."""
+    name, value = PLACES.get(autopilot_message(topic) or topic.name, ("", ""))
+    for path in ("", "message.") if name else ():
+        if path + name in table.texts and path + value in table.columns:
+            values = table.columns[path + value]
+            arrival = np.zeros(values.size) if table.arrival is None else table.arrival
+            for when, text, number in zip(arrival.tolist(), table.texts[path + name], values.tolist(), strict=True):
+                if isfinite(number):
+                    yield when, text.partition("\0")[0], number
