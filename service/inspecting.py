@@ -134,7 +134,7 @@ def _told(form: str, streams: list[Stream], proposal: Proposal, measured: Measur
             for each in streams
         ],
         "armed": None if measured is None else _armed(measured),
-        "proposal": inputs | {"notes": list(proposal.notes), "missing": dict(proposal.missing)},
+        "proposal": inputs | {"notes": list(proposal.sentences), "missing": dict(proposal.missing)},
         "measured": {} if measured is None else {name: _summary(*each) for name, each in measured.streams.items()},
     }
 
@@ -201,7 +201,7 @@ def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
         if armed is not None and armed["ever"]:
             said = f"armed for {armed['seconds']:.4g} s"
         lines.append(f"  armed: {said}")
-    return lines + _wrapped("  note: ", (*proposal.notes, *(measured.notes if measured else ())))
+    return lines + _wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
 
 
 def _line(name: str, source: Source | Thrusters | None, measured: Measured | None) -> str:

@@ -98,7 +98,7 @@ class Reading:
             )
         proposal = logs.described(log, self.description)
         measured = logs.read(path, log, proposal)
-        recording = replace(self._recording(path, measured), notes=(*proposal.notes, *measured.notes))
+        recording = replace(self._recording(path, measured), notes=(*proposal.sentences, *measured.notes))
         recording = _put_back(recording, self.axis)
         _refuse_fraction(path, proposal.inputs, measured)
         if not self.learns:

@@ -21,7 +21,7 @@ from service.inputs.clock_of_rate import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import Refused, parse
 from service.inputs.known import RATE, TORQUE, VOLTAGE, Known
-from service.inputs.resolving import ANGLE, named_topics, resolved, steady
+from service.inputs.resolving import ANGLE, BATTERY, named_topics, resolved, steady
 from service.inputs.settings import Armed, Inputs
 from service.inputs.thrust import T200_NOMINAL, sensible
 from service.inputs.told_torque import ToldTorque
@@ -222,7 +222,7 @@ class Hearing:
 
     def _others(self) -> frozenset[str]:
         """The vehicles that are heard and left alone."""
-        return self._vehicles.others(vehicles.heard(named_topics(self.known)))
+        return self._vehicles.others(vehicles.heard(named_topics(self.known), self._configured.system))
 
     def _stamped(self, name: str) -> bool:
         """Whether the messages that a stream comes of bear stamps."""
@@ -267,7 +267,7 @@ class Hearing:
 
     def _keep(self, name: str, value: float) -> None:
         """The newest value of what commands are read with; that of a battery which is none is no voltage."""
-        if name != VOLTAGE or sensible(np.array([value]))[0]:
+        if name not in (VOLTAGE, BATTERY) or sensible(np.array([value]))[0]:
             self._latest[name] = value
 
     def _arm(self, settings: Armed, message: Any) -> None:

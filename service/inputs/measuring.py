@@ -265,7 +265,7 @@ def _by_movement(topic: str, moves: float | None, notes: list[str]) -> Stream:
     if moves is None:
         return np.array([0.0]), np.zeros(1)
     notes.append(
-        f"nothing in it says whether the vehicle was armed (no {topic} message does), but its outputs move: it is taken for "
+        f"nothing says whether the vehicle was armed (no {topic} message does), but its outputs move: it is taken for "
         f"armed from {moves:.6g} s on"
     )
     return np.array([-np.inf, moves]), np.array([0.0, 1.0])

@@ -39,7 +39,8 @@ def without_pulse(settings: Thrusters, thrusters: Iterable[int]) -> str:
     if base(topic) == "SERVO_OUTPUT_RAW" and any(place is not None and place > FIRST_LINK for place in places):
         cure = (
             "MAVLink 1 carries outputs 1 to 8 of a bank alone, so let the link speak MAVLink 2 (SERIALn_PROTOCOL 2), "
-            "or take the vehicle's own .BIN"
+            "take the vehicle's own .BIN, or describe the thrusters in inputs.thrusters where they are on another bank "
+            "(topic: SERVO_OUTPUT_RAW[1])"
         )
     several = len(named) > 1
     return (

@@ -12,7 +12,7 @@ import numpy as np
 
 from service.inputs import bus_keys
 from service.inputs.instances import base
-from service.inputs.known import RATE, TORQUE, VOLTAGE, Known
+from service.inputs.known import RATE, TORQUE, Known
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import NOTHING
@@ -22,8 +22,8 @@ from service.inputs.vehicle_kind import Speaker
 from service.logs.gathering import leaves
 from service.logs.table import Topic
 
-ANGLE = "(angle of thruster {})"
-"""What turns a thruster: it is used, and is no stream; no channel's name has a bracket."""
+ANGLE, BATTERY = "(angle of thruster {})", "(battery of the thrusters)"
+"""What turns a thruster, and what it draws from: they are used, and are no streams; no channel's name has a bracket."""
 STAYS = 50
 """Messages after which another key that a preset would rather take comes too late: seconds of a slow stream."""
 HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
@@ -82,7 +82,7 @@ def resolved(
         inputs = inputs.model_copy(update={"thrusters": _commanded(inputs.thrusters, known, inputs)})
     missing = {name: _on_a_bus(name, cure) for name, cure in proposal.missing.items()}
     armed = HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
-    return Resolved(inputs, missing, armed, proposal.notes)
+    return Resolved(inputs, missing, armed, proposal.sentences)
 
 
 def named_topics(known: Mapping[str, Known]) -> list[Topic]:
@@ -119,7 +119,7 @@ def _named(inputs: Inputs) -> dict[str, Source]:
     """What is taken from messages, by name; what turns thrusters has a name that no channel has."""
     named = {RATE: inputs.yaw_rate, TORQUE: inputs.torque, **inputs.channels}
     if inputs.thrusters is not None:
-        named = {VOLTAGE: inputs.thrusters.measured_voltage, **named}
+        named[BATTERY] = inputs.thrusters.measured_voltage
         named |= {ANGLE.format(k): each.turned_by for k, each in enumerate(inputs.thrusters.each)}
     return {name: source for name, source in named.items() if source is not None}
 

@@ -12,7 +12,7 @@ from service.inputs.forms import number
 from service.inputs.known import SURGE, VOLTAGE, Known
 from service.inputs.moving import Movement, least_movement
 from service.inputs.outputs import numbers, without_pulse
-from service.inputs.resolving import ANGLE
+from service.inputs.resolving import ANGLE, BATTERY
 from service.inputs.settings import Thrusters
 from service.inputs.thrust import T200_NOMINAL, is_pulse, moment, sensible
 
@@ -105,5 +105,5 @@ class ToldTorque:
 
 def measured(latest: Mapping[str, float]) -> float | None:
     """The battery's voltage [V], where something tells one that a battery can have."""
-    volts = latest.get(VOLTAGE)
+    volts = latest.get(BATTERY, latest.get(VOLTAGE))
     return volts if volts is not None and sensible(np.array([volts]))[0] else None

@@ -84,14 +84,16 @@ def able(topics: Sequence[Topic]) -> list[str]:
     return [system for system in dict.fromkeys(found) if system]
 
 
-def heard(topics: Sequence[Topic]) -> list[str]:
+def heard(topics: Sequence[Topic], wanted: str = "") -> list[str]:
     """All vehicles of which something is heard, also those that could not be learned from.
 
-    Who sends a heartbeat alone is none, but where nobody sends more.
+    Who sends a heartbeat alone is none, but where nobody sends more. A person who names a vehicle says that parts of
+    ROS names are vehicles.
     """
     speaking = [topic for topic in topics if autopilot_message(topic) or keelson_subject(topic.name)]
     more = [topic for topic in speaking if autopilot_message(topic) != "HEARTBEAT"] or speaking
-    return list(dict.fromkeys((*able(topics), *map(system_of, more))))
+    named = [system_of(topic) for topic in topics if wanted and (topic.type in RATES or topic.type in TORQUES)]
+    return list(dict.fromkeys(system for system in (*able(topics), *map(system_of, more), *named) if system))
 
 
 @dataclass(slots=True)
@@ -155,8 +157,8 @@ class Vehicles:
             alone = not self._able & set(named)
             why = "the only one that sends its yaw rate" if alone else _BECAUSE[self._rank(self.chosen)]
         return (
-            f"vehicle {self.chosen} is taken, {why}; vehicle {', '.join(named)} is left alone, with its parameters: "
-            f"--system {named[0]} (in a configuration inputs.system) takes that one"
+            f"vehicle {self.chosen} is taken, {why}; vehicle {', '.join(named)} is left alone with all that it sends: "
+            f"--system {named[0]}, or inputs.system in a configuration, takes that one"
         )
 
     def _consider(self, system: str) -> bool:

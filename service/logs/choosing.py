@@ -36,7 +36,7 @@ def chosen(log: Log, wanted: str = "") -> Chosen:
         BadInput: there is no such vehicle.
     """
     busiest = sorted(log.topics, key=lambda topic: -topic.count)
-    candidates, everybody = able(busiest), heard(busiest)
+    candidates, everybody = able(busiest), heard(busiest, wanted)
     refuse_unknown(wanted, everybody)
     vehicles = Vehicles(wanted)
     vehicles.meet(candidates or everybody)

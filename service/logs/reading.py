@@ -63,7 +63,7 @@ def described(log: Log, description: Description) -> Proposal:
         for part in parts
     ]
     found = _in_time(parts, proposals)
-    found = replace(found, notes=(*choice.note, *found.notes))
+    found = replace(found, notes=choice.note)
     return _stamped(found.with_inputs(inputs).with_inputs(said.inputs), found.inputs, said, log)
 
 

@@ -50,8 +50,8 @@ def proposal(observed: Observed) -> Proposal | None:
             found[name] = Source(topic=ROWS, field=field, unit=spelt if spelt in FACTORS else "", **stamp)
     if time is None:
         missing["t"] = "no column is the time by its name: say which, as in --column t=COLUMN:ms"
-    notes = tuple(f"{name} is the column {each.field!r}, by its name" for name, each in found.items() if each)
-    return Proposal(Inputs(yaw_rate=found["yaw_rate"], torque=found["torque"]), notes, missing)
+    reasons = {name: (f"{name} is the column {each.field!r}, by its name",) for name, each in found.items() if each}
+    return Proposal(Inputs(yaw_rate=found["yaw_rate"], torque=found["torque"]), missing=missing, reasons=reasons)
 
 
 def _parts(field: str) -> tuple[str, str]:

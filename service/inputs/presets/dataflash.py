@@ -50,7 +50,8 @@ def proposal(observed: Observed) -> Proposal | None:
     )
     of_gyros = others_note("yaw_rate", gyros[0], gyros[1:])
     of_batteries = others_note("voltage", battery, [name for name in batteries if name != battery])
-    return Proposal(inputs, (*notes, *of_gyros, *of_batteries), missing)
+    reasons = {"torque": notes, "yaw_rate": of_gyros, "voltage": of_batteries}
+    return Proposal(inputs, missing=missing, reasons=reasons)
 
 
 def _thrusters(

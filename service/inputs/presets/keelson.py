@@ -37,10 +37,10 @@ def proposal(observed: Observed) -> Proposal | None:
     if RATE not in sources:
         return None
     subjects = {subject: topics[0] for subject, topics in sources.items()}
-    notes: tuple[str, ...] = ()
-    for subject in (RATE, ARMED, *_CHANNELS):
+    reasons = {}
+    for subject, name in ((RATE, "yaw_rate"), (ARMED, "armed"), *((key, each[0]) for key, each in _CHANNELS.items())):
         first, *others = [topic.name for topic in sources.get(subject, ())] or [""]
-        notes += others_note(subject, first, others, "the first by its name")
+        reasons[name] = others_note(name, first, others, "the first by its name")
     channels = {name: _source(subjects[key], unit) for key, (name, unit) in _CHANNELS.items() if key in subjects}
     armed = subjects.get(ARMED)
     inputs = Inputs(
@@ -49,7 +49,7 @@ def proposal(observed: Observed) -> Proposal | None:
         channels=channels,
         armed=None if armed is None else Armed(topic=armed.name, field="value", form="keelson"),
     )
-    return Proposal(inputs, notes, {"torque": TORQUE})
+    return Proposal(inputs, missing={"torque": TORQUE}, reasons=reasons)
 
 
 def _source(topic: Topic, unit: str) -> Source:

@@ -64,7 +64,7 @@ def proposal(observed: Observed) -> Proposal | None:
         channels=channels,
         armed=heartbeat(said["HEARTBEAT"][0]) if "HEARTBEAT" in said else None,
     )
-    return Proposal(inputs, (*notes, *of_battery), missing)
+    return Proposal(inputs, missing=missing, reasons={"torque": notes, "voltage": of_battery})
 
 
 def heartbeat(topic: Topic) -> Armed:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 
 from service.inputs.instances import base, in_order
-from service.inputs.settings import Inputs, Preset, Thrusters
+from service.inputs.settings import Inputs, Preset, Source, Thrusters
 from service.inputs.vehicle_kind import Speaker
 from service.logs.table import Topic
 
@@ -56,6 +56,7 @@ class Proposal:
     Attributes:
         inputs: the mapping, as far as it goes; its preset is the one that found it.
         notes: what it was concluded from, one sentence each.
+        reasons: what each quantity was concluded from, by its name, as long as nobody says where it stands.
         missing: what nothing was found for, by name: a sentence with the cure.
         changes: of the thrusters under way, in their order.
     """
@@ -64,6 +65,12 @@ class Proposal:
     notes: tuple[str, ...] = ()
     missing: Mapping[str, str] = field(default_factory=dict)
     changes: tuple[Change, ...] = ()
+    reasons: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All that is to be said of where it came from."""
+        return (*self.notes, *(sentence for each in self.reasons.values() for sentence in each))
 
     def with_inputs(self, inputs: Inputs) -> Proposal:
         """The same where somebody says of some inputs where they stand."""
@@ -73,11 +80,25 @@ class Proposal:
             over = {"torque": None, "thrusters": None} | over
         if inputs.armed is not None:
             over["armed"] = inputs.armed
-        over["channels"] = {**self.inputs.channels, **inputs.channels}
         found = {"torque" if name == "thrusters" else name for name in told}
+        changes = () if "torque" in found else self.changes
+        battery = inputs.channels.get("voltage")
+        if battery is not None and "torque" not in found:  # then the thrusters draw from that one, too
+            over["thrusters"] = _drawing_from(self.inputs.thrusters, battery)
+            changes = tuple(replace(each, thrusters=_drawing_from(each.thrusters, battery)) for each in changes)
+        over["channels"] = {**self.inputs.channels, **inputs.channels}
         missing = {name: cure for name, cure in self.missing.items() if name not in found}
-        changes = () if told & {"torque", "thrusters"} else self.changes
-        return replace(self, inputs=self.inputs.model_copy(update=over), missing=missing, changes=changes)
+        return replace(
+            self,
+            inputs=self.inputs.model_copy(update=over),
+            missing=missing,
+            changes=changes,
+            reasons={name: each for name, each in self.reasons.items() if name not in {*found, *inputs.channels}},
+        )
+
+
+def _drawing_from(thrusters: Thrusters | None, battery: Source) -> Thrusters | None:
+    return None if thrusters is None else thrusters.model_copy(update={"measured_voltage": battery})
 
 
 _MODULES: dict[Preset, tuple[str, ...]] = {

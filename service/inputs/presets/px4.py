@@ -14,13 +14,12 @@ YAW = "xyz[2]"
 def proposal(observed: Observed) -> Proposal | None:
     """The mapping of a PX4 log; None where it has no angular velocity."""
     named = {topic.name: topic for topic in observed.topics}
-    notes: tuple[str, ...] = ()
+    reasons: dict[str, tuple[str, ...]] = {}
 
     def taken(quantity: str, message: str, field: str) -> Topic | None:
-        nonlocal notes
         found = [name for name in instances(named, message) if field in named[name].fields]
         found = [name for name in found if name not in observed.dead] or found
-        notes += others_note(quantity, found[0], found[1:]) if found else ()
+        reasons[quantity] = others_note(quantity, found[0], found[1:]) if found else ()
         return named[found[0]] if found else None
 
     rate = taken("yaw_rate", "vehicle_angular_velocity", YAW)
@@ -29,7 +28,7 @@ def proposal(observed: Observed) -> Proposal | None:
     setpoint, torque = taken("torque", "vehicle_torque_setpoint", YAW), None
     if setpoint is not None:
         torque = Source(topic=setpoint.name, field=YAW, unit="fraction", **_CLOCK)
-        notes += ("vehicle_torque_setpoint is a part of the full torque, without a unit until a scale is given",)
+        reasons["torque"] += (f"{setpoint.name} is a part of the full torque, without a unit until a scale is given",)
     armed = None
     if (state := taken("armed", "actuator_armed", "armed")) is not None:
         armed = Armed(topic=state.name, field="armed", **_CLOCK)
@@ -49,4 +48,5 @@ def proposal(observed: Observed) -> Proposal | None:
         channels=channels,
         armed=armed,
     )
-    return Proposal(inputs, notes, {} if torque else {"torque": NOTHING["torque"]})
+    missing = {} if torque else {"torque": NOTHING["torque"]}
+    return Proposal(inputs, missing=missing, reasons=reasons)

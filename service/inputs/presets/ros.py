@@ -35,11 +35,11 @@ def proposal(observed: Observed) -> Proposal | None:
     rates = _candidates(observed, RATES, beside=torques[0] if torques else None)
     if not rates:
         return None
-    notes: tuple[str, ...] = ()
+    reasons = {}
     for name, found in (("yaw_rate", rates), ("torque", torques)):
         first_own = any(map(_foreign, found)) and not _foreign(found[0])
         why = "the first by its name" + (" that is no camera's" if first_own else "")
-        notes += others_note(name, found[0].name, [topic.name for topic in found[1:]], why) if found else ()
+        reasons[name] = others_note(name, found[0].name, [topic.name for topic in found[1:]], why) if found else ()
     commands = observed.typed("std_msgs/msg/Float64MultiArray", "mavros_msgs/msg/RCOut")
     missing = {}
     if not torques:
@@ -64,7 +64,7 @@ def proposal(observed: Observed) -> Proposal | None:
         channels=channels,
         armed=None if state is None else Armed(topic=state.name, field="armed", form=f"cdr:{STATE}"),
     )
-    return Proposal(inputs, notes, missing)
+    return Proposal(inputs, missing=missing, reasons=reasons)
 
 
 def _candidates(observed: Observed, types: Mapping[str, str], beside: Topic | None = None) -> list[Topic]:

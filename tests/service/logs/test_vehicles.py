@@ -173,8 +173,9 @@ def test_a_dataflash_log(tmp_path: Path) -> None:
     same(read(path), DIVE, BOOT, ARMED_FROM)
     other = read(path, "yaw_rate=IMU[1].GyrZ")
     np.testing.assert_allclose(other.streams()["yaw_rate"][1], DIVE.rate[DIVE.time >= ARMED_FROM] + 0.5, atol=1e-6)
+    idle = Dive(DIVE.time, DIVE.rate, 0.01 * DIVE.command)
     with pytest.raises(BadInput, match="never armed"):
-        read(dataflash(DIVE, arms=False).save(tmp_path / "deck.BIN"))
+        read(dataflash(idle, arms=False).save(tmp_path / "deck.BIN"))
 
 
 def ulog(truth: Dive) -> bytes:

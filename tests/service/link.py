@@ -1,0 +1,190 @@
+"""What is said on a vehicle's link, once: as a telemetry log, as BlueOS records and publishes it, and as DataFlash.
+
+The messages are pymavlink's; each test says what is in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+from pymavlink.dialects.v20 import ardupilotmega as link
+
+from tests.service.inputs.mavlink import ARMED, DISARMED, put
+from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, YAW, Dive
+from tests.service.logs.test_vehicles import Dataflash, tlog
+
+SUBMARINE, BOAT = 12, 11
+Outputs = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Said:
+    """A message, when it arrives [s since the log began], and whose it is."""
+
+    at: float
+    message: Any
+    system: int = 1
+    component: int = 1
+
+
+def heartbeat(at: float, armed: bool, kind: int = SUBMARINE, autopilot: int = 3) -> Said:
+    mode = ARMED if armed else DISARMED
+    return Said(at, link.MAVLink_heartbeat_message(kind, autopilot, mode, 19, 4, 3))
+
+
+def parameter(at: float, name: str, value: float) -> Said:
+    return Said(at, link.MAVLink_param_value_message(name.encode(), value, 9, 900, 0))
+
+
+def parameters(at: float = 0.0, **over: float) -> list[Said]:
+    return [parameter(at, name, value) for name, value in {**PARAMETERS, **over}.items()]
+
+
+def attitude(at: float, rate: float) -> Said:
+    stamp = round(1000 * (BOOT + at))
+    return Said(at + 0.01, link.MAVLink_attitude_message(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, rate))
+
+
+def outputs(at: float, pulses: Sequence[float], port: int = 0) -> Said:
+    """Up to sixteen outputs of a bank; the rest bear no pulse."""
+    every = [*(int(pulse) for pulse in pulses), *[0] * (16 - len(pulses))]
+    stamp = (round(1e6 * (BOOT + at)) + 130 * port) % 2**32
+    return Said(at + 0.012 + 0.001 * port, link.MAVLink_servo_output_raw_message(stamp, port, *every))
+
+
+def battery(at: float, volts: float = VOLTS, which: int = 0) -> Said:
+    cells = [round(1000 * volts), *[65535] * 9]
+    return Said(at, link.MAVLink_battery_status_message(which, 0, 1, 2000, cells, 100, 5, 5, 90))
+
+
+def pulses(dive: Dive, directions: Sequence[int]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """(n, 4) what motors 1 … 4 are told [µs] where they count in these directions."""
+    return np.round(1500.0 + np.outer(dive.command, 400.0 * np.array(YAW) * np.array(directions)))
+
+
+def swum(dive: Dive, told: Any = None, armed_from: float = 5.0, kind: int = SUBMARINE) -> list[Said]:
+    """A dive as its autopilot tells it, without its parameters.
+
+    Args:
+        told: (n, k) its outputs, if they are not those of `Dive.pulses`.
+    """
+    found: list[Said] = []
+    for k, (t, rate, row) in enumerate(zip(dive.time, dive.rate, dive.pulses if told is None else told, strict=True)):
+        if k == 0 or int(t) != int(dive.time[k - 1]):
+            found += [heartbeat(t, t >= armed_from, kind), battery(t)]
+        found += [attitude(t, rate), outputs(t, row)]
+    return found
+
+
+def of(system: int, said: Iterable[Said]) -> list[Said]:
+    """The same messages, sent by another system."""
+    return [replace(each, system=system) for each in said]
+
+
+def in_order(*parts: Iterable[Said]) -> list[Said]:
+    """The messages of several in the order of their arrival."""
+    return sorted((each for part in parts for each in part), key=lambda each: each.at)
+
+
+def packets(said: Iterable[Said], first: bool = False) -> Iterator[tuple[float, bytes]]:
+    """Arrival [s] and bytes of each message; `first` packs them as MAVLink 1 does."""
+    senders: dict[tuple[int, int], Any] = {}
+    for each in said:
+        who = (each.system, each.component)
+        packed = bytes(each.message.pack(senders.setdefault(who, link.MAVLink(None, *who))))
+        yield each.at, _first_link(each) if first else packed
+
+
+SHORT = {"SERVO_OUTPUT_RAW": 21, "BATTERY_STATUS": 36}
+"""Bytes of a message in MAVLink 1, which ends before the fields that MAVLink 2 added: outputs 9 to 16."""
+
+
+def _first_link(said: Said) -> bytes:
+    message = said.message
+    payload = bytes(message.get_payload()).ljust(message.unpacker.size, b"\0")
+    payload = payload[: SHORT.get(message.get_type(), len(payload))]
+    head = bytes([len(payload), 0, said.system, said.component, message.get_msgId()])
+    checksum = link.x25crc(head + payload + bytes([message.crc_extra])).crc
+    return bytes([0xFE]) + head + payload + int(checksum).to_bytes(2, "little")
+
+
+def as_tlog(path: Path, said: Iterable[Said], first: bool = False) -> Path:
+    return tlog(path, list(packets(said, first)))
+
+
+def as_keys(said: Iterable[Said]) -> list[tuple[str, bytes]]:
+    """Keys and payloads, as BlueOS's server publishes them."""
+    return [put(each.message, each.system, each.component, **_in_json(each.message)) for each in said]
+
+
+def _in_json(message: Any) -> dict[str, Any]:
+    if message.get_type() == "HEARTBEAT":
+        return {"base_mode": {"bits": message.base_mode}}
+    return {}
+
+
+def as_mcap(path: Path, said: Iterable[Said]) -> Path:
+    """As BlueOS's recorder writes it: each key a channel, by the recorder's clock."""
+    said = list(said)
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=65536, compression=CompressionType.ZSTD)
+        writer.start()
+        channels: dict[str, int] = {}
+        for each, (key, payload) in zip(said, as_keys(said), strict=True):
+            if key not in channels:
+                channels[key] = writer.register_channel(key, "json", 0)
+            when = round(1e9 * (EPOCH + each.at))
+            writer.add_message(channels[key], when, payload, when)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return path
+
+
+def as_dataflash(path: Path, said: Iterable[Said], events: bool = True, gyros: int = 1) -> Path:
+    """What the autopilot of system 1 writes down itself, by its own clock: where its messages have stamps, by these.
+
+    Args:
+        events: whether the arming is written down.
+        gyros: so many of them; the others are off by 0.5 rad/s each.
+    """
+    log = Dataflash()
+    log.define("PARM", "QNf", "TimeUS,Name,Value")
+    log.define("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
+    log.define("RCOU", "Q" + "H" * 14, "TimeUS," + ",".join(f"C{k}" for k in range(1, 15)))
+    log.define("RCO3", "Q" + "H" * 14, "TimeUS," + ",".join(f"C{k}" for k in range(19, 33)))
+    log.define("BAT", "QBf", "TimeUS,Instance,Volt")
+    log.define("ARM", "QB", "TimeUS,ArmState")
+    log.define("MSG", "QZ", "TimeUS,Message")
+    armed = False
+    for each in said:
+        if (each.system, each.component) != (1, 1):
+            continue
+        message, kind = each.message, each.message.get_type()
+        stamp = round(1e6 * (BOOT + each.at))
+        if kind == "PARAM_VALUE":
+            log.add("PARM", stamp, message.param_id.encode(), message.param_value)
+        elif kind == "ATTITUDE":
+            for which in range(gyros):
+                rate = message.yawspeed + 0.5 * which
+                log.add("IMU", 1000 * message.time_boot_ms, which, 0.0, 0.0, rate, 0.0, 0.0, -9.8)
+        elif kind == "SERVO_OUTPUT_RAW":
+            row = [getattr(message, f"servo{k}_raw") for k in range(1, 17)]
+            log.add(
+                *(("RCO3", message.time_usec, *row[2:]) if message.port else ("RCOU", message.time_usec, *row[:14]))
+            )
+        elif kind == "BATTERY_STATUS":
+            log.add("BAT", stamp, message.id, 1e-3 * message.voltages[0])
+        elif kind == "STATUSTEXT":
+            log.add("MSG", stamp, message.text.encode())
+        elif kind == "HEARTBEAT" and events and bool(message.base_mode & 128) != armed:
+            armed = not armed
+            log.add("ARM", stamp, int(armed))
+    return log.save(path)
+
+
+def firmware(at: float, text: str) -> Said:
+    return Said(at, link.MAVLink_statustext_message(6, text.encode()))
