@@ -180,11 +180,10 @@ class Hearing:
 
     def _look_at_vehicle(self, name: str, known: Known) -> None:
         """What a message says of the vehicle that it is of: its parameters, and whether it is the one that is taken."""
-        of_vehicle = owners.mavlink(name)
-        if of_vehicle is not None and of_vehicle.message == "PARAM_VALUE":
-            ours = of_vehicle.system == self.system or not self.system
+        if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
+            ours = self.system in ("", sender.system)
             when = self._clock.newest if ours else None
-            if self._parameters.take(of_vehicle.system, known.message, when) and ours:
+            if self._parameters.take(sender.system, known.message, when) and ours:
                 self._resolve()
         if known.sign is None or self._vehicles.settled:
             return

@@ -29,8 +29,6 @@ INSTANCE_FIELDS: Mapping[str, str] = {
     ),
     **dict.fromkeys(("DEBUG_VECT", "NAMED_VALUE_FLOAT", "NAMED_VALUE_INT", "NAMED_VALUE_STRING"), "name"),
     "ADAP_TUNING": "axis",
-    "ESC_INFO": "index",
-    "ESC_STATUS": "index",
     "OPTICAL_FLOW_RAD": "sensor_id",
     "PID_TUNING": "axis",
 }

@@ -162,7 +162,7 @@ class Inputs(Section):
     thrusters: Thrusters | None = Field(default=None, description="or what the thrusters are told, and their arms")
     channels: dict[Name, Source] = Field(default={}, description="further channels by name")
     armed: Armed | None = Field(default=None, description="what says that the thrusters may turn")
-    system: str = Field(default="", description="the vehicle, where several are heard, such as 2; empty: see the docs")
+    system: str = Field(default="", description="the vehicle, such as 2; empty: the first that is armed and moves")
     parameters: dict[str, float] = Field(
         default={}, description="the vehicle's, such as FRAME_CONFIG, where it does not tell them"
     )

@@ -5,7 +5,7 @@ The messages are pymavlink's; each test says what is in them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -144,25 +144,36 @@ def as_mcap(path: Path, said: Iterable[Said]) -> Path:
     return path
 
 
-def as_dataflash(path: Path, said: Iterable[Said], events: bool = True, gyros: int = 1) -> Path:
+def as_dataflash(
+    path: Path,
+    said: Iterable[Said],
+    events: bool = True,
+    gyros: int = 1,
+    told: tuple[str, Mapping[float, int]] | None = None,
+) -> Path:
     """What the autopilot of system 1 writes down itself, by its own clock: where its messages have stamps, by these.
 
     Args:
         events: whether the arming is written down.
         gyros: so many of them; the others are off by 0.5 rad/s each.
+        told: instead of the arming, what `ARM` or `EV` says, by its time [s].
     """
+    message_of_arming, words = told or ("ARM", {})
+    waiting = sorted(words.items())
     log = Dataflash()
     log.define("PARM", "QNf", "TimeUS,Name,Value")
     log.define("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
     log.define("RCOU", "Q" + "H" * 14, "TimeUS," + ",".join(f"C{k}" for k in range(1, 15)))
     log.define("RCO3", "Q" + "H" * 14, "TimeUS," + ",".join(f"C{k}" for k in range(19, 33)))
     log.define("BAT", "QBf", "TimeUS,Instance,Volt")
-    log.define("ARM", "QB", "TimeUS,ArmState")
+    log.define(message_of_arming, "QB", "TimeUS,ArmState" if message_of_arming == "ARM" else "TimeUS,Id")
     log.define("MSG", "QZ", "TimeUS,Message")
     armed = False
     for each in said:
         if (each.system, each.component) != (1, 1):
             continue
+        while waiting and waiting[0][0] <= each.at:
+            log.add(message_of_arming, round(1e6 * (BOOT + waiting[0][0])), waiting.pop(0)[1])
         message, kind = each.message, each.message.get_type()
         stamp = round(1e6 * (BOOT + each.at))
         if kind == "PARAM_VALUE":
@@ -180,7 +191,7 @@ def as_dataflash(path: Path, said: Iterable[Said], events: bool = True, gyros: i
             log.add("BAT", stamp, message.id, 1e-3 * message.voltages[0])
         elif kind == "STATUSTEXT":
             log.add("MSG", stamp, message.text.encode())
-        elif kind == "HEARTBEAT" and events and bool(message.base_mode & 128) != armed:
+        elif kind == "HEARTBEAT" and events and told is None and bool(message.base_mode & 128) != armed:
             armed = not armed
             log.add("ARM", stamp, int(armed))
     return log.save(path)
