@@ -71,7 +71,8 @@ class Hearing:
         self.types: dict[str, str] = {}
         self._parameters = VehicleParameters(parameters)
         self.refused: Counter[str] = Counter()
-        self._vehicles = vehicles.Vehicles(inputs.system)
+        self._wanted = vehicles.named(inputs)
+        self._vehicles = vehicles.Vehicles(self._wanted)
         self._begin()
         self._resolved = resolved(inputs, self.known, self.parameters)
 
@@ -208,10 +209,10 @@ class Hearing:
         for name, own in self.placed.items():
             found += self._clock.doubts(name, own, self._stamped(name))
         able = vehicles.able(named_topics(self.known))
-        if not self._configured.system and self._others() & set(able):
+        if not self._wanted and self._others() & set(able):
             found.append(self._vehicles.note(self._others()))
-        elif self._configured.system and able and self._configured.system not in able:
-            found.append(f"vehicle {self._configured.system} (inputs.system) is not heard, but {', '.join(able)}")
+        elif self._wanted and able and self._wanted not in able:
+            found.append(f"vehicle {self._wanted} (inputs.system) is not heard, but {', '.join(able)}")
         if self._arming.by_movement and self._resolved.armed is not None:
             found.append(
                 f"{self._resolved.armed.topic} has not said that the vehicle is armed, but its outputs move: it is "
@@ -221,7 +222,7 @@ class Hearing:
 
     def _others(self) -> frozenset[str]:
         """The vehicles that are heard and left alone."""
-        return self._vehicles.others(vehicles.heard(named_topics(self.known), self._configured.system))
+        return self._vehicles.others(vehicles.heard(named_topics(self.known), self._wanted))
 
     def _stamped(self, name: str) -> bool:
         """Whether the messages that a stream comes of bear stamps."""

@@ -18,7 +18,7 @@ from service.inputs.owners import autopilot_message, keelson_subject, system_of
 from service.inputs.presets import keelson
 from service.inputs.presets.mavlink import heartbeat
 from service.inputs.presets.ros import RATES, STATE, TORQUES
-from service.inputs.settings import Armed
+from service.inputs.settings import Armed, Inputs
 from service.logs.table import Topic
 
 MOVES_ARMED, MOVES, IS_ARMED, IS_HEARD = 3, 2, 1, 0
@@ -178,6 +178,16 @@ def _rank(seen: _Seen) -> int:
     if seen.movement.seen and seen.armed is not False:
         return MOVES_ARMED if seen.armed else MOVES
     return IS_ARMED if seen.armed and not seen.commanded else IS_HEARD
+
+
+def named(inputs: Inputs) -> str:
+    """The vehicle that a person named, or whose topics a person spelt out; empty where the rule chooses."""
+    if inputs.system:
+        return inputs.system
+    spelt = [source.topic for source in (inputs.yaw_rate, inputs.torque) if source is not None]
+    spelt += inputs.thrusters.topics if inputs.thrusters is not None else ()
+    systems = (system_of(Topic(name, "", (), 0)) for name in spelt if "*" not in name)
+    return next((system for system in systems if system), "")
 
 
 def refuse_unknown(wanted: str, systems: Sequence[str]) -> None:

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.inputs.vehicles import Sign, Vehicles, able, heard, refuse_unknown, sign
+from service.inputs.settings import Inputs
+from service.inputs.vehicles import Sign, Vehicles, able, heard, named, refuse_unknown, sign
 from service.logs.table import Log, Table
+
+NOTHING_NAMED = Inputs()
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,18 +29,19 @@ class Chosen:
     note: tuple[str, ...]
 
 
-def chosen(log: Log, wanted: str = "") -> Chosen:
+def chosen(log: Log, inputs: Inputs = NOTHING_NAMED) -> Chosen:
     """The vehicle of a log that is taken for all messages and parameters.
 
     Args:
-        wanted: the one that a person named; empty leaves the choice to the rule.
+        inputs: in which a person may name one; else the rule chooses.
 
     Raises:
         BadInput: there is no such vehicle.
     """
+    wanted = named(inputs)
     busiest = sorted(log.topics, key=lambda topic: -topic.count)
     candidates, everybody = able(busiest), heard(busiest, wanted)
-    refuse_unknown(wanted, everybody)
+    refuse_unknown(inputs.system, everybody)
     vehicles = Vehicles(wanted)
     vehicles.meet(candidates or everybody)
     if len(candidates) > 1 and not vehicles.settled:

@@ -21,7 +21,7 @@ from service.logs import naming, speaker
 from service.logs.choosing import chosen
 from service.logs.csv_log import ROWS
 from service.logs.parameters import Epoch, epochs
-from service.logs.table import Log, Table, Topic
+from service.logs.table import Log, Table
 
 LONGEST_STEP = 2.0
 """A typical step of a stamp that is longer is not in seconds [s]; and likewise for the smaller units."""
@@ -51,7 +51,7 @@ def described(log: Log, description: Description) -> Proposal:
     Raises:
         BadInput: a person names what is not there.
     """
-    choice = chosen(log, description.inputs.system or _system_named(description.inputs))
+    choice = chosen(log, description.inputs)
     ours = [topic for topic in log.topics if system_of(topic) not in choice.others]
     said = told(description.columns, ours, [topic for topic in log.topics if topic not in ours])
     inputs = naming.found_in(description.inputs, ours)
@@ -65,12 +65,6 @@ def described(log: Log, description: Description) -> Proposal:
     found = _in_time(parts, proposals)
     found = replace(found, notes=choice.note)
     return _stamped(found.with_inputs(inputs).with_inputs(said.inputs), found.inputs, said, log)
-
-
-def _system_named(inputs: Inputs) -> str:
-    """The vehicle whose topic a configuration names as the yaw rate's; empty where it names none."""
-    topic = "" if inputs.yaw_rate is None else inputs.yaw_rate.topic
-    return system_of(Topic(topic, "", (), 0))
 
 
 def _in_time(parts: Sequence[Epoch], proposals: Sequence[Proposal]) -> Proposal:
