@@ -133,7 +133,7 @@ class MappedIngest:
     def parameters(self) -> dict[str, dict[str, float]]:
         """What vehicles have told of their thrusters, by vehicle."""
         with self._lock:
-            return self.hearing.told_by_system
+            return self.hearing.parameters_by_system
 
     def close(self) -> None:
         self._arrivals.close()

@@ -1,4 +1,4 @@
-"""What several thrusters are told, as one table: each command holds until the next one of the same thruster."""
+"""The commands of several thrusters on one time axis: each command stays until the next one of its thruster."""
 
 from __future__ import annotations
 
@@ -12,42 +12,50 @@ from service.inputs.thrust import is_pulse
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What one thruster is told: times (n,) [s], times of arrival (n,) [s], and commands (n,) in their unit."""
+class CommandStream:
+    """The commands of one thruster.
+
+    Attributes:
+        time: (n,) stamps [s], n ≥ 1, in any order.
+        arrival: (n,) when each arrived [s].
+        command: (n,) in the thruster's unit.
+    """
 
     time: Array
     arrival: Array
     command: Array
 
 
-def joined(thrusters: Sequence[Told]) -> tuple[Array, Array, list[Array]]:
-    """Times (n,) [s] at which one of the thrusters is told something, each once, when the last word of each arrived
-    (n,) [s], and what each thruster was told by then, k times (n,); NaN before its first command."""
-    time = np.unique(np.concatenate([told.time for told in thrusters]))
+def joined(streams: Sequence[CommandStream]) -> tuple[Array, Array, list[Array]]:
+    """The commands of all thrusters, at each stamp of one of them.
+
+    Returns:
+        The stamps (n,) [s], rising, each once; when the last command of each stamp arrived (n,) [s]; the command of
+        each thruster at that time, (n,) each, NaN before its first.
+    """
+    time = np.unique(np.concatenate([stream.time for stream in streams]))
     time = time[np.isfinite(time)]
     arrival = np.full(time.size, -np.inf)
     commands = []
-    for told in thrusters:
-        order = np.argsort(told.time, kind="stable")
-        place = np.searchsorted(told.time[order], time, side="right") - 1
-        there = order[np.maximum(place, 0)] if order.size else np.zeros(time.size, dtype=np.int64)
-        known = (place >= 0) & (order.size > 0)
-        commands.append(np.where(known, told.command[there] if order.size else np.nan, np.nan))
-        same = known & (told.time[there] == time) if order.size else known
-        arrival[same] = np.maximum(arrival[same], told.arrival[there[same]])
+    for stream in streams:
+        order = np.argsort(stream.time, kind="stable")
+        place = np.searchsorted(stream.time[order], time, side="right") - 1
+        newest = order[np.maximum(place, 0)]
+        commands.append(np.where(place >= 0, stream.command[newest], np.nan))
+        own = (place >= 0) & (stream.time[newest] == time)
+        arrival[own] = np.maximum(arrival[own], stream.arrival[newest[own]])
     return time, arrival, commands
 
 
-def held(arrival: Array, stream_arrival: Array, values: Array, before: float = np.nan) -> Array:
-    """The newest value (m,) that had arrived at the times `arrival` (n,) [s], and `before` where none had."""
+def newest_at(arrival: Array, stream_arrival: Array, values: Array, before: float = np.nan) -> Array:
+    """The newest of the values (m,) that had arrived at the times `arrival` (n,) [s]; `before` where none had."""
+    if not values.size:
+        return np.full(arrival.size, before)
     order = np.argsort(stream_arrival, kind="stable")
     place = np.searchsorted(stream_arrival[order], arrival, side="right") - 1
-    if not order.size:
-        return np.full(arrival.size, before)
     return np.where(place >= 0, values[order][np.maximum(place, 0)], before)
 
 
 def since_first_pulse(command: Array) -> Array:
-    """The pulses (n,) [µs] from the first one on; NaN before it, for until then the output tells nothing."""
-    begun = np.maximum.accumulate(is_pulse(command)) if command.size else np.zeros(0, dtype=bool)
-    return np.where(begun, command, np.nan)
+    """The commands (n,) [µs] of an output from its first pulse on; NaN before it, where the output is not in use."""
+    return np.where(np.maximum.accumulate(is_pulse(command)), command, np.nan)

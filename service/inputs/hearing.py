@@ -106,7 +106,7 @@ class Hearing:
         return self._parameters.of(self.system)
 
     @property
-    def told_by_system(self) -> dict[str, dict[str, float]]:
+    def parameters_by_system(self) -> dict[str, dict[str, float]]:
         """Those that each vehicle told, as the next process takes them."""
         return {system: dict(told) for system, told in self._parameters.by_system.items()}
 
@@ -171,7 +171,7 @@ class Hearing:
         if not known.fields:
             known.fields = tuple(path for path, _ in leaves(message)) or ("",)
             known.sign = vehicles.sign(Topic(name, known.type, known.fields, 0))
-            self._vehicles.meet(vehicles.able(named_topics(self.known)))
+            self._vehicles.meet(vehicles.with_yaw_rate(named_topics(self.known)))
             self._resolve()
         self._look_at_vehicle(name, known)
         if known.armed is not None:
@@ -208,7 +208,7 @@ class Hearing:
             found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale says how much")
         for name, own in self.placed.items():
             found += self._clock.doubts(name, own, self._stamped(name))
-        able = vehicles.able(named_topics(self.known))
+        able = vehicles.with_yaw_rate(named_topics(self.known))
         if not self._wanted and self._others() & set(able):
             found.append(self._vehicles.note(self._others()))
         elif self._wanted and able and self._wanted not in able:
@@ -222,7 +222,7 @@ class Hearing:
 
     def _others(self) -> frozenset[str]:
         """The vehicles that are heard and left alone."""
-        return self._vehicles.others(vehicles.heard(named_topics(self.known), self._wanted))
+        return self._vehicles.others(vehicles.present(named_topics(self.known), self._wanted))
 
     def _stamped(self, name: str) -> bool:
         """Whether the messages that a stream comes of bear stamps."""

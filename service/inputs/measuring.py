@@ -11,7 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.inputs.arming import says_armed, speaks
 from service.inputs.clocks import Clock
-from service.inputs.commands import Told, held, joined, since_first_pulse
+from service.inputs.commands import CommandStream, joined, newest_at, since_first_pulse
 from service.inputs.moving import first_movement, least_movement
 from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
@@ -184,7 +184,7 @@ def _commands(
         if an_output and np.isnan(command).all():
             silent.append(k)
         arrival = _arrival(table, _stamps(settings, topic, table))
-        found.append(Told(_placed("torque", settings, topic, table, clock, notes), arrival, command))
+        found.append(CommandStream(_placed("torque", settings, topic, table, clock, notes), arrival, command))
     if silent:
         raise BadInput(without_pulse(settings, silent))
     return joined(found)
@@ -195,7 +195,7 @@ def _beside(source: Source, tables: Mapping[str, Table], arrival: Array, before:
     table = _table(source.topic, tables)
     values = _column(source.field, source.topic, table) * source.factor
     known = np.isfinite(values)
-    return held(arrival, _arrival(table, _stamps(source, source.topic, table))[known], values[known], before)
+    return newest_at(arrival, _arrival(table, _stamps(source, source.topic, table))[known], values[known], before)
 
 
 def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arrival: Array, notes: list[str]) -> Array:
@@ -206,7 +206,7 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
         volts = _column(source.field, source.topic, table) * source.factor
         real = sensible(volts)
         if real.any():
-            return held(
+            return newest_at(
                 arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
             )
     said = f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL:g} V"

@@ -18,7 +18,7 @@ from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import NOTHING
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
 from service.inputs.thrust import sensible
-from service.inputs.vehicle_kind import Speaker
+from service.inputs.vehicle_kind import SelfDescription
 from service.logs.gathering import leaves
 from service.logs.table import Topic
 
@@ -136,10 +136,10 @@ def _commanded(thrusters: Thrusters, known: Mapping[str, Known], inputs: Inputs)
     return thrusters.model_copy(update={"each": tuple(found)})
 
 
-def _speaker(topics: Sequence[Topic], known: Mapping[str, Known]) -> Speaker:
+def _speaker(topics: Sequence[Topic], known: Mapping[str, Known]) -> SelfDescription:
     """What the vehicle says of itself in its newest heartbeat."""
     beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
-    return Speaker(dict(leaves(known[beats[0]].message))) if beats else Speaker()
+    return SelfDescription(dict(leaves(known[beats[0]].message))) if beats else SelfDescription()
 
 
 def _dead(topics: Sequence[Topic], known: Mapping[str, Known]) -> frozenset[str]:

@@ -13,7 +13,7 @@ from math import isfinite, nan
 SUBMARINE, ARDUPILOT = 12, 3
 """MAV_TYPE and MAV_AUTOPILOT of ArduSub."""
 _UNSAID = (0, 8)
-"""MAV_TYPE_GENERIC, MAV_AUTOPILOT_GENERIC and MAV_AUTOPILOT_INVALID: they say nothing of the vehicle."""
+"""MAV_TYPE_GENERIC, MAV_AUTOPILOT_GENERIC and MAV_AUTOPILOT_INVALID, which say nothing of the vehicle."""
 _TYPES = {1: "fixed wing", 2: "quadrotor", 4: "helicopter", 10: "ground rover", 11: "surface boat", 13: "hexarotor"}
 _AUTOPILOTS = {4: "openpilot", 12: "px4"}
 _NAMES = {"submarine": SUBMARINE, "generic": 0, "ardupilotmega": ARDUPILOT, "invalid": 8}
@@ -31,7 +31,7 @@ OUTPUTS = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Speaker:
+class SelfDescription:
     """What a vehicle says of itself.
 
     Attributes:
@@ -44,39 +44,40 @@ class Speaker:
 
 
 def functions(parameters: Mapping[str, float]) -> dict[int, int]:
-    """SERVOn_FUNCTION by the number of the output, as far as they are known."""
-    told = ((output, parameters.get(f"SERVO{output}_FUNCTION", nan)) for output in range(1, OUTPUTS + 1))
-    return {output: int(function) for output, function in told if isfinite(function)}
+    """SERVOn_FUNCTION by the number of the output, as far as the parameters have it."""
+    values = ((output, parameters.get(f"SERVO{output}_FUNCTION", nan)) for output in range(1, OUTPUTS + 1))
+    return {output: int(function) for output, function in values if isfinite(function)}
 
 
-def no_sub(speaker: Speaker, parameters: Mapping[str, float]) -> str | None:
-    """What says that a vehicle is no ArduSub; None where nothing does."""
-    said = []
-    for names, unsaid, known in (
-        (("mavtype.type", "mavtype", "type"), (SUBMARINE, *_UNSAID), _TYPES),
-        (("autopilot.type", "autopilot"), (ARDUPILOT, *_UNSAID), _AUTOPILOTS),
+def evidence_of_another_vehicle(vehicle: SelfDescription, parameters: Mapping[str, float]) -> str | None:
+    """What says that a vehicle is no ArduSub, in a few words; None where nothing does."""
+    evidence = []
+    for what, paths, of_ardusub, names in (
+        ("type", ("mavtype.type", "mavtype", "type"), SUBMARINE, _TYPES),
+        ("autopilot", ("autopilot.type", "autopilot"), ARDUPILOT, _AUTOPILOTS),
     ):
-        value = _enumerated(speaker.heartbeat, names)
-        if value is not None and value not in unsaid:
-            spelt = known.get(value, str(value)) if isinstance(value, int) else value
-            said.append(f"its heartbeat says {'type' if known is _TYPES else 'autopilot'} {spelt}")
-    firmware = _FIRMWARE.match(speaker.firmware)
+        value = _enumerated(vehicle.heartbeat, paths)
+        if value is not None and value not in (of_ardusub, *_UNSAID):
+            evidence.append(f"its heartbeat says {what} {names.get(value, value) if isinstance(value, int) else value}")
+    firmware = _FIRMWARE.match(vehicle.firmware)
     if firmware:
-        said.append(f"its firmware is {firmware[1]}")
+        evidence.append(f"its firmware is {firmware[1]}")
     if "FRAME_CLASS" in parameters and "FRAME_CONFIG" not in parameters:
-        said.append("it has FRAME_CLASS and no FRAME_CONFIG")
+        evidence.append("it has FRAME_CLASS and no FRAME_CONFIG")
     outputs = functions(parameters)
-    others = {output: function for output, function in outputs.items() if function in _FUNCTIONS}
-    if others and not set(outputs.values()) & set(MOTORS):
-        spelt = ", ".join(f"SERVO{output}_FUNCTION {each} ({_FUNCTIONS[each]})" for output, each in others.items())
-        said.append(spelt)
-    elif {1, 2, 3, 4} <= outputs.keys() and not set(outputs.values()) & set(MOTORS):
-        said.append("no SERVOn_FUNCTION is a motor")
-    return ", ".join(said) or None
+    if not set(outputs.values()) & set(MOTORS):
+        others = [
+            f"SERVO{output}_FUNCTION {function} ({_FUNCTIONS[function]})"
+            for output, function in outputs.items()
+            if function in _FUNCTIONS
+        ]
+        undriven = ["no SERVOn_FUNCTION is a motor"] if {1, 2, 3, 4} <= outputs.keys() else []
+        evidence += others or undriven
+    return ", ".join(evidence) or None
 
 
-def described(parameters: Mapping[str, float], place: Callable[[int], tuple[str, str]]) -> str:
-    """How the thrusters of such a vehicle are written down, for its own outputs where its parameters name them.
+def thruster_example(parameters: Mapping[str, float], place: Callable[[int], tuple[str, str]]) -> str:
+    """A sentence that asks for the thrusters of a vehicle, with an example for its own outputs.
 
     Args:
         place: topic and path of an output.

@@ -24,7 +24,7 @@ from service.logs.table import Topic
 MOVES_ARMED, MOVES, IS_ARMED, IS_HEARD = 3, 2, 1, 0
 """What is known of a vehicle: its outputs move while it is armed; they move and nothing says whether it is armed; it is
 armed and nothing says what its thrusters are told; else."""
-_BECAUSE = {
+_REASONS = {
     MOVES_ARMED: "the first that was armed while its outputs moved",
     MOVES: "the first whose outputs moved",
     IS_ARMED: "the first that was armed",
@@ -70,7 +70,7 @@ def sign(topic: Topic) -> Sign | None:
     return Sign(system, commands=("value",)) if subject in _PROPELLERS else None
 
 
-def able(topics: Sequence[Topic]) -> list[str]:
+def with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
     """The vehicles that could be learned from, in the order of the topics: those with a yaw rate.
 
     A part of a ROS name is a vehicle only where a yaw rate and a torque have it in common.
@@ -84,7 +84,7 @@ def able(topics: Sequence[Topic]) -> list[str]:
     return [system for system in dict.fromkeys(found) if system]
 
 
-def heard(topics: Sequence[Topic], wanted: str = "") -> list[str]:
+def present(topics: Sequence[Topic], wanted: str = "") -> list[str]:
     """All vehicles of which something is heard, also those that could not be learned from.
 
     Who sends a heartbeat alone is none, but where nobody sends more. A person who names a vehicle says that parts of
@@ -93,7 +93,7 @@ def heard(topics: Sequence[Topic], wanted: str = "") -> list[str]:
     speaking = [topic for topic in topics if autopilot_message(topic) or keelson_subject(topic.name)]
     more = [topic for topic in speaking if autopilot_message(topic) != "HEARTBEAT"] or speaking
     named = [system_of(topic) for topic in topics if wanted and (topic.type in RATES or topic.type in TORQUES)]
-    return list(dict.fromkeys(system for system in (*able(topics), *map(system_of, more), *named) if system))
+    return list(dict.fromkeys(system for system in (*with_yaw_rate(topics), *map(system_of, more), *named) if system))
 
 
 @dataclass(slots=True)
@@ -155,7 +155,7 @@ class Vehicles:
         why = "as it was asked"
         if not self._wanted:
             alone = not self._able & set(named)
-            why = "the only one that sends its yaw rate" if alone else _BECAUSE[self._rank(self.chosen)]
+            why = "the only one that sends its yaw rate" if alone else _REASONS[self._rank(self.chosen)]
         return (
             f"vehicle {self.chosen} is taken, {why}; vehicle {', '.join(named)} is left alone with all that it sends: "
             f"--system {named[0]}, or inputs.system in a configuration, takes that one"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.inputs.settings import Inputs
-from service.inputs.vehicles import Sign, Vehicles, able, heard, named, refuse_unknown, sign
+from service.inputs.vehicles import Sign, Vehicles, named, present, refuse_unknown, sign, with_yaw_rate
 from service.logs.table import Log, Table
 
 NOTHING_NAMED = Inputs()
@@ -40,7 +40,7 @@ def chosen(log: Log, inputs: Inputs = NOTHING_NAMED) -> Chosen:
     """
     wanted = named(inputs)
     busiest = sorted(log.topics, key=lambda topic: -topic.count)
-    candidates, everybody = able(busiest), heard(busiest, wanted)
+    candidates, everybody = with_yaw_rate(busiest), present(busiest, wanted)
     refuse_unknown(inputs.system, everybody)
     vehicles = Vehicles(wanted)
     vehicles.meet(candidates or everybody)

@@ -17,7 +17,7 @@ from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.stamps import usual_stamp
 from service.inputs.told import Told, told
 from service.inputs.units import STAMPS
-from service.logs import naming, speaker
+from service.logs import naming, self_description
 from service.logs.choosing import chosen
 from service.logs.csv_log import ROWS
 from service.logs.parameters import Epoch, epochs
@@ -55,11 +55,11 @@ def described(log: Log, description: Description) -> Proposal:
     ours = [topic for topic in log.topics if system_of(topic) not in choice.others]
     said = told(description.columns, ours, [topic for topic in log.topics if topic not in ours])
     inputs = naming.found_in(description.inputs, ours)
-    tables = log.read(names) if (names := speaker.names(ours)) else {}
+    tables = log.read(names) if (names := self_description.names(ours)) else {}
     parts = epochs(ours, tables)
-    of_vehicle, dead = speaker.speaker(ours, tables), speaker.dead_batteries(ours, tables)
+    vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
     proposals = [
-        proposed(Observed(ours, {**inputs.parameters, **part.parameters}, of_vehicle, dead), inputs.preset)
+        proposed(Observed(ours, {**inputs.parameters, **part.parameters}, vehicle, absent), inputs.preset)
         for part in parts
     ]
     found = _in_time(parts, proposals)

@@ -30,7 +30,7 @@ def proposal(observed: Observed) -> Proposal | None:
         return Source(topic=topic, field=field, unit=unit, **_CLOCK) if there else None
 
     batteries = instances(named, "BAT")
-    battery = next((name for name in batteries if name not in observed.dead), "BAT")
+    battery = next((name for name in batteries if name not in observed.absent), "BAT")
     voltage = source(battery, "Volt", "V")
     wanted = {
         "heading": source("ATT", "Yaw", "deg"),

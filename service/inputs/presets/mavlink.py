@@ -50,7 +50,7 @@ def proposal(observed: Observed) -> Proposal | None:
         )
         if f"{path}{field}" in topic.fields
     }
-    voltage, of_battery = _voltage(said, observed.dead)
+    voltage, of_battery = _voltage(said, observed.absent)
     if voltage is not None:
         channels["voltage"] = voltage
     if "VFR_HUD" in said:
@@ -89,10 +89,10 @@ def _inside(topic: Topic) -> str:
     return "message." if any(name.startswith("message.") for name in topic.fields) else ""
 
 
-def _voltage(said: dict[str, tuple[Topic, str]], dead: frozenset[str]) -> tuple[Source | None, tuple[str, ...]]:
+def _voltage(said: dict[str, tuple[Topic, str]], absent: frozenset[str]) -> tuple[Source | None, tuple[str, ...]]:
     """The battery with the lowest number that shows a battery, and what is to be said of the others."""
     batteries = instances(said, "BATTERY_STATUS")
-    alive = [name for name in batteries if said[name][0].name not in dead]
+    alive = [name for name in batteries if said[name][0].name not in absent]
     for message, field in (*((name, "voltages[0]") for name in alive), ("SYS_STATUS", "voltage_battery")):
         if message in said and f"{said[message][1]}{field}" in said[message][0].fields:
             topic, path = said[message]
@@ -141,15 +141,15 @@ def known_frame(observed: Observed, place: Place) -> tuple[int | None, tuple[str
     Args:
         place: topic and path of an output, as people write them in a configuration.
     """
-    other = vehicle_kind.no_sub(observed.speaker, observed.parameters)
+    other = vehicle_kind.evidence_of_another_vehicle(observed.itself, observed.parameters)
     if other is not None:
-        cure = vehicle_kind.described(observed.parameters, place)
+        cure = vehicle_kind.thruster_example(observed.parameters, place)
         return None, (), {"torque": f"nothing says how the thrusters push, for this is no BlueROV2 ({other}): {cure}"}
     kind = frames.frame(observed.parameters)
     if kind is None:
         return 1, (frames.assumed(observed.parameters) or "",), {}
     if kind not in frames.FRAMES:
-        cure = f"the levers of frame {kind} are not known: {vehicle_kind.described(observed.parameters, place)}"
+        cure = f"the levers of frame {kind} are not known: {vehicle_kind.thruster_example(observed.parameters, place)}"
         return None, (), {"torque": cure}
     names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(frames.YAW) + 1)]
     told = [f"{observed.parameters[name]:+.0f}" for name in names if name in observed.parameters]

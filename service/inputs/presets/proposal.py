@@ -8,7 +8,7 @@ from importlib import import_module
 
 from service.inputs.instances import base, in_order
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
-from service.inputs.vehicle_kind import Speaker
+from service.inputs.vehicle_kind import SelfDescription
 from service.logs.table import Topic
 
 
@@ -20,13 +20,13 @@ class Observed:
         topics: of the vehicle that is taken, with fields of theirs that are known.
         parameters: of the vehicle, by name, as far as it told them.
         speaker: what the vehicle says of itself beside.
-        dead: topics of batteries that show no battery.
+        absent: topics of batteries that show no battery.
     """
 
     topics: Sequence[Topic]
     parameters: Mapping[str, float] = field(default_factory=dict)
-    speaker: Speaker = field(default_factory=Speaker)
-    dead: frozenset[str] = frozenset()
+    itself: SelfDescription = field(default_factory=SelfDescription)
+    absent: frozenset[str] = frozenset()
 
     def typed(self, *types: str) -> list[Topic]:
         """The topics of a type, those of the first types first, then by name."""

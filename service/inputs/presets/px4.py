@@ -18,7 +18,7 @@ def proposal(observed: Observed) -> Proposal | None:
 
     def taken(quantity: str, message: str, field: str) -> Topic | None:
         found = [name for name in instances(named, message) if field in named[name].fields]
-        found = [name for name in found if name not in observed.dead] or found
+        found = [name for name in found if name not in observed.absent] or found
         reasons[quantity] = others_note(quantity, found[0], found[1:]) if found else ()
         return named[found[0]] if found else None
 

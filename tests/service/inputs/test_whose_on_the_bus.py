@@ -75,7 +75,7 @@ def test_the_first_vehicle_that_is_armed_while_its_outputs_move_is_taken_and_sta
     assert any("vehicle 2 is taken, the first that was armed while its outputs moved" in n for n in hearing.notices())
     heard(hearing, link.as_keys(link.swum(DIVE, armed_from=0.0)))  # now the other one moves, too late
     assert hearing.system == "2"
-    again = Hearing(Inputs(preset="blueos"), hearing.told_by_system)
+    again = Hearing(Inputs(preset="blueos"), hearing.parameters_by_system)
     np.testing.assert_allclose(heard(again, link.as_keys(link.of(2, link.swum(DIVE)))), DIVE.torque, atol=1e-4)
     asked = blueos(system=1)
     heard(asked, link.as_keys(link.in_order(idle, moves)))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from service.inputs.instances import base
 from service.inputs.owners import autopilot_message
 from service.inputs.thrust import sensible
-from service.inputs.vehicle_kind import BUILDS, Speaker
+from service.inputs.vehicle_kind import BUILDS, SelfDescription
 from service.logs.parameters import PLACES
 from service.logs.table import Table, Topic
 
@@ -29,7 +29,7 @@ def names(topics: Sequence[Topic]) -> list[str]:
     return [topic.name for topic in topics if base(_message(topic)) in speaking]
 
 
-def speaker(topics: Sequence[Topic], tables: Mapping[str, Table]) -> Speaker:
+def of_vehicle(topics: Sequence[Topic], tables: Mapping[str, Table]) -> SelfDescription:
     """What the vehicle of these topics says, by the last message of each that says something."""
     heartbeat: dict[str, float | str] = {}
     firmware = ""
@@ -41,10 +41,10 @@ def speaker(topics: Sequence[Topic], tables: Mapping[str, Table]) -> Speaker:
             firmware = next((text for text in table.texts.get(field, ()) if text.startswith(_FIRMWARES)), firmware)
         if message == _BUILD and "BU" in table.columns and not firmware:
             firmware = BUILDS.get(int(table.columns["BU"][-1]), "")
-    return Speaker(heartbeat, firmware)
+    return SelfDescription(heartbeat, firmware)
 
 
-def dead_batteries(topics: Sequence[Topic], tables: Mapping[str, Table]) -> frozenset[str]:
+def absent_batteries(topics: Sequence[Topic], tables: Mapping[str, Table]) -> frozenset[str]:
     """The topics of batteries that never show a voltage which a battery can have."""
     found = []
     for topic in topics:
