@@ -25,6 +25,7 @@ from service.claim import passes
 from service.config import Config
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
+from service.wire import Keys
 
 log = logging.getLogger(__name__)
 
@@ -68,7 +69,7 @@ class Archive:
         self, directory: Path, prefix: str, about: Mapping[str, str], *, file_bytes: int, most_bytes: int
     ) -> None:
         self._writing = needed("mcap.writer", directory, "an archive")
-        self._directory, self._name, self._prefix = directory, prefix.replace("/", "-"), prefix
+        self._directory, self._name, self._prefix = directory, Keys(prefix).file_name, prefix
         self._about = dict(about)
         self._file_bytes, self._most_bytes = file_bytes, most_bytes
         self._waiting: deque[_Message] = deque()

@@ -24,6 +24,7 @@ from service.inputs.settings import Inputs
 from service.section import Name, Prefix, Section
 from service.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
 from service.vehicle import Vehicle
+from service.wire import Keys
 
 
 class Config(Section):
@@ -150,6 +151,12 @@ class Config(Section):
         if twice:
             raise BadInput(
                 f"two learners share the prefix {min(twice)}; give every entry of `also` a prefix of its own"
+            )
+        files = [Keys(prefix).file_name for prefix in prefixes]
+        shared = [prefix for prefix, name in zip(prefixes, files, strict=True) if files.count(name) > 1]
+        if self.archive.directory is not None and shared:
+            raise BadInput(
+                f"the archives of {' and '.join(shared)} have the same file names; rename one of the prefixes"
             )
         learners = (self, *rest)
         return tuple(learner._hearing(learners) for learner in learners)

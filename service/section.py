@@ -42,13 +42,14 @@ Name = Annotated[
     Field(max_length=64),
     shaped(r"[A-Za-z0-9_.-]+", "a name has letters without accents, digits, _, . and - alone"),
 ]
+_CHUNK = r"(?!\.\.?(?:/|$))[A-Za-z0-9_.-]+"
 Prefix = Annotated[
     str,
     Field(max_length=128),
     shaped(
-        r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*",
+        rf"{_CHUNK}(/{_CHUNK})*",
         "a prefix is names with slashes between them, such as leng/yaw; a name has letters from a to z, digits, _, . "
-        "and - alone",
+        "and - alone, and is neither . nor .., which lead out of the directory of the state",
     ),
 ]
 
