@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import os
 import threading
 import time
 from collections import deque
@@ -77,12 +78,14 @@ class Archive:
         self._bytes = self._lost = 0
         self._problem: str | None = None
         self._retry = 0.0
+        self._removed = ""
+        self._number = 0  # of the newest file
+        self._path, self._flushed = directory, 0
         self._file: IO[bytes] | None = None
         self._writer: Any = None
         self._channels: dict[tuple[str, str], int] = {}
         self._numbers: dict[int, int] = {}
         try:
-            directory.mkdir(parents=True, exist_ok=True)
             self._begin()
         except OSError as error:
             if not passes(error):
@@ -106,7 +109,8 @@ class Archive:
         """What is not archived and why, as sentences."""
         if self._problem is not None:
             return (f"what comes and goes is not archived: {self._problem}",)
-        return (f"{self._lost} messages are missing in the archive",) if self._lost else ()
+        missing = f"{self._lost} messages are missing in the archive" if self._lost else ""
+        return tuple(sentence for sentence in (self._removed, missing) if sentence)
 
     def close(self) -> None:
         """Writes what waits and finishes the file."""
@@ -132,6 +136,8 @@ class Archive:
     def _write(self) -> None:
         """Writes what waits; where the disk takes nothing, what waits is dropped and counted."""
         try:
+            if self._file is not None and not self._in_place(self._file):
+                self._replace()
             if self._writer is None:
                 if time.monotonic() < self._retry:
                     return
@@ -143,8 +149,29 @@ class Archive:
                 self._add(message)
             if self._file is not None:
                 self._file.flush()
+                self._flushed = self._file.tell()
         except OSError as error:
             self._fails(error)
+
+    def _in_place(self, file: IO[bytes]) -> bool:
+        """Whether the file still has its name and all that was written to it."""
+        try:
+            found, own = self._path.stat(), os.fstat(file.fileno())
+        except FileNotFoundError:
+            return False
+        return (found.st_dev, found.st_ino) == (own.st_dev, own.st_ino) and found.st_size >= self._flushed
+
+    def _replace(self) -> None:
+        """Another file, because somebody took the one that is written: what was in it is missing from here."""
+        count = sum(self._numbers.values())
+        self._removed = (
+            f"the archive's file {self._path} was removed, renamed or cut while it was written, with {count} messages; "
+            "another one was begun"
+        )
+        log.error("%s: %s", self._prefix, self._removed)
+        self._lost += count
+        self._finish()  # where it was only renamed, it is whole under its new name
+        self._begin()
 
     def _add(self, message: _Message) -> None:
         if self._file is not None and self._file.tell() >= self._file_bytes:
@@ -159,12 +186,14 @@ class Archive:
 
     def _begin(self) -> None:
         """Another file, for which there is room once the oldest are gone."""
+        self._directory.mkdir(parents=True, exist_ok=True)
         files = archived(self._directory, self._name)
-        sizes, after = [path.stat().st_size for path in files], 1 + (number(files[-1]) if files else 0)
+        sizes, newest = [path.lstat().st_size for path in files], number(files[-1]) if files else 0
+        self._number = max(newest, self._number) + 1
         while files and sum(sizes) + self._file_bytes + OVERSHOOT > self._most_bytes:
             files.pop(0).unlink()
             sizes.pop(0)
-        path = self._directory / f"{self._name}_{after:06d}.mcap"
+        path = self._directory / f"{self._name}_{self._number:06d}.mcap"
         file = path.open("xb")
         try:
             writer = self._writing.Writer(file, chunk_size=CHUNK)
@@ -177,6 +206,7 @@ class Archive:
             path.unlink()
             raise
         self._file, self._writer, self._problem = file, writer, None
+        self._path, self._flushed = path, file.tell()
         self._channels.clear()
         self._numbers.clear()
 
@@ -197,7 +227,7 @@ class Archive:
         if self._problem is None:
             log.error("%s: the archive in %s cannot be written: %s", self._prefix, self._directory, error)
         with self._lock:
-            self._problem = error.strerror or str(error)
+            self._problem = f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
             self._lost += len(self._waiting)
             self._waiting.clear()
             self._bytes = 0
