@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from incsvr.errors import BadInput
-from service.claim import passes
 from service.config import Config
+from service.disk import OTHER_ARCHIVE, passes, refusal
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
 from service.wire import Keys
@@ -89,9 +89,8 @@ class Archive:
             self._begin()
         except OSError as error:
             if not passes(error):
-                raise BadInput(
-                    f"nothing can be archived in {directory} ({error.strerror}); name another with --archive"
-                ) from error
+                why_not = refusal(error, directory, OTHER_ARCHIVE)
+                raise BadInput(f"nothing can be archived in {directory}: {why_not}") from error
             self._fails(error)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._work, name=f"archive of {prefix}", daemon=True)
@@ -224,10 +223,11 @@ class Archive:
 
     def _fails(self, error: OSError) -> None:
         """The disk takes nothing now."""
-        if self._problem is None:
-            log.error("%s: the archive in %s cannot be written: %s", self._prefix, self._directory, error)
+        first, problem = self._problem is None, refusal(error, self._directory, OTHER_ARCHIVE)
+        if first:
+            log.error("%s: what comes and goes is not archived: %s", self._prefix, problem)
         with self._lock:
-            self._problem = f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
+            self._problem = problem
             self._lost += len(self._waiting)
             self._waiting.clear()
             self._bytes = 0

@@ -20,6 +20,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.config import Config
+from service.disk import OTHER_STATE, unwritable, user_name
 from service.sections import Bus
 from service.session import from_file
 from service.wire import Keys
@@ -114,12 +115,9 @@ def _tls_files(config: zenoh.Config) -> dict[str, Path]:
 
 def _check_state(state: Path | None) -> None:
     """The directory of the durable state, or where it will be made, must be writable."""
-    if state is None:
-        return
-    there = next(folder for folder in (state, *state.absolute().parents) if folder.exists())
-    effective = os.access in os.supports_effective_ids
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK, effective_ids=effective):
-        raise BadInput(f"state: {state} cannot be written by {_me()}; give it to {_me()}, or name another directory")
+    why_not = None if state is None else unwritable(state, OTHER_STATE)
+    if why_not is not None:
+        raise BadInput(f"state: {why_not}")
 
 
 def _check_readable(path: Path, what: str) -> None:
@@ -128,7 +126,7 @@ def _check_readable(path: Path, what: str) -> None:
     except FileNotFoundError:
         raise BadInput(f"{what}: {path}: there is no such file") from None
     except PermissionError:
-        raise BadInput(f"{what}: {path} cannot be read by {_me()}: {_obstacle(path)}") from None
+        raise BadInput(f"{what}: {path} cannot be read by {user_name()}: {_obstacle(path)}") from None
     except OSError as error:
         raise BadInput(f"{what}: {path} cannot be read ({error.strerror})") from None
 
@@ -142,7 +140,7 @@ def _obstacle(path: Path) -> str:
             continue
         mode = f"mode {found.st_mode & 0o777:04o}"
         if place == path:
-            return f"it is {_name(found.st_uid)}'s, {mode}; `chown {_me()} {path}` gives it to {_me()}"
+            return f"it is {user_name(found.st_uid)}'s, {mode}; `chown {user_name()} {path}` gives it to {user_name()}"
         return f"the folder {place} is closed to others, {mode}; `chmod a+x {place}` opens it"
     return "the folders above it are closed to others"
 
@@ -214,17 +212,3 @@ def _endpoints(section: Any) -> list[str]:
     if isinstance(section, dict):
         return [endpoint for endpoints in section.values() for endpoint in endpoints]
     return list(section or ())
-
-
-def _me() -> str:
-    """The user whose rights are in force."""
-    return _name(os.geteuid())
-
-
-def _name(user: int) -> str:
-    import pwd
-
-    try:
-        return pwd.getpwuid(user).pw_name
-    except KeyError:
-        return f"user {user}"

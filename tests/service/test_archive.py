@@ -160,7 +160,7 @@ def test_where_no_other_file_can_be_begun_health_says_so(start: StartBench, tmp_
     shutil.rmtree(folder)
     folder.write_text("in its place")
     told = bench.health_when(lambda health: any("is not archived" in reason for reason in health.reasons))
-    assert any(f"is not archived: Not a directory: {folder}" in reason for reason in told.reasons), told.reasons
+    assert any(f"is not archived: {folder} is no directory; name another" in reason for reason in told.reasons)
 
 
 def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
@@ -170,7 +170,7 @@ def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
     fill(disk)
     bench = start(**QUICK, archive__directory=str(disk / "kept"))
     told = bench.health_when(lambda health: any("not archived" in reason for reason in health.reasons))
-    assert any("No space left on device" in reason for reason in told.reasons)
+    assert any("no space is left on the disk" in reason for reason in told.reasons)
     bench.play(run)
     bench.health_when(lambda health: health.iteration >= 5)
     (disk / "ballast").unlink()
@@ -183,5 +183,5 @@ def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
 def test_where_nothing_can_be_kept_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "file").write_text("")
     assert main(["serve", "--archive", str(tmp_path / "file"), "--set", "state=null", "--listen", free_endpoint()]) == 2
-    assert "name another with --archive" in capsys.readouterr().err
+    assert "name another one with --archive" in capsys.readouterr().err
     assert not is_archive(tmp_path)
