@@ -7,14 +7,12 @@ authority would accept them, and when its access control speaks of the configure
 from __future__ import annotations
 
 import getpass
-import json
 import os
 import re
 import ssl
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import zenoh
 
@@ -23,15 +21,9 @@ from service.config import Config
 from service.disk import OTHER_STATE, unwritable, user_name
 from service.sections import Bus
 from service.session import from_file
+from service.validity import validities
 from service.wire import Keys
-
-_TLS_FILES = (
-    "root_ca_certificate",
-    "listen_certificate",
-    "listen_private_key",
-    "connect_certificate",
-    "connect_private_key",
-)
+from service.zenoh_file import endpoints, section, tls_files
 
 
 @contextmanager
@@ -75,7 +67,7 @@ def check_files(config: Config, path: Path, user: str | None) -> None:
     if zenoh_file is not None:
         named.append(("bus.zenoh_file", zenoh_file))
         with suppress(BadInput):  # a file that is missing or wrong is said when it is opened below, or by check_bus
-            named += [(f"{zenoh_file}: {name}", file) for name, file in _tls_files(from_file(zenoh_file)).items()]
+            named += [(f"{zenoh_file}: {name}", file) for name, file in tls_files(from_file(zenoh_file)).items()]
     for each in config.each():
         named += [(f"validation.{name}", recording) for name, recording in each.validation.items()]
         named += [("effects", each.effects)] if each.effects is not None else []
@@ -96,21 +88,19 @@ def check_bus(bus: Bus, prefixes: Sequence[str]) -> str:
     if path is None:
         return f"as a client of {bus.connect}" if bus.connect is not None else f"at {bus.listen}"
     config = from_file(path)
-    named = _tls_files(config)
+    named = tls_files(config)
+    for each in validities(config):
+        if each.refused_now:
+            raise BadInput(f"{path}: {each.sentence_now()}")
     for side in ("listen", "connect"):
         _check_pair(named.get(f"{side}_certificate"), named.get(f"{side}_private_key"))
-    endpoints = _endpoints(_section(config, "listen/endpoints"))
+    listened = endpoints(config, "listen")
     if {"listen_certificate", "listen_private_key", "root_ca_certificate"} <= named.keys():
-        for endpoint in endpoints:
+        for endpoint in listened:
             _check_handshake(endpoint, named)
     _check_access(config, path, prefixes)
-    return f"at {', '.join(endpoints)}" if endpoints else f"as {path} says"
-
-
-def _tls_files(config: zenoh.Config) -> dict[str, Path]:
-    """The certificates and keys that a Zenoh file names."""
-    tls: dict[str, Any] = _section(config, "transport/link/tls") or {}
-    return {name: Path(tls[name]) for name in _TLS_FILES if tls.get(name)}
+    where = f"at {', '.join(listened)}" if listened else f"as {path} says"
+    return "; ".join([where, *(said for each in validities(config) if (said := each.sentence_now()) is not None)])
 
 
 def _check_state(state: Path | None) -> None:
@@ -182,7 +172,7 @@ def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
 
 def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> None:
     """Somebody must be allowed to measure below each prefix, or the learner would hear nothing."""
-    access = _section(config, "access_control") or {}
+    access = section(config, "access_control") or {}
     if not access.get("enabled") or access.get("default_permission") == "allow":
         return
     allowed = [
@@ -195,20 +185,9 @@ def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> 
         keys = Keys(prefix)
         for key in (keys.rate, keys.torque):
             if not any(each.includes(zenoh.KeyExpr(key)) for each in allowed):
-                listen = "".join(f" --listen {each}" for each in _endpoints(_section(config, "listen/endpoints"))[:1])
+                listen = "".join(f" --listen {each}" for each in endpoints(config, "listen")[:1])
                 every = "".join(f" --prefix {each}" for each in prefixes)
                 raise BadInput(
                     f"{path}: its access control lets nobody publish {key}; make it for this prefix with "
                     f"`incsvr keys {path.parent}{every}{listen} --role learner --replace`"
                 )
-
-
-def _section(config: zenoh.Config, name: str) -> Any:
-    return json.loads(config.get_json(name))
-
-
-def _endpoints(section: Any) -> list[str]:
-    """The endpoints, which a Zenoh file may give for each mode."""
-    if isinstance(section, dict):
-        return [endpoint for endpoints in section.values() for endpoint in endpoints]
-    return list(section or ())

@@ -13,7 +13,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.config import Config
-from service.session import connecting, from_file, open_session
+from service.session import Refused, connecting, from_file, open_session
 from service.wire import ErrorReply, Form, Keys, decode
 
 RETRY = 0.3
@@ -93,6 +93,7 @@ def reaching(config: Config, patience_s: float) -> Iterator[Client]:
 
     Raises:
         NoAnswer: nobody listens there within the time.
+        Refused: somebody does, and we cannot meet.
     """
     bus = config.bus
     where = bus.connect or bus.listen
@@ -102,6 +103,8 @@ def reaching(config: Config, patience_s: float) -> Iterator[Client]:
     until = time.monotonic() + patience_s
     try:
         session = open_session(zenoh_config, patience_s)
+    except Refused:
+        raise
     except BadInput as error:
         raise NoAnswer(f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect") from error
     with session:
