@@ -155,6 +155,7 @@ class HealthWatch:
                 "held": sum(reading.held for reading in readings.values()),
                 "rejected": sum(rejected.values()),
                 **{f"rejected:{reason}": count for reason, count in sorted(rejected.items())},
+                **{f"spikes:{name}": count for name, count in sorted(node.batches.spikes.items())},
             },
             learned=node.learned,
             boot=node.boot,

@@ -15,6 +15,9 @@ CURES = {
     frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
         'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
     ),
+    frozenset({"implausible"}): (
+        "a yaw rate beyond vehicle.rate_limit or a torque beyond vehicle.torque_limit is taken for a sensor's fault"
+    ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
 
