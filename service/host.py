@@ -156,9 +156,10 @@ class Host:
         mapped = self._mapped
         said = () if mapped is None else mapped.notices()
         archived = () if self._archive is None else self._archive.notices()
+        beside = () if self._live is None else self._live.notices
         dated = (each.sentence_now() for each in self._certificates)
         ending = tuple(sentence for sentence in dated if sentence is not None)
-        self.watch.notices = (*ending, *states, *self._company.notice(), *self._warnings, *said, *archived)
+        self.watch.notices = (*ending, *states, *self._company.notice(), *self._warnings, *said, *archived, *beside)
         self.watch.saved(None if store is None else store.problem)
         self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
         self._estimate()
