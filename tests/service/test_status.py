@@ -135,6 +135,11 @@ def test_status_is_one_where_nobody_answers(endpoint: str, capsys: pytest.Captur
 def test_status_and_watch_tell_a_real_learner(
     endpoint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    watch = subprocess.Popen(
+        command("watch", "--connect", endpoint), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert watch.stderr is not None
+    assert "waiting for the bus: " in watch.stderr.readline()
     with client_after(endpoint, tmp_path) as (process, session, _):
         status, out, error = asked(endpoint, capsys, "--json", "-")
         found = json.loads(out)
@@ -142,7 +147,6 @@ def test_status_and_watch_tell_a_real_learner(
         assert found["model"] is None
         assert "the first follows the first batch" in error
 
-        watch = subprocess.Popen(command("watch", "--connect", endpoint), stdout=subprocess.PIPE, text=True)
         lines: queue.Queue[str] = queue.Queue()
         assert watch.stdout is not None
         reader = threading.Thread(target=lambda out: deque(map(lines.put, out)), args=(watch.stdout,))
@@ -163,6 +167,7 @@ def test_status_and_watch_tell_a_real_learner(
             watch.wait()
             reader.join()
             watch.stdout.close()
+            watch.stderr.close()
 
         until = time.monotonic() + PATIENCE
         while (seen := asked(endpoint, capsys))[0] == 0:  # until the streams are silent for too long
