@@ -10,6 +10,7 @@ writes, so that a slow disk or a full one stops nothing else.
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import logging
 import os
@@ -19,7 +20,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from incsvr.errors import BadInput
 from service.config import Config
@@ -80,8 +81,8 @@ class Archive:
         self._retry = 0.0
         self._removed = ""
         self._number = 0  # of the newest file
-        self._path, self._flushed = directory, 0
-        self._file: IO[bytes] | None = None
+        self._path = directory
+        self._file: _Appended | None = None
         self._writer: Any = None
         self._channels: dict[tuple[str, str], int] = {}
         self._numbers: dict[int, int] = {}
@@ -148,17 +149,16 @@ class Archive:
                 self._add(message)
             if self._file is not None:
                 self._file.flush()
-                self._flushed = self._file.tell()
         except OSError as error:
             self._fails(error)
 
-    def _in_place(self, file: IO[bytes]) -> bool:
-        """Whether the file still has its name and all that was written to it."""
+    def _in_place(self, file: _Appended) -> bool:
+        """Whether the file, flushed, still has its name and all that was written to it."""
         try:
             found, own = self._path.stat(), os.fstat(file.fileno())
         except FileNotFoundError:
             return False
-        return (found.st_dev, found.st_ino) == (own.st_dev, own.st_ino) and found.st_size >= self._flushed
+        return (found.st_dev, found.st_ino) == (own.st_dev, own.st_ino) and found.st_size == file.written
 
     def _replace(self) -> None:
         """Another file, because somebody took the one that is written: what was in it is missing from here."""
@@ -193,7 +193,7 @@ class Archive:
             files.pop(0).unlink()
             sizes.pop(0)
         path = self._directory / f"{self._name}_{self._number:06d}.mcap"
-        file = path.open("xb")
+        file = _Appended(path)
         try:
             writer = self._writing.Writer(file, chunk_size=CHUNK)
             writer.start(profile=PROFILE, library=f"incsvr, archive of {self._prefix}")
@@ -205,7 +205,7 @@ class Archive:
             path.unlink()
             raise
         self._file, self._writer, self._problem = file, writer, None
-        self._path, self._flushed = path, file.tell()
+        self._path = path
         self._channels.clear()
         self._numbers.clear()
 
@@ -236,6 +236,23 @@ class Archive:
         if file is not None:
             with contextlib.suppress(OSError):
                 file.close()
+
+
+class _Appended(io.BufferedWriter):
+    """A new file that is written at its end wherever that is: one that was cut is shorter then than what was written.
+
+    Attributes:
+        written: so many bytes.
+    """
+
+    def __init__(self, path: Path) -> None:
+        number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        super().__init__(io.FileIO(number, "wb"))
+        self.written = 0
+
+    def write(self, part: Any) -> int:
+        self.written += memoryview(part).nbytes
+        return super().write(part)
 
 
 _JSON = {"application/json", "text/json"}
