@@ -42,7 +42,7 @@ class Loss:
         lost += [f"{self.samples:,} samples that waited for training"] if self.samples else []
         if not lost:
             return None
-        slower = float(f"{SAFETY * pace * max(1.0 - self.values / sent, 0.1):.1g}")
+        slower = float(f"{SAFETY * pace * max(1.0 - self.values / max(sent, 1), 0.1):.1g}")
         return (
             f"at {pace:.4g} times the vehicle's pace the learner of {self.prefix} lost {' and '.join(lost)}; it has "
             f"not learned all that was played: play it slower, such as --speed {slower:.10g}"

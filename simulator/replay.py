@@ -6,15 +6,19 @@ import argparse
 import logging
 import math
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import zenoh
+
 from incsvr.errors import BadInput
+from service.client import NoAnswer, reaching
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
-from service.session import connecting, from_file, open_session, told_to_stop
+from service.session import told_to_stop
 from service.wire import Keys
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments
@@ -81,23 +85,40 @@ def play_to_learner(
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     stop = told_to_stop()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format=f"incsvr {args.command}: %(message)s")
-    bus, learners = config.bus, [Keys(config.prefix), *map(Keys, others)]
-    zenoh_config = connecting(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
-    seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
-    with open_session(zenoh_config, args.wait, stop) as session:
-        if args.wait > 0.0:
-            for each in learners:
-                wait_for_learner(session, each, args.wait, stop)
-        before, began = [health(session, each) for each in learners], time.monotonic()
-        try:
-            with shown(args.command, name, len(what), seconds, args.speed) as progress:
-                sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress)
-        except Unheard as error:
-            print(f"incsvr {args.command}: {error}", file=sys.stderr)
+    learners = [Keys(config.prefix), *map(Keys, others)]
+    try:
+        with reaching(config, args.wait, stop) as client:
+            return _play(args, client.session, learners, what, name, stop)
+    except NoAnswer as error:
+        if stop.is_set():  # told to stop while it waited: that needs no word
             return 1
-        pace = min(args.speed, seconds / (time.monotonic() - began))
-        for each, then in zip(learners, before, strict=True) if sent == len(what) else ():
-            lost = None if then is None else loss(each, sent_to(each, what), then, settled(session, each, stop))
-            if lost is not None and (sentence := lost.sentence(sent, pace)) is not None:
-                print(f"incsvr {args.command}: {sentence}", file=sys.stderr)
-    return 0 if sent == len(what) else 1
+        raise BadInput(str(error)) from None
+
+
+def _play(
+    args: argparse.Namespace,
+    session: zenoh.Session,
+    learners: Sequence[Keys],
+    what: Played,
+    name: str,
+    stop: threading.Event,
+) -> int:
+    if args.wait > 0.0:
+        for each in learners:
+            wait_for_learner(session, each, args.wait, stop)
+    seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
+    before, began = [health(session, each) for each in learners], time.monotonic()
+    try:
+        with shown(args.command, name, len(what), seconds, args.speed) as progress:
+            sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress)
+    except Unheard as error:
+        print(f"incsvr {args.command}: {error}", file=sys.stderr)
+        return 1
+    if sent < len(what):
+        return 1
+    pace = min(args.speed, seconds / (time.monotonic() - began))
+    for each, then in zip(learners, before, strict=True):
+        lost = None if then is None else loss(each, sent_to(each, what), then, settled(session, each, stop))
+        if lost is not None and (sentence := lost.sentence(sent, pace)) is not None:
+            print(f"incsvr {args.command}: {sentence}", file=sys.stderr)
+    return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -79,3 +79,15 @@ def test_of_a_learner_that_began_anew_no_loss_is_known() -> None:
     busy = Loss("a", 0, 12).sentence(100, 50.0)
     assert busy is not None
     assert "lost 12 samples that waited for training" in busy
+
+
+@pytest.mark.parametrize("bus", [True, False])
+def test_without_a_learner_a_recording_and_a_simulation_say_the_same(
+    run: Path, capsys: pytest.CaptureFixture[str], bus: bool
+) -> None:
+    endpoint = free_endpoint()
+    cure = "no learner answers for leng/yaw; start `incsvr serve`" if bus else f"nobody answers at {endpoint}: start"
+    with open_session(listening(endpoint)) if bus else nullcontext():
+        for command in (["replay", str(run)], ["simulate", "--set", "simulation.runs=[V2]"]):
+            assert main([*command, "--connect", endpoint, "--wait", "0.1"]) == 2
+            assert f"incsvr {command[0]}: {cure}" in capsys.readouterr().err
