@@ -13,7 +13,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.config import Config
-from service.session import Refused, connecting, from_file, open_session
+from service.session import Refused, connecting, from_file, nobody_at, open_session
 from service.wire import ErrorReply, Form, Keys, decode
 
 RETRY = 0.3
@@ -110,7 +110,7 @@ def reaching(config: Config, patience_s: float, stop: threading.Event | None = N
     except Refused:
         raise
     except BadInput as error:
-        raise NoAnswer(f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect") from error
+        raise NoAnswer(nobody_at(where)) from error
     with session:
         yield Client(session, Keys(config.prefix), where, until, stop or threading.Event())
 

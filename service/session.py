@@ -143,6 +143,11 @@ class Refused(BadInput):
     """Somebody is at the endpoint, and we cannot meet."""
 
 
+def nobody_at(where: str) -> str:
+    """What a client says where no bus is, and the cure."""
+    return f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect"
+
+
 def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
     """When the certificates of a configuration are valid; none where it has no TLS."""
     if not tls_section(config):

@@ -15,10 +15,9 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.client import NoAnswer, reaching
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
-from service.session import told_to_stop
+from service.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop
 from service.wire import Keys
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments
@@ -85,14 +84,19 @@ def play_to_learner(
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     stop = told_to_stop()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format=f"incsvr {args.command}: %(message)s")
-    learners = [Keys(config.prefix), *map(Keys, others)]
+    bus, learners = config.bus, [Keys(config.prefix), *map(Keys, others)]
+    where = bus.connect or bus.listen
+    zenoh_config = connecting(where) if bus.zenoh_file is None else from_file(bus.zenoh_file)
     try:
-        with reaching(config, args.wait, stop) as client:
-            return _play(args, client.session, learners, what, name, stop)
-    except NoAnswer as error:
+        session = open_session(zenoh_config, args.wait, stop)
+    except Refused:
+        raise
+    except BadInput:
         if stop.is_set():  # told to stop while it waited: that needs no word
             return 1
-        raise BadInput(str(error)) from None
+        raise BadInput(nobody_at(where if bus.zenoh_file is None else f"the endpoint of {bus.zenoh_file}")) from None
+    with session:
+        return _play(args, session, learners, what, name, stop)
 
 
 def _play(
