@@ -10,21 +10,24 @@ writes, so that a slow disk or a full one stops nothing else.
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import logging
+import os
 import threading
 import time
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from incsvr.errors import BadInput
-from service.claim import passes
 from service.config import Config
+from service.disk import OTHER_ARCHIVE, passes, refusal
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
+from service.wire import Keys
 
 log = logging.getLogger(__name__)
 
@@ -68,7 +71,7 @@ class Archive:
         self, directory: Path, prefix: str, about: Mapping[str, str], *, file_bytes: int, most_bytes: int
     ) -> None:
         self._writing = needed("mcap.writer", directory, "an archive")
-        self._directory, self._name, self._prefix = directory, prefix.replace("/", "-"), prefix
+        self._directory, self._name, self._prefix = directory, Keys(prefix).file_name, prefix
         self._about = dict(about)
         self._file_bytes, self._most_bytes = file_bytes, most_bytes
         self._waiting: deque[_Message] = deque()
@@ -76,18 +79,19 @@ class Archive:
         self._bytes = self._lost = 0
         self._problem: str | None = None
         self._retry = 0.0
-        self._file: IO[bytes] | None = None
+        self._removed = ""
+        self._number = 0  # of the newest file
+        self._path = directory
+        self._file: _Appended | None = None
         self._writer: Any = None
         self._channels: dict[tuple[str, str], int] = {}
         self._numbers: dict[int, int] = {}
         try:
-            directory.mkdir(parents=True, exist_ok=True)
             self._begin()
         except OSError as error:
             if not passes(error):
-                raise BadInput(
-                    f"nothing can be archived in {directory} ({error.strerror}); name another with --archive"
-                ) from error
+                why_not = refusal(error, directory, OTHER_ARCHIVE)
+                raise BadInput(f"nothing can be archived in {directory}: {why_not}") from error
             self._fails(error)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._work, name=f"archive of {prefix}", daemon=True)
@@ -105,7 +109,8 @@ class Archive:
         """What is not archived and why, as sentences."""
         if self._problem is not None:
             return (f"what comes and goes is not archived: {self._problem}",)
-        return (f"{self._lost} messages are missing in the archive",) if self._lost else ()
+        missing = f"{self._lost} messages are missing in the archive" if self._lost else ""
+        return tuple(sentence for sentence in (self._removed, missing) if sentence)
 
     def close(self) -> None:
         """Writes what waits and finishes the file."""
@@ -131,6 +136,8 @@ class Archive:
     def _write(self) -> None:
         """Writes what waits; where the disk takes nothing, what waits is dropped and counted."""
         try:
+            if self._file is not None and not self._in_place(self._file):
+                self._replace()
             if self._writer is None:
                 if time.monotonic() < self._retry:
                     return
@@ -145,6 +152,26 @@ class Archive:
         except OSError as error:
             self._fails(error)
 
+    def _in_place(self, file: _Appended) -> bool:
+        """Whether the file, flushed, still has its name and all that was written to it."""
+        try:
+            found, own = self._path.stat(), os.fstat(file.fileno())
+        except FileNotFoundError:
+            return False
+        return (found.st_dev, found.st_ino) == (own.st_dev, own.st_ino) and found.st_size == file.written
+
+    def _replace(self) -> None:
+        """Another file, because somebody took the one that is written: what was in it is missing from here."""
+        count = sum(self._numbers.values())
+        self._removed = (
+            f"the archive's file {self._path} was removed, renamed or cut while it was written, with {count} messages; "
+            "another one was begun"
+        )
+        log.error("%s: %s", self._prefix, self._removed)
+        self._lost += count
+        self._finish()  # where it was only renamed, it is whole under its new name
+        self._begin()
+
     def _add(self, message: _Message) -> None:
         if self._file is not None and self._file.tell() >= self._file_bytes:
             self._finish()
@@ -158,13 +185,15 @@ class Archive:
 
     def _begin(self) -> None:
         """Another file, for which there is room once the oldest are gone."""
+        self._directory.mkdir(parents=True, exist_ok=True)
         files = archived(self._directory, self._name)
-        sizes, after = [path.stat().st_size for path in files], 1 + (number(files[-1]) if files else 0)
+        sizes, newest = [path.lstat().st_size for path in files], number(files[-1]) if files else 0
+        self._number = max(newest, self._number) + 1
         while files and sum(sizes) + self._file_bytes + OVERSHOOT > self._most_bytes:
             files.pop(0).unlink()
             sizes.pop(0)
-        path = self._directory / f"{self._name}_{after:06d}.mcap"
-        file = path.open("xb")
+        path = self._directory / f"{self._name}_{self._number:06d}.mcap"
+        file = _Appended(path)
         try:
             writer = self._writing.Writer(file, chunk_size=CHUNK)
             writer.start(profile=PROFILE, library=f"incsvr, archive of {self._prefix}")
@@ -176,6 +205,7 @@ class Archive:
             path.unlink()
             raise
         self._file, self._writer, self._problem = file, writer, None
+        self._path = path
         self._channels.clear()
         self._numbers.clear()
 
@@ -193,10 +223,11 @@ class Archive:
 
     def _fails(self, error: OSError) -> None:
         """The disk takes nothing now."""
-        if self._problem is None:
-            log.error("%s: the archive in %s cannot be written: %s", self._prefix, self._directory, error)
+        first, problem = self._problem is None, refusal(error, self._directory, OTHER_ARCHIVE)
+        if first:
+            log.error("%s: what comes and goes is not archived: %s", self._prefix, problem)
         with self._lock:
-            self._problem = error.strerror or str(error)
+            self._problem = problem
             self._lost += len(self._waiting)
             self._waiting.clear()
             self._bytes = 0
@@ -205,6 +236,23 @@ class Archive:
         if file is not None:
             with contextlib.suppress(OSError):
                 file.close()
+
+
+class _Appended(io.BufferedWriter):
+    """A new file that is written at its end wherever that is: one that was cut is shorter then than what was written.
+
+    Attributes:
+        written: so many bytes.
+    """
+
+    def __init__(self, path: Path) -> None:
+        number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        super().__init__(io.FileIO(number, "wb"))
+        self.written = 0
+
+    def write(self, part: Any) -> int:
+        self.written += memoryview(part).nbytes
+        return super().write(part)
 
 
 _JSON = {"application/json", "text/json"}

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -65,6 +65,7 @@ class Batches:
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
         self._refused: dict[str, int] = {}
+        self._spikes: Counter[str] = Counter()
         self._turns, self._turn, self._leads = 0, "", 0.0
         self._recent_rates: deque[float] = deque(maxlen=10)
         self._newest = Samples.empty()
@@ -145,6 +146,8 @@ class Batches:
             samples = samples.take(samples.time > after)
             for reason, count in self._synchroniser.rejected.items():
                 self._refused[reason] = self._refused.get(reason, 0) + count
+            self._spikes.update(self._synchroniser.spikes)
+            self._spikes.subtract(synchroniser.spikes)  # the window's, which are counted already
             self._clock_restarts = self._restarts
             self._synchroniser, self._compensation = synchroniser, compensation
             self._waiting.clear()
@@ -160,6 +163,12 @@ class Batches:
             for reason, count in self._synchroniser.rejected.items():
                 total[reason] = total.get(reason, 0) + count
         return {reason: count for reason, count in total.items() if count}
+
+    @property
+    def spikes(self) -> dict[str, int]:
+        """Values that were left out before the filter since this start, by stream."""
+        with self._lock:
+            return dict(self._spikes + Counter(self._synchroniser.spikes))
 
     @property
     def clock_restarts(self) -> int:

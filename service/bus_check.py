@@ -7,30 +7,23 @@ authority would accept them, and when its access control speaks of the configure
 from __future__ import annotations
 
 import getpass
-import json
 import os
 import re
 import ssl
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import zenoh
 
 from incsvr.errors import BadInput
 from service.config import Config
+from service.disk import OTHER_STATE, unwritable, user_name
 from service.sections import Bus
 from service.session import from_file
+from service.validity import validities
 from service.wire import Keys
-
-_TLS_FILES = (
-    "root_ca_certificate",
-    "listen_certificate",
-    "listen_private_key",
-    "connect_certificate",
-    "connect_private_key",
-)
+from service.zenoh_file import endpoints, section, tls_files
 
 
 @contextmanager
@@ -74,7 +67,7 @@ def check_files(config: Config, path: Path, user: str | None) -> None:
     if zenoh_file is not None:
         named.append(("bus.zenoh_file", zenoh_file))
         with suppress(BadInput):  # a file that is missing or wrong is said when it is opened below, or by check_bus
-            named += [(f"{zenoh_file}: {name}", file) for name, file in _tls_files(from_file(zenoh_file)).items()]
+            named += [(f"{zenoh_file}: {name}", file) for name, file in tls_files(from_file(zenoh_file)).items()]
     for each in config.each():
         named += [(f"validation.{name}", recording) for name, recording in each.validation.items()]
         named += [("effects", each.effects)] if each.effects is not None else []
@@ -95,31 +88,26 @@ def check_bus(bus: Bus, prefixes: Sequence[str]) -> str:
     if path is None:
         return f"as a client of {bus.connect}" if bus.connect is not None else f"at {bus.listen}"
     config = from_file(path)
-    named = _tls_files(config)
+    named = tls_files(config)
+    for each in validities(config):
+        if each.refused_now:
+            raise BadInput(f"{path}: {each.sentence_now()}")
     for side in ("listen", "connect"):
         _check_pair(named.get(f"{side}_certificate"), named.get(f"{side}_private_key"))
-    endpoints = _endpoints(_section(config, "listen/endpoints"))
+    listened = endpoints(config, "listen")
     if {"listen_certificate", "listen_private_key", "root_ca_certificate"} <= named.keys():
-        for endpoint in endpoints:
+        for endpoint in listened:
             _check_handshake(endpoint, named)
     _check_access(config, path, prefixes)
-    return f"at {', '.join(endpoints)}" if endpoints else f"as {path} says"
-
-
-def _tls_files(config: zenoh.Config) -> dict[str, Path]:
-    """The certificates and keys that a Zenoh file names."""
-    tls: dict[str, Any] = _section(config, "transport/link/tls") or {}
-    return {name: Path(tls[name]) for name in _TLS_FILES if tls.get(name)}
+    where = f"at {', '.join(listened)}" if listened else f"as {path} says"
+    return "; ".join([where, *(said for each in validities(config) if (said := each.sentence_now()) is not None)])
 
 
 def _check_state(state: Path | None) -> None:
     """The directory of the durable state, or where it will be made, must be writable."""
-    if state is None:
-        return
-    there = next(folder for folder in (state, *state.absolute().parents) if folder.exists())
-    effective = os.access in os.supports_effective_ids
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK, effective_ids=effective):
-        raise BadInput(f"state: {state} cannot be written by {_me()}; give it to {_me()}, or name another directory")
+    why_not = None if state is None else unwritable(state, OTHER_STATE)
+    if why_not is not None:
+        raise BadInput(f"state: {why_not}")
 
 
 def _check_readable(path: Path, what: str) -> None:
@@ -128,7 +116,7 @@ def _check_readable(path: Path, what: str) -> None:
     except FileNotFoundError:
         raise BadInput(f"{what}: {path}: there is no such file") from None
     except PermissionError:
-        raise BadInput(f"{what}: {path} cannot be read by {_me()}: {_obstacle(path)}") from None
+        raise BadInput(f"{what}: {path} cannot be read by {user_name()}: {_obstacle(path)}") from None
     except OSError as error:
         raise BadInput(f"{what}: {path} cannot be read ({error.strerror})") from None
 
@@ -142,7 +130,7 @@ def _obstacle(path: Path) -> str:
             continue
         mode = f"mode {found.st_mode & 0o777:04o}"
         if place == path:
-            return f"it is {_name(found.st_uid)}'s, {mode}; `chown {_me()} {path}` gives it to {_me()}"
+            return f"it is {user_name(found.st_uid)}'s, {mode}; `chown {user_name()} {path}` gives it to {user_name()}"
         return f"the folder {place} is closed to others, {mode}; `chmod a+x {place}` opens it"
     return "the folders above it are closed to others"
 
@@ -184,7 +172,7 @@ def _check_handshake(endpoint: str, named: dict[str, Path]) -> None:
 
 def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> None:
     """Somebody must be allowed to measure below each prefix, or the learner would hear nothing."""
-    access = _section(config, "access_control") or {}
+    access = section(config, "access_control") or {}
     if not access.get("enabled") or access.get("default_permission") == "allow":
         return
     allowed = [
@@ -197,34 +185,9 @@ def _check_access(config: zenoh.Config, path: Path, prefixes: Sequence[str]) -> 
         keys = Keys(prefix)
         for key in (keys.rate, keys.torque):
             if not any(each.includes(zenoh.KeyExpr(key)) for each in allowed):
-                listen = "".join(f" --listen {each}" for each in _endpoints(_section(config, "listen/endpoints"))[:1])
+                listen = "".join(f" --listen {each}" for each in endpoints(config, "listen")[:1])
                 every = "".join(f" --prefix {each}" for each in prefixes)
                 raise BadInput(
                     f"{path}: its access control lets nobody publish {key}; make it for this prefix with "
                     f"`incsvr keys {path.parent}{every}{listen} --role learner --replace`"
                 )
-
-
-def _section(config: zenoh.Config, name: str) -> Any:
-    return json.loads(config.get_json(name))
-
-
-def _endpoints(section: Any) -> list[str]:
-    """The endpoints, which a Zenoh file may give for each mode."""
-    if isinstance(section, dict):
-        return [endpoint for endpoints in section.values() for endpoint in endpoints]
-    return list(section or ())
-
-
-def _me() -> str:
-    """The user whose rights are in force."""
-    return _name(os.geteuid())
-
-
-def _name(user: int) -> str:
-    import pwd
-
-    try:
-        return pwd.getpwuid(user).pw_name
-    except KeyError:
-        return f"user {user}"

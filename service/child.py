@@ -23,8 +23,14 @@ from incsvr.samples import Array
 
 DEADLINE = 600.0
 """A process that takes longer [s], wall time, hangs: the slowest trace known took 24."""
+NO_ANSWER = 2
+"""Exit status of a process whose data cannot answer."""
 _LONGEST = 300  # characters of a reason
 _one = threading.Lock()
+
+
+class Died(BadInput):
+    """The process ended without an answer, which is no fault of the data."""
 
 
 class Child:
@@ -76,17 +82,22 @@ class Child:
         """What it found, once it has ended.
 
         Raises:
-            BadInput: it failed, in one sentence.
+            Died: it was killed, hung or failed, in one sentence.
+            BadInput: the data cannot answer, likewise.
         """
         folder, status = Path(self._folder.name), self.process.poll()
         if status is None:
-            raise BadInput(f"it was stopped after {self._deadline:g} s")
+            raise Died(f"it was stopped after {self._deadline:g} s")
         if status < 0:
-            raise BadInput(f"its process was killed by signal {-status}")
+            raise Died(f"its process was killed by signal {-status}")
         if status > 0:
             said = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
-            raise BadInput((said.splitlines() or [f"its process ended with status {status}"])[-1][:_LONGEST])
-        return json.loads((folder / "answer.json").read_text(encoding="utf-8"))
+            kind = BadInput if status == NO_ANSWER else Died
+            raise kind((said.splitlines() or [f"its process ended with status {status}"])[-1][:_LONGEST])
+        try:
+            return json.loads((folder / "answer.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise Died(f"its answer cannot be read: {error}") from None
 
     def close(self) -> None:
         """Ends the process where it has not ended, and removes its data."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
-import sqlite3
 import zlib
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,7 +13,6 @@ from incsvr.errors import BadInput
 
 _FORM = "%020d %08x\n"
 _LENGTH = len(_FORM % (0, 0))
-_PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
 
 class Claim:
@@ -35,17 +33,15 @@ class Claim:
     def __init__(self, path: Path, state: Path) -> None:
         with ExitStack() as undone:
             try:
-                self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+                self._file, self._writable = os.open(path, os.O_RDWR | os.O_CREAT, 0o644), True
             except OSError as error:
                 if error.errno != errno.EROFS:
                     raise
-                self._file = os.open(path, os.O_RDONLY)
+                self._file, self._writable = os.open(path, os.O_RDONLY), False
             undone.callback(os.close, self._file)
-            try:
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise BadInput(f"another learner has the state {state}; end it, or name another directory") from None
-            self._path, self._identity = path, _identity(os.fstat(self._file))
+            self._path, self._state = path, state
+            self._lock(self._file)
+            self._identity = _identity(os.fstat(self._file))
             found = _read(os.pread(self._file, _LENGTH, 0))
             self.marked, self.published = found is not None, found or 0
             undone.pop_all()
@@ -64,6 +60,8 @@ class Claim:
         Raises:
             OSError: the disk does not take it.
         """
+        if not self._writable:
+            self._open_to_write()
         digits = b"%020d" % published
         os.pwrite(self._file, (_FORM % (published, zlib.crc32(digits))).encode(), 0)
         os.fsync(self._file)
@@ -72,12 +70,23 @@ class Claim:
     def close(self) -> None:
         os.close(self._file)
 
+    def _open_to_write(self) -> None:
+        """The lock that was taken on a read-only disk, taken again where the disk can be written now."""
+        file = os.open(self._path, os.O_RDWR)
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_UN)
+            self._lock(file)
+        except BaseException:
+            os.close(file)
+            raise
+        os.close(self._file)
+        self._file, self._writable = file, True
 
-def passes(error: Exception) -> bool:
-    """Whether a disk may take again later, by itself or after a repair, what it does not take now."""
-    if isinstance(error, OSError):
-        return error.errno in _PASSING
-    return getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
+    def _lock(self, file: int) -> None:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise BadInput(f"another learner has the state {self._state}; end it, or name another directory") from None
 
 
 def _identity(status: os.stat_result) -> tuple[int, int]:

@@ -6,14 +6,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import zenoh
 
 from incsvr.errors import BadInput
 from service.config import Config
-from service.session import connecting, from_file, open_session
+from service.session import Refused, connecting, from_file, nobody_at, open_session
 from service.wire import ErrorReply, Form, Keys, decode
 
 RETRY = 0.3
@@ -33,12 +33,14 @@ class Client:
     Attributes:
         where: the bus, for people.
         until: of the monotonic clock [s]; afterwards no question is asked again.
+        stop: ends all waiting.
     """
 
     session: zenoh.Session
     keys: Keys
     where: str
     until: float
+    stop: threading.Event = field(default_factory=threading.Event)
 
     def ask(self, selector: str, form: type[FormType], payload: bytes | None = None) -> FormType:
         """The learner's answer; while it restarts, or has learned nothing, the question is asked again.
@@ -68,7 +70,6 @@ class Client:
         payload: bytes | None = None,
     ) -> FormType:
         """The answer; where it is a refusal, the question is asked again if `again` says so, else BadInput raised."""
-        pause = threading.Event()
         while True:
             problem = (
                 f"a bus is at {self.where}, but no learner answers for {self.keys.prefix}: "
@@ -82,17 +83,21 @@ class Client:
                     if not again(refusal):
                         raise BadInput(refusal.error)
                     problem = refusal.error
-            if time.monotonic() >= self.until:
+            if time.monotonic() >= self.until or self.stop.wait(RETRY):
                 raise NoAnswer(problem)
-            pause.wait(RETRY)
 
 
 @contextmanager
-def reaching(config: Config, patience_s: float) -> Iterator[Client]:
+def reaching(config: Config, patience_s: float, stop: threading.Event | None = None) -> Iterator[Client]:
     """A client of the configured bus.
+
+    Args:
+        patience_s: how long to wait for it and for an answer [s]; infinity waits until `stop`.
+        stop: ends all waiting.
 
     Raises:
         NoAnswer: nobody listens there within the time.
+        Refused: somebody does, and we cannot meet.
     """
     bus = config.bus
     where = bus.connect or bus.listen
@@ -101,11 +106,13 @@ def reaching(config: Config, patience_s: float) -> Iterator[Client]:
         where = f"the endpoint of {bus.zenoh_file}"
     until = time.monotonic() + patience_s
     try:
-        session = open_session(zenoh_config, patience_s)
+        session = open_session(zenoh_config, patience_s, stop)
+    except Refused:
+        raise
     except BadInput as error:
-        raise NoAnswer(f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect") from error
+        raise NoAnswer(nobody_at(where)) from error
     with session:
-        yield Client(session, Keys(config.prefix), where, until)
+        yield Client(session, Keys(config.prefix), where, until, stop or threading.Event())
 
 
 def _refusal(payload: bytes) -> ErrorReply:

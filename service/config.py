@@ -5,6 +5,7 @@ What is wrong is said in one sentence that names where it came from. `service.co
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -18,10 +19,12 @@ from incsvr.plant.axes import AXES, VELOCITIES, stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import SignalSettings
+from service.core_yaml import shown
 from service.inputs.settings import Inputs
 from service.section import Name, Prefix, Section
 from service.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
 from service.vehicle import Vehicle
+from service.wire import Keys
 
 
 class Config(Section):
@@ -141,11 +144,19 @@ class Config(Section):
         if self.vehicle.mass_matrix is not None or not self.vehicle.inertia_said:
             del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own; or nobody said it
         rest = tuple(validated(merged(base, entry), {}) for entry in self.also)
+        if any(config.also for config in rest):
+            raise BadInput("an entry of `also` has an `also` of its own; list all learners in the first one")
         prefixes = [self.prefix, *(config.prefix for config in rest)]
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
         if twice:
             raise BadInput(
                 f"two learners share the prefix {min(twice)}; give every entry of `also` a prefix of its own"
+            )
+        files = [Keys(prefix).file_name for prefix in prefixes]
+        shared = [prefix for prefix, name in zip(prefixes, files, strict=True) if files.count(name) > 1]
+        if self.archive.directory is not None and shared:
+            raise BadInput(
+                f"the archives of {' and '.join(shared)} have the same file names; rename one of the prefixes"
             )
         learners = (self, *rest)
         return tuple(learner._hearing(learners) for learner in learners)
@@ -188,12 +199,19 @@ def validated(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = tuple(str(part) for part in first["loc"])
-        named = ".".join(place)
+        named = shown(".".join(place))
         source = next((where[place[:end]] for end in range(len(place), 0, -1) if place[:end] in where), None)
         if first["type"] == "extra_forbidden":
             reason = f"there is no {named}; `incsvr config show` lists all names"
         else:
             reason = f"{named or 'the configuration'}: {first['msg'].removeprefix('Value error, ')}"
             if not isinstance(first["input"], Mapping):
-                reason += f", not {first['input']!r}"
+                reason += f", not {_written(first['input'])}"
+            if first["type"] == "string_type":
+                reason += "; write a text in quotes"
         raise BadInput(f"{source}: {reason}" if source else reason) from None
+
+
+def _written(given: Any) -> str:
+    """A refused value as it is written in YAML."""
+    return shown(json.dumps(given) if given is None or isinstance(given, bool) else repr(given))

@@ -12,10 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from incsvr.errors import BadInput
 from service.config import Config, merged, validated
+from service.core_yaml import MAX_CHARACTERS, Document, parsed
 from service.inputs.presets.defaults import defaults
 
 
@@ -38,7 +37,7 @@ def from_arguments(args: argparse.Namespace) -> Config:
         name, equals, value = text.partition("=")
         if not equals:
             raise BadInput(f"--set {text}: write NAME=VALUE, such as learner.policy=paper")
-        given.append((name, yaml.safe_load(value), f"--set {name}"))
+        given.append((name, parsed(value, f"--set {name}").value, f"--set {name}"))
     for name, value, flag in given:
         if value is not None or flag.startswith("--set"):
             path = tuple(name.split("."))
@@ -60,7 +59,7 @@ def read(
     values: dict[str, Any] = {}
     where: dict[tuple[str, ...], str] = {}
     if path is not None:
-        values, lines = _yaml(path)
+        values, lines = _from_file(path)
         where |= {place: f"{path}, line {line}" for place, line in lines.items()}
     variables = _variables()
     for place in _places(variables):
@@ -76,38 +75,20 @@ def read(
     return config
 
 
-def _yaml(path: Path) -> tuple[dict[str, Any], dict[tuple[str, ...], int]]:
+def _from_file(path: Path) -> Document:
     """The values of a YAML file, and the line of each."""
     try:
-        text = path.read_text(encoding="utf-8")
-        node = yaml.compose(text, yaml.SafeLoader)
-        values = yaml.safe_load(text)
+        with path.open(encoding="utf-8") as file:
+            text = file.read(MAX_CHARACTERS + 1)
     except FileNotFoundError:
         raise BadInput(f"{path}: there is no such file; `incsvr config show` prints one to begin with") from None
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: cannot be read as text ({error})") from None
-    except yaml.MarkedYAMLError as error:
-        line = (error.problem_mark or error.context_mark or yaml.Mark("", 0, 0, 0, None, 0)).line + 1
-        raise BadInput(f"{path}, line {line}: this is no YAML: {error.problem}") from None
-    except yaml.YAMLError as error:
-        raise BadInput(f"{path}: this is no YAML: {error}") from None
-    if values is None:
-        return {}, {}
-    if not isinstance(values, dict):
+    found = parsed(text, str(path))
+    if found.value is None:
+        return Document({}, {})
+    if not isinstance(found.value, dict):
         raise BadInput(f"{path}, line 1: the configuration is a list of `name: value` lines")
-    return values, dict(_lines(node, ()))
-
-
-def _lines(node: yaml.Node | None, place: tuple[str, ...]) -> list[tuple[tuple[str, ...], int]]:
-    found: list[tuple[tuple[str, ...], int]] = []
-    if isinstance(node, yaml.MappingNode):
-        for key, value in node.value:
-            here = (*place, str(key.value))
-            found += [(here, key.start_mark.line + 1), *_lines(value, here)]
-    elif isinstance(node, yaml.SequenceNode):
-        for index, value in enumerate(node.value):
-            here = (*place, str(index))
-            found += [(here, value.start_mark.line + 1), *_lines(value, here)]
     return found
 
 
@@ -121,15 +102,20 @@ def _variables() -> dict[str, Any]:
     if not named:
         return {}
     # Loaded where it is needed alone: it brings 10 MB and a quarter of a second with it.
+    from pydantic.fields import FieldInfo
     from pydantic_settings import BaseSettings, EnvSettingsSource, SettingsConfigDict, SettingsError
 
     class Variables(Config, BaseSettings):
-        model_config = SettingsConfigDict(env_prefix="INCSVR_", env_nested_delimiter="__")
+        model_config = SettingsConfigDict(env_prefix="INCSVR_", env_nested_delimiter="__", env_parse_none_str="null")
+
+    class Source(EnvSettingsSource):
+        def decode_complex_value(self, field_name: str, field: FieldInfo, value: Any) -> Any:
+            return parsed(value, f"an INCSVR_ variable, {field_name}").value
 
     try:
-        return EnvSettingsSource(Variables)()
+        return Source(Variables)()
     except SettingsError as error:
-        raise BadInput(f"an INCSVR_ variable is not understood: {error}; lists are written as JSON") from None
+        raise (error.__cause__ if isinstance(error.__cause__, BadInput) else BadInput(str(error))) from None
 
 
 def _nested(path: tuple[str, ...], value: Any) -> dict[str, Any]:

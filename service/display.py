@@ -57,8 +57,13 @@ def _heard(health: Health, axis: Axis) -> Table:
     ):
         table.add_column(name, justify="right", no_wrap=True, min_width=width)
     for name, stream in health.streams.items():
-        table.add_row(said(axis, NAMES[name]) if name in NAMES else name, *_columns(name, stream, axis))
+        table.add_row(_called(name, axis), *_columns(name, stream, axis))
     return table
+
+
+def _called(name: str, axis: Axis) -> str:
+    """What people call a stream."""
+    return said(axis, NAMES[name]) if name in NAMES else name
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
@@ -78,7 +83,7 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     facts = Table.grid(padding=(0, 2, 0, 0))
     facts.add_column(style="dim", no_wrap=True)
     facts.add_column()
-    facts.add_row("made of it", _made(health))
+    facts.add_row("made of it", _made(health, axis))
     facts.add_row("learning", _learning(health))
     if model is None:
         facts.add_row("model", "none yet: the first follows the first batch")
@@ -99,7 +104,7 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     return facts
 
 
-def _made(health: Health) -> str:
+def _made(health: Health, axis: Axis) -> str:
     counters = health.counters
     made = f"{counters.get('samples', 0)} samples, {counters.get('iterations', 0)} iterations"
     refused = sorted(
@@ -107,7 +112,9 @@ def _made(health: Health) -> str:
         reverse=True,
     )
     told = ", ".join(f"{count} {reason.replace('_', ' ')}" for count, reason in refused)
-    return f"{made}; refused: {told}" if told else f"{made}; nothing refused"
+    spikes = {name: count for name, count in counters.items() if name.startswith("spikes:")}
+    aside = ", ".join(f"{count} of {_called(name.removeprefix('spikes:'), axis)}" for name, count in spikes.items())
+    return f"{made}; refused: {told or 'nothing'}" + (f"; left out as spikes: {aside}" if aside else "")
 
 
 def _learning(health: Health) -> str:

@@ -14,19 +14,25 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
 from service import wire
-from service.client import NoAnswer, reaching
-from service.config import Config
+from service.client import Client, NoAnswer, reaching
 from service.config_sources import add_config_arguments, from_arguments
+from service.health import SILENT
 from service.output import add_json_argument, emit
-from service.wire import ForecastQuery, ForecastReply
+from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 
 SHOWN = 20
 """Rows for people, evenly spread; all of them go into the JSON object."""
+CLOSEST = 0.05
+"""Between two rows for people at least [s]: a vehicle hardly turns meanwhile."""
+LONGEST = 20.0
+"""How long a constant torque is planned where nobody says it [s]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--torque", type=float, metavar="N_M", help="this torque from the last measurement on [N m]")
-    parser.add_argument("--seconds", type=float, default=20.0, help="for so long, with --torque [s] (default 20)")
+    parser.add_argument(
+        "--seconds", type=float, help="for so long [s] (default 20 with --torque); without it under the torque of now"
+    )
     parser.add_argument(
         "--profile",
         type=Path,
@@ -40,26 +46,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    asked = _asked(args)
+    planned, axis = _planned(args), AXES[config.vehicle.axis]
     try:
-        reply = ask(config, asked, args.wait)
+        with reaching(config, args.wait) as client:
+            note = None
+            if planned is None:
+                planned, note = _without_plan(client, args.seconds, axis)
+            payload = None if planned is None else wire.encode(planned)
+            reply = client.ask(client.keys.forecast, ForecastReply, payload)
     except NoAnswer as error:
         print(f"incsvr forecast: {error}", file=sys.stderr)
         return 1
-    emit(args, reply.model_dump(mode="json"), text(reply, AXES[config.vehicle.axis]))
+    emit(args, reply.model_dump(mode="json"), "\n".join([*([note] if note else []), text(reply, axis)]))
     return 0
 
 
-def ask(config: Config, asked: ForecastQuery | None, patience_s: float) -> ForecastReply:
-    """The learner's answer; while it restarts the question is asked again.
+def _without_plan(client: Client, seconds: float | None, axis: Axis) -> tuple[ForecastQuery | None, str | None]:
+    """What is asked where no torque is planned, and what is to be known about it.
 
-    Raises:
-        NoAnswer: nobody answers within the time, or nothing has been learned until then.
-        BadInput: the learner refuses the question.
+    While the gyro is heard, there is next to nothing between the last measurement and now.
     """
-    with reaching(config, patience_s) as client:
-        payload = None if asked is None else wire.encode(asked)
-        return client.ask(client.keys.forecast, ForecastReply, payload)
+    health = client.ask(client.keys.health, Health)
+    torque, rate = (health.streams.get(name, StreamHealth()) for name in ("torque", "yaw_rate"))
+    heard = said(axis, "the gyro is heard" if axis is YAW else "the yaw rate is heard")
+    note = f"{heard}: give --torque for a plan, such as --torque 20 --seconds 10"
+    if seconds is not None and torque.value is not None:
+        held = said(axis, f"under the torque of now, {torque.value:.4g} N m, as if it stayed so for {seconds:g} s")
+        return _constant(torque.value, seconds), held
+    believed = health.learning.state != "paused"
+    return None, note if believed and rate.age_s is not None and rate.age_s <= SILENT else None
 
 
 def text(reply: ForecastReply, axis: Axis = YAW) -> str:
@@ -69,7 +84,8 @@ def text(reply: ForecastReply, axis: Axis = YAW) -> str:
         "",
         said(axis, "   after s   yaw rate rad/s   from        to          heading turned rad   from        to"),
     ]
-    rows = np.unique(np.linspace(0, len(reply.t) - 1, SHOWN).round().astype(int)).tolist()
+    shown = min(SHOWN, max(2, round((reply.t[-1] - reply.since) / CLOSEST)))
+    rows = np.unique(np.linspace(0, len(reply.t) - 1, shown).round().astype(int)).tolist()
     for k in rows:
         left = "" if reply.worth[k] else "   no longer worth having"
         lines.append(
@@ -80,15 +96,22 @@ def text(reply: ForecastReply, axis: Axis = YAW) -> str:
     return "\n".join([*lines, f"iteration {reply.iteration}, revision {reply.revision}"])
 
 
-def _asked(args: argparse.Namespace) -> ForecastQuery | None:
-    """What is planned; None for what came since the last measurement."""
+def _constant(torque: float, seconds: float) -> ForecastQuery:
+    """One torque [N m] for so long [s]."""
+    if not (math.isfinite(torque) and math.isfinite(seconds) and seconds > 0.0):
+        raise BadInput("--torque and --seconds: give finite numbers, and more than 0 s")
+    t = np.linspace(0.0, seconds, 41)
+    return ForecastQuery(t=tuple(t.tolist()), torque=(torque,) * t.size)
+
+
+def _planned(args: argparse.Namespace) -> ForecastQuery | None:
+    """The torque that is planned; None where none is."""
     if args.torque is not None and args.profile is not None:
         raise BadInput("give either --torque for a constant one or --profile for one that changes, not both")
+    if args.seconds is not None and args.profile is not None:
+        raise BadInput("--seconds is for a constant torque; --profile says for how long by its column t")
     if args.torque is not None:
-        if not (math.isfinite(args.torque) and math.isfinite(args.seconds) and args.seconds > 0.0):
-            raise BadInput("--torque and --seconds: give finite numbers, and more than 0 s")
-        t = np.linspace(0.0, args.seconds, 41)
-        return ForecastQuery(t=tuple(t.tolist()), torque=(args.torque,) * t.size)
+        return _constant(args.torque, LONGEST if args.seconds is None else args.seconds)
     if args.profile is None:
         return None
     try:

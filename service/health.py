@@ -55,6 +55,7 @@ class HealthWatch:
         self._refused: dict[str, int] = {}
         self._lately = Lately()
         self._failure: tuple[float, str] | None = None
+        self._beyond: tuple[float, str] | None = None
         self._unsaved: str | None = None
         self._paused: str | None = None
         self._learning = LearningState()
@@ -155,6 +156,7 @@ class HealthWatch:
                 "held": sum(reading.held for reading in readings.values()),
                 "rejected": sum(rejected.values()),
                 **{f"rejected:{reason}": count for reason, count in sorted(rejected.items())},
+                **{f"spikes:{name}": count for name, count in sorted(node.batches.spikes.items())},
             },
             learned=node.learned,
             boot=node.boot,
@@ -222,4 +224,13 @@ class HealthWatch:
         with self._lock:
             seldom = self._pace.look()
         warnings += [seldom.on_a_bus(self.asks)] if seldom is not None else []
-        return [*warnings, *sentences.of_motion(node)]
+        return [*warnings, *sentences.of_motion(node), *self._where_it_extrapolates(now, node)]
+
+    def _where_it_extrapolates(self, now: float, node: LearnerNode) -> tuple[str, ...]:
+        """Remembered for a while: a vehicle that goes to and fro would have health go to and fro with it."""
+        found = sentences.beyond_learned(node)
+        if found is not None:
+            self._beyond = (now, found)
+        if self._beyond is None or now - self._beyond[0] > self._limits.warn_for:
+            return ()
+        return (self._beyond[1],)

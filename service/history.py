@@ -39,6 +39,7 @@ class History:
         published: the highest revision that is known to be given, saved or not.
         newest: what was published last since the start.
         damage: what was found damaged, as sentences.
+        lost: the first and the last revision of each gap: published, and never on the disk.
         lock: held by every method; and by who changes the file.
     """
 
@@ -49,6 +50,8 @@ class History:
         self.published = 0
         self.newest: Row | None = None
         self.damage: tuple[str, ...] = ()
+        self.lost: tuple[tuple[int, int], ...] = ()
+        self._lost_now = 0  # gaps at the end of `lost` that this start found
         self._waiting: dict[int, Row] = {}
 
     def add(self, revision: int, t: float, snapshot: bytes, report: bytes) -> None:
@@ -57,7 +60,32 @@ class History:
             self.newest = Row(revision, self.published, float(t), snapshot, report)
             self._waiting[revision], self.published = self.newest, revision
             while len(self._waiting) > 1 and sum(map(_size, self._waiting.values())) > self._waiting_bytes:
-                del self._waiting[min(self._waiting)]
+                oldest = min(self._waiting)
+                del self._waiting[oldest]
+                if self.file is not None or self._keep:
+                    self.lose(oldest, oldest)
+
+    def remember(self, lost: tuple[tuple[int, int], ...]) -> None:
+        """The gaps that earlier starts found."""
+        with self.lock:
+            self.lost, self._lost_now = lost, 0
+
+    def lose(self, first: int, last: int) -> None:
+        """The disk did not take these revisions, and nobody has them any more."""
+        with self.lock:
+            before = self.lost[-1] if self._lost_now else None
+            if before is not None and before[0] <= first <= before[1] + 1:
+                self.lost = (*self.lost[:-1], (before[0], max(last, before[1])))
+                return
+            self.lost = (*self.lost, (first, last))[-MOST_GAPS:]
+            self._lost_now = min(self._lost_now + 1, MOST_GAPS)
+            log.error("%s", _gap(first, last))
+
+    @property
+    def gaps(self) -> tuple[str, ...]:
+        """The gaps that this start found, as sentences."""
+        with self.lock:
+            return tuple(_gap(*gap) for gap in self.lost[len(self.lost) - self._lost_now :][-MOST_SENTENCES:])
 
     @property
     def unsaved(self) -> list[Row]:
@@ -99,6 +127,9 @@ class History:
         """
         with self.lock:
             found = self._waiting.get(revision)
+            gap = next((gap for gap in self.lost if gap[0] <= revision <= gap[1]), None)
+            if found is None and gap is not None:
+                raise NotKept(f"revision {revision} is not kept; {_gap(*gap)}")
             if found is None and self.file is not None:
                 with self._reading(f"revision {revision}"):
                     found = self.file.row(revision)
@@ -145,6 +176,14 @@ class History:
 
 MOST_SENTENCES = 10
 """What is told of damage; a file that is damaged all over would fill health else."""
+MOST_GAPS = 1_000
+"""Gaps that are remembered, one for each time that a disk was full; the oldest go."""
+
+
+def _gap(first: int, last: int) -> str:
+    if first == last:
+        return f"revision {first} was published and is lost: the disk does not have it"
+    return f"revisions {first} to {last} were published and are lost: the disk does not have them"
 
 
 def _size(row: Row) -> int:

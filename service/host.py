@@ -36,7 +36,7 @@ from service.history import IN_MEMORY_BYTES, History
 from service.ingest import Ingest
 from service.node import LearnerNode
 from service.outgoing import Outgoing
-from service.session import in_time
+from service.session import certificates, from_file, in_time
 from service.store import Store
 from service.validation import read_validation
 
@@ -65,6 +65,8 @@ class Host:
             {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
         self._company = Company(session, self.keys, self.node.boot, time.monotonic)
+        zenoh_file = config.bus.zenoh_file
+        self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
         self._watch_over(effects)
         self.watch.among(config.coupled())
@@ -154,7 +156,10 @@ class Host:
         mapped = self._mapped
         said = () if mapped is None else mapped.notices()
         archived = () if self._archive is None else self._archive.notices()
-        self.watch.notices = (*states, *self._company.notice(), *self._warnings, *said, *archived)
+        beside = () if self._live is None else self._live.notices
+        dated = (each.sentence_now() for each in self._certificates)
+        ending = tuple(sentence for sentence in dated if sentence is not None)
+        self.watch.notices = (*ending, *states, *self._company.notice(), *self._warnings, *said, *archived, *beside)
         self.watch.saved(None if store is None else store.problem)
         self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
         self._estimate()

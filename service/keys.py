@@ -19,6 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from incsvr.errors import BadInput
 from service.certificates import VALID, Pair, authority, loaded, signed
+from service.core_yaml import shown
 from service.output import add_json_argument, emit
 from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
 from service.section import Prefix
@@ -240,8 +241,9 @@ def _write(path: Path, content: bytes, mode: int, owner: str | None = None) -> N
 def _prefix(text: str) -> str:
     try:
         return TypeAdapter(Prefix).validate_python(text)
-    except ValidationError:
-        raise BadInput(f"--prefix {text}: a prefix is names with slashes between them, such as leng/yaw") from None
+    except ValidationError as error:
+        reason = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise BadInput(f"--prefix {shown(text)}: {reason}") from None
 
 
 def _host(endpoint: str) -> str:

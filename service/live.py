@@ -16,7 +16,8 @@ from incsvr.verdict import Comparison
 from service import beside, ledger
 from service.answers import Verb
 from service.beside import Begin, Beside
-from service.child import Child
+from service.beside_watch import BesideWatch
+from service.child import Child, Died
 from service.config import Config
 from service.effects import TracedEffects, taken_up
 from service.judged import judged
@@ -45,6 +46,7 @@ class LiveTracing:
         self._take_up(self.standing)
         self._child: Beside | None = None
         self._work: tuple[Work, float] = ("trace", 0.0)
+        self._watch = BesideWatch()
 
     def to_dict(self) -> dict[str, Any]:
         """All that must survive a restart, as plain data."""
@@ -61,6 +63,11 @@ class LiveTracing:
         """From this time on the vehicle is known to be as the effects in force say [s]."""
         began = (self.standing.force or {}).get("since")
         return -math.inf if began is None else float(began)
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What is wrong with the process beside, for health. From any thread."""
+        return self._watch.notices()
 
     @property
     def work(self) -> Work | None:
@@ -86,8 +93,11 @@ class LiveTracing:
         try:
             self._child = self._begin(beside.job(self._config, before, work, newest), recent)
         except OSError as error:
+            self._watch.died(work, f"no process could be started: {error}")
             self._failed(node, before, f"no process could be started beside the learner: {error}")
             return True
+        if self._child is not None:
+            self._watch.began(work)
         return self._child is not None
 
     def conclude(self, node: LearnerNode) -> Standing | None:
@@ -103,14 +113,20 @@ class LiveTracing:
         before = self.standing
         try:
             found = child.answer()
+            self._watch.answered()
             if work == "trace":
                 self._traced(node, newest, found)
             else:
                 self._proven(node, newest, found)
+        except Died as error:
+            self._watch.died(work, str(error))
+            self._failed(node, before, str(error))
         except BadInput as error:
+            self._watch.answered()
             self._failed(node, before, str(error))
         except Exception as error:  # whatever it answered, learning goes on
             log.exception("%s: a fault of this program", self._config.prefix)
+            self._watch.died(work, f"{type(error).__name__}: {error}")
             self._failed(node, before, f"{type(error).__name__}: {error}")
         finally:
             child.close()

@@ -14,7 +14,7 @@ from service.client import NoAnswer, reaching
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
 from service.output import add_json_argument, emit
-from service.wire import DampingReply
+from service.wire import DampingReply, ModelSnapshot
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,11 +33,12 @@ def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     axis = AXES[config.vehicle.axis]
     try:
-        reply = ask(config, *velocities(args.rates, axis), args.wait)
+        reply, learned = ask(config, *velocities(args.rates, axis), args.wait)
     except NoAnswer as error:
         print(f"incsvr query: {error}", file=sys.stderr)
         return 1
-    emit(args, reply.model_dump(mode="json"), table(reply, axis))
+    first = not_learned(reply, learned, axis)
+    emit(args, reply.model_dump(mode="json"), "\n".join([*([first] if first else []), table(reply, axis)]))
     return 0
 
 
@@ -71,8 +72,11 @@ def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dic
     return rates, others
 
 
-def ask(config: Config, rates: list[float], others: Mapping[str, list[float]], patience_s: float) -> DampingReply:
-    """The learner's answer; while it restarts the question is asked again.
+def ask(
+    config: Config, rates: list[float], others: Mapping[str, list[float]], patience_s: float
+) -> tuple[DampingReply, tuple[float, float] | None]:
+    """The learner's answer, and the range that it learned where the answer reaches beyond it; asked again while it
+    restarts.
 
     Args:
         others: further velocities by name, each one value or as many as there are rates.
@@ -84,7 +88,27 @@ def ask(config: Config, rates: list[float], others: Mapping[str, list[float]], p
     with reaching(config, patience_s) as client:
         named = {"rate": rates, **others}
         asked = ";".join(f"{name}={','.join(map(repr, values))}" for name, values in named.items())
-        return client.ask(f"{client.keys.damping}?{asked}", DampingReply)
+        reply = client.ask(f"{client.keys.damping}?{asked}", DampingReply)
+        model = client.ask_if_any(client.keys.model, ModelSnapshot) if any(reply.extrapolated) else None
+        return reply, None if model is None else model.trained_range
+
+
+def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: Axis = YAW) -> str | None:
+    """That nothing was learned at some of the rates, and how far was learned [rad/s]; None where all was."""
+    foreign = [rate for rate, beyond in zip(reply.rate, reply.extrapolated, strict=True) if beyond]
+    if not foreign:
+        return None
+    known = ""
+    if learned is not None:
+        low, high = learned
+        over, under = max(foreign) > high, min(foreign) < low
+        ends = f"up to {high:.3g}" if over and not under else f"down to {low:.3g}" if under and not over else ""
+        known = f" ({ends or f'{low:.3g} to {high:.3g}'} rad/s"
+        inside = "" if over or under else ", with gaps" if not reply.others else ", among other velocities"
+        known = said(axis, f"{known}{inside})")
+    some = "" if len(foreign) == len(reply.rate) else f": {', '.join(f'{rate:g}' for rate in foreign)} rad/s"
+    some = said(axis, some)
+    return f"not learned there{known}{some}"
 
 
 def table(reply: DampingReply, axis: Axis = YAW) -> str:

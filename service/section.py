@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, get_args
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
 
 from incsvr.plant.inertia import mass_matrix
 
@@ -33,13 +42,14 @@ Name = Annotated[
     Field(max_length=64),
     shaped(r"[A-Za-z0-9_.-]+", "a name has letters without accents, digits, _, . and - alone"),
 ]
+_CHUNK = r"(?!\.\.?(?:/|$))[A-Za-z0-9_.-]+"
 Prefix = Annotated[
     str,
     Field(max_length=128),
     shaped(
-        r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*",
+        rf"{_CHUNK}(/{_CHUNK})*",
         "a prefix is names with slashes between them, such as leng/yaw; a name has letters from a to z, digits, _, . "
-        "and - alone",
+        "and - alone, and is neither . nor .., which lead out of the directory of the state",
     ),
 ]
 
@@ -66,3 +76,30 @@ class Section(BaseModel):
     """A part of the configuration: unknown names are refused, because they are misspelt ones."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _true_is_no_number(cls, given: Any, info: ValidationInfo) -> Any:
+        """Refuses true and false where a number is meant: pydantic would read them as 1 and 0."""
+        kinds = set(_kinds(cls.model_fields[info.field_name or ""].annotation))
+        if _holds_boolean(given) and not kinds & {bool, Any} and not any(_is_section(kind) for kind in kinds):
+            raise ValueError("give a number, a text or a list")
+        return given
+
+
+def _kinds(annotation: Any) -> Iterator[Any]:
+    """A type and all that it is made of."""
+    yield annotation
+    for part in get_args(annotation):
+        yield from _kinds(part)
+
+
+def _is_section(kind: Any) -> bool:
+    """Whether it judges its own values."""
+    return isinstance(kind, type) and issubclass(kind, Section)
+
+
+def _holds_boolean(given: Any) -> bool:
+    if isinstance(given, Mapping):
+        given = list(given.values())
+    return any(map(_holds_boolean, given)) if isinstance(given, list | tuple) else isinstance(given, bool)

@@ -139,7 +139,7 @@ class Tracing(Section):
     @field_validator("live", mode="before")
     @classmethod
     def _yes_or_no(cls, mode: object) -> object:
-        """Earlier files say true or false; and YAML reads a bare `off` as false, a bare `on` as true."""
+        """Earlier files say true or false."""
         said = {"true": "adopt", "false": "off"}
         return said.get(str(mode).lower(), mode)
 

@@ -9,17 +9,22 @@ from __future__ import annotations
 import copy
 import json
 import logging
+import math
 import signal
 import socket
 import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from incsvr.errors import BadInput
+from service.zenoh_file import endpoints, tls_section
+
+if TYPE_CHECKING:
+    from service.validity import Validity
 
 log = logging.getLogger(__name__)
 
@@ -41,6 +46,8 @@ _RELAYED: dict[str, Any] = {
     # What is larger [bytes] is dropped by Zenoh while it arrives; the learner counts what is smaller and too large.
     "rx": {"max_message_size": 16_000_000},
 }
+LOOK = 10.0
+"""Whoever waits for a bus looks so often why it cannot be met [s]."""
 CLOSING = 1.0
 """How long an end may take [s]; Zenoh itself waits ten for a client that does not read."""
 
@@ -104,21 +111,67 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
         stop: ends the waiting.
 
     Raises:
-        BadInput: the endpoint is taken, nobody listens there, or the credentials are refused.
+        Refused: the endpoint is taken, or the credentials are refused; at once where the patience has an end.
+        BadInput: nobody listens there.
     """
     zenoh.init_log_from_env_or("error")
     until = time.monotonic() + patience_s
     stop = stop or threading.Event()
-    said = False
+    said, look = "", 0.0
     while True:
         try:
-            return zenoh.open(config)
+            session = zenoh.open(config)
         except zenoh.ZError as error:
-            if time.monotonic() >= until or stop.wait(0.2):
-                raise BadInput(f"the bus cannot be opened: {_first_line(error)}") from error
-            if not said:
-                log.info("waiting for the bus: %s", _first_line(error))
-                said = True
+            over = time.monotonic() >= until or stop.wait(0.2)
+            if not over and time.monotonic() < look:
+                continue
+            problem = BadInput(_first_line(error)) if stop.is_set() else _problem(config, error)
+            if over or (isinstance(problem, Refused) and math.isfinite(patience_s)):
+                raise type(problem)(f"the bus cannot be opened: {problem}") from error
+            if str(problem) != said:
+                level = logging.WARNING if isinstance(problem, Refused) else logging.INFO
+                log.log(level, "waiting for the bus: %s", problem)
+            said, look = str(problem), time.monotonic() + LOOK
+        else:
+            for each in certificates(config):
+                if (sentence := each.sentence_now()) is not None:
+                    log.warning("%s", sentence)
+            return session
+
+
+class Refused(BadInput):
+    """Somebody is at the endpoint, and we cannot meet."""
+
+
+def nobody_at(where: str) -> str:
+    """What a client says where no bus is, and the cure."""
+    return f"nobody answers at {where}: start `incsvr serve`, or name its place with --connect"
+
+
+def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
+    """When the certificates of a configuration are valid; none where it has no TLS."""
+    if not tls_section(config):
+        return ()
+    # Loaded where it is needed alone: most buses have none.
+    from service.validity import validities
+
+    return validities(config)
+
+
+def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
+    """Why no session could be opened: `Refused` where somebody is at the endpoint."""
+    tls = bool(tls_section(config))
+    if "address already in use" in str(error).lower():
+        from service.neighbour import taken
+
+        return Refused(taken(endpoints(config, "listen"), tls))
+    if tls:
+        from service.refusal import refusal
+
+        why_not = refusal(config)
+        if why_not is not None:
+            return Refused(why_not)
+    return BadInput(_first_line(error))
 
 
 def in_time(work: Callable[[], object]) -> None:

@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.claim import Claim, passes
+from service.claim import Claim
 from service.config import Config
+from service.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
 from service.history import History
 from service.state_file import Damaged, StateFile
-from service.taking_up import bring_back, identity, is_lost, set_aside, take_up
+from service.taking_up import LOST, bring_back, identity, is_lost, set_aside, take_up
 
 log = logging.getLogger(__name__)
 
@@ -52,22 +53,34 @@ class Store:
         self._claim: Claim | None = None
         self._kept = b"null"  # the memory, as the file has it
         self._refused: frozenset[Path] = frozenset()
+        self._read_only = False
         try:
             self._begin()
+            self._look()
         except (OSError, sqlite3.Error) as error:
             if not passes(error):
                 self.close()
-                raise BadInput(f"the state cannot be kept in {directory} ({error}); name another directory") from error
+                why_not = refusal(error, self.path, OTHER_STATE)
+                raise BadInput(f"the state cannot be kept in {directory}: {why_not}") from error
             self._fails(error)
         except BaseException:
             self.close()
             raise
         self._count()
 
+    def _look(self) -> None:
+        """Says before the first revision where the state that was read cannot be written."""
+        for place in (self.path, self.path.parent):
+            why_not = unwritable(place, OTHER_STATE)
+            if why_not is not None:
+                self._read_only, self.problem = True, why_not
+                log.error("the state %s cannot be written: %s", self.path, why_not)
+                return
+
     @property
     def notices(self) -> tuple[str, ...]:
         """What happened to states and what was found damaged, as sentences."""
-        return (*self._told, *self.history.damage)
+        return (*self._told, *self.history.damage, *self.history.gaps)
 
     @property
     def published(self) -> int:
@@ -143,6 +156,7 @@ class Store:
     def _adopt(self) -> None:
         """Takes up the state in its place."""
         taken = take_up(self.path, self._own, self._changing)
+        self.history.remember(taken.lost)
         self.history.file, self.memory, self._kept = taken.file, taken.memory, json.dumps(taken.memory).encode()
 
     def _count(self) -> None:
@@ -153,7 +167,10 @@ class Store:
             learned = 0  # the memory will be refused
         if learned > saved:
             self._tell(f"the history in {self.path} lacks the newest revision, {learned}")
-        self.history.published = max(saved, learned, 0 if self._claim is None else self._claim.published)
+        given = 0 if self._claim is None else self._claim.published
+        self.history.published = max(saved, learned, given)
+        if given > max(saved, learned):
+            self.history.lose(max(saved, learned) + 1, given)
 
     def _another(self, reason: str) -> None:
         """In place of a state that is lost, or that is set aside now: one that was set aside and fits, or a new one."""
@@ -209,7 +226,9 @@ class Store:
 
     def _write_rows(self) -> None:
         assert self._file is not None
-        changed = {"effects": self._own["effects"]} if self._changing else {}
+        changed: dict[str, Any] = {"effects": self._own["effects"]} if self._changing else {}
+        if self.history.gaps:
+            changed[LOST] = self.history.lost
         self._file.write(self._kept, self.history.unsaved, self._keep, changed)
 
     def _stand(self) -> None:
@@ -218,6 +237,10 @@ class Store:
             self._take_claim()
         gone = self._file
         if gone is not None and gone.in_place:
+            if self._read_only:  # a connection that was opened while the disk was read-only stays so
+                self.history.file = StateFile(self.path)
+                gone.close()
+                self._read_only = False
             return
         if self.path.exists():
             log.error("the state that stands in %s was set aside as %s", self.path, set_aside(self.path).name)
@@ -231,9 +254,10 @@ class Store:
 
     def _fails(self, error: Exception) -> None:
         """The disk takes nothing now: says so, and marks the revisions that were given, so that none is given twice."""
+        problem = refusal(error, self.path, OTHER_STATE)
         if self.problem is None:
-            log.error("the state %s cannot be written: %s", self.path, error)
-        self.problem = str(error)
+            log.error("the state %s cannot be written: %s", self.path, problem)
+        self.problem, self._read_only = problem, is_read_only(error)
         claim = self._claim
         if claim is None or not self.history.unsaved or claim.published >= self.published:
             return

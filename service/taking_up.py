@@ -39,12 +39,22 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     }
 
 
+LOST = "lost"
+"""Beside the identity in a state: the first and the last revision of each gap in its history."""
+
+
 @dataclass(frozen=True, slots=True)
 class TakenUp:
-    """An open state and what is in it; `memory` is None where nothing has been learned."""
+    """An open state and what is in it.
+
+    Attributes:
+        memory: None where nothing has been learned.
+        lost: the first and the last revision of each gap in the history that is known.
+    """
 
     file: StateFile
     memory: dict[str, Any] | None
+    lost: tuple[tuple[int, int], ...] = ()
 
 
 def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> TakenUp:
@@ -63,13 +73,14 @@ def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> TakenUp:
             raise Damaged("its memory has not the form of one")
         if changing and memory is not None:
             own = {**own, "effects": memory.get("effects")}
+        lost = tuple((int(first), int(last)) for first, last in kept.get(LOST, ()))
         for name in own:
             if kept.get(name) != own[name]:
                 raise Damaged(f"it was learned with {name} {kept.get(name)}, and now {name} is {own[name]}")
     except BaseException:
         file.close()
         raise
-    return TakenUp(file, memory)
+    return TakenUp(file, memory, lost)
 
 
 def set_aside(path: Path) -> Path:

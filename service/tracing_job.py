@@ -30,6 +30,7 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
+from service.child import NO_ANSWER
 
 NICE = 10
 """By how much this process stands back behind the learner."""
@@ -48,7 +49,7 @@ def main(folder: Path) -> int:
         answer = answered(job, streams)
     except BadInput as error:
         print(error, file=sys.stderr)
-        return 2
+        return NO_ANSWER
     (folder / "answer.json").write_text(json.dumps(answer), encoding="utf-8")
     return 0
 

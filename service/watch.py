@@ -7,10 +7,14 @@ its state.
 from __future__ import annotations
 
 import argparse
+import logging
+import math
 import queue
 import sys
 import threading
+import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from rich.console import Console
@@ -26,22 +30,36 @@ from service.session import told_to_stop
 from service.status import look
 from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
 
+log = logging.getLogger(__name__)
+
 AWAY = 3.0
 """Health comes once a second; without any for so long [s], the learner is away."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--wait", type=float, default=3.0, help="how long to try [s] (default 3)")
+    parser.add_argument(
+        "--wait",
+        type=float,
+        default=math.inf,
+        help="how long to wait for a bus and a learner [s] (default: until Ctrl-C)",
+    )
     add_config_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     stop, axis = told_to_stop(), AXES[config.vehicle.axis]
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr watch: %(message)s")
     try:
-        with reaching(config, args.wait) as client:
+        with reaching(config, args.wait, stop) as client:
             follow(client, Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False), stop, axis)
+    except BadInput as error:
+        if stop.is_set():  # told to stop while it waited: that is no failure
+            return 0
+        raise error
     except NoAnswer as error:
+        if stop.is_set():
+            return 0
         print(f"incsvr watch: {error}", file=sys.stderr)
         return 1
     return 0
@@ -57,7 +75,7 @@ def follow(client: Client, console: Console, stop: threading.Event, axis: Axis =
     forms: dict[str, type[Form]] = {keys.health: Health, keys.model: ModelSnapshot, keys.iteration: IterationReport}
     came: queue.Queue[Form] = queue.Queue()
     subscribers: list[Any] = [client.session.declare_subscriber(key, _put(form, came)) for key, form in forms.items()]
-    health, model = look(client)
+    health, model = _first_look(client)
     say = _Says(console, keys.prefix)
     say.health(health)
     with Live(screen(keys.prefix, health, model, axis), console=console, auto_refresh=False) as live:
@@ -84,6 +102,18 @@ def follow(client: Client, console: Console, stop: threading.Event, axis: Axis =
             live.update("")
     for subscriber in subscribers:
         subscriber.undeclare()
+
+
+def _first_look(client: Client) -> tuple[Health, ModelSnapshot | None]:
+    """What the learner answers, once it does; that it is waited for is said."""
+    soon = min(client.until, time.monotonic() + AWAY)
+    try:
+        return look(replace(client, until=soon))
+    except NoAnswer as error:
+        if client.stop.is_set() or soon == client.until:
+            raise
+        log.info("waiting for the learner: %s", error)
+        return look(client)
 
 
 class _Says:

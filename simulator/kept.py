@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from service.inputs.forms.own import Refused, parse
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived
 from service.logs.packages import needed
 from service.wire import Keys
@@ -101,6 +102,18 @@ class Kept:
     def payload(self, index: int, sequence: int) -> bytes:
         """As it came."""
         return self.payloads[index]
+
+    def values(self, stream: int) -> int:
+        """How many values a stream has that a learner takes in, where it is in our own form."""
+        return sum(_values(self.payloads[index]) for index in np.flatnonzero(self.stream == stream).tolist())
+
+
+def _values(payload: bytes) -> int:
+    """How many values a message in our own form carries; none where it is refused."""
+    try:
+        return len(parse(payload)[0])
+    except Refused:
+        return 0
 
 
 def is_archive(path: Path) -> bool:

@@ -7,6 +7,8 @@ the time it takes.
 
 from __future__ import annotations
 
+import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -20,10 +22,16 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED
-from service.wire import Health, Keys, decode, measurement
+from service.wire import Keys, measurement
+from simulator.losses import health
+
+log = logging.getLogger(__name__)
 
 LONGEST_WAIT = 0.05
 """How long the player sleeps at most before it looks whether to stop [s]."""
+
+TOLD_AFTER = 1.0
+"""Who waits for a learner says so after this time [s]; one that runs is seen in a tenth."""
 
 HEARD_WITHIN = 2.0
 """How long the learner may take to count a message that was sent [s]; it needs a tenth."""
@@ -45,6 +53,7 @@ class Played(Protocol):
     def __len__(self) -> int: ...
     def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]: ...
     def payload(self, index: int, sequence: int) -> bytes: ...
+    def values(self, stream: int) -> int: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +87,10 @@ class Messages:
     def payload(self, index: int, sequence: int) -> bytes:
         """What is sent, as the message of its stream with that number."""
         return measurement(float(self.t[index]), float(self.value[index]), sequence)
+
+    def values(self, stream: int) -> int:
+        """How many values a stream has: one in each of its messages."""
+        return int(np.count_nonzero(self.stream == stream))
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +144,14 @@ def wait_for_learner(session: zenoh.Session, keys: Keys, patience_s: float, stop
     alive = threading.Event()
     until = time.monotonic() + patience_s
     watcher = session.liveliness().declare_subscriber(keys.alive, lambda _: alive.set(), history=True)
+    told = time.monotonic() + TOLD_AFTER
     try:
         while not alive.wait(LONGEST_WAIT):
             if stop.is_set():
                 return
+            if time.monotonic() > told:
+                log.info("waiting for the learner of %s", keys.prefix)
+                told = math.inf
             if time.monotonic() > until:
                 raise BadInput(f"no learner answers for {keys.prefix}; start `incsvr serve`, or play with --wait 0")
     finally:
@@ -187,8 +204,7 @@ def play(
         if sent < len(what):
             stop.wait(min(LONGEST_WAIT, max(0.001, (float(what.send[sent]) - now) / speed)))
     # A question and its answer travel behind the measurements: when it is there, they have arrived.
-    for _ in session.get(keys.health, timeout=2.0):
-        pass
+    health(session, keys)
     for publisher in publishers:
         publisher.undeclare()  # type: ignore[no-untyped-call]
     return sent
@@ -196,12 +212,11 @@ def play(
 
 def _received(session: zenoh.Session, keys: Keys) -> dict[str, int] | None:
     """How much of each stream the learner has received, or refused of all; None where none answers."""
-    for reply in session.get(keys.health, timeout=2.0):
-        if reply.ok is not None:
-            health = decode(Health, reply.ok.payload.to_bytes())
-            refused = health.counters.get("rejected", 0)
-            return {name: health.streams[name].received + refused for name in REQUIRED if name in health.streams}
-    return None
+    found = health(session, keys)
+    if found is None:
+        return None
+    refused = found.counters.get("rejected", 0)
+    return {name: found.streams[name].received + refused for name in REQUIRED if name in found.streams}
 
 
 def _wait_until_heard(

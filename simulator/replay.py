@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import math
 import sys
+import threading
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+import zenoh
 
 from incsvr.errors import BadInput
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
-from service.session import connecting, from_file, open_session, told_to_stop
+from service.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop
 from service.wire import Keys
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments
+from simulator.losses import health, loss, sent_to, settled
+from simulator.play_progress import shown
 from simulator.player import Played, Unheard, messages, play, wait_for_learner
 from simulator.recordings import Recording, Streams, sequence
 
@@ -75,35 +79,50 @@ def _of_other_axes(args: argparse.Namespace, config: Config) -> list[tuple[Confi
 def play_to_learner(
     args: argparse.Namespace, config: Config, what: Played, name: str, others: Sequence[str] = ()
 ) -> int:
-    """Plays messages to the learner of the configuration, and of other prefixes, with a progress bar; exit status."""
+    """Plays messages to the learner of the configuration, and of other prefixes; shows how far it is. Exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     stop = told_to_stop()
-    bus, keys = config.bus, Keys(config.prefix)
-    zenoh_config = connecting(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[t]:.0f} s"),
-    )
-    with open_session(zenoh_config, args.wait, stop) as session:
-        if args.wait > 0.0:
-            for each in (keys, *map(Keys, others)):
-                wait_for_learner(session, each, args.wait, stop)
-        console = Console(stderr=True)
-        with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-            task = bar.add_task(name, total=len(what), t=0.0)
-            try:
-                sent = play(
-                    session,
-                    keys,
-                    what,
-                    speed=args.speed,
-                    stop=stop,
-                    progress=lambda count, t: bar.update(task, completed=count, t=t),
-                )
-            except Unheard as error:
-                bar.stop()
-                print(f"incsvr {args.command}: {error}", file=sys.stderr)
-                return 1
-    return 0 if sent == len(what) else 1
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format=f"incsvr {args.command}: %(message)s")
+    bus, learners = config.bus, [Keys(config.prefix), *map(Keys, others)]
+    where = bus.connect or bus.listen
+    zenoh_config = connecting(where) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+    try:
+        session = open_session(zenoh_config, args.wait, stop)
+    except Refused:
+        raise
+    except BadInput:
+        if stop.is_set():  # told to stop while it waited: that needs no word
+            return 1
+        raise BadInput(nobody_at(where if bus.zenoh_file is None else f"the endpoint of {bus.zenoh_file}")) from None
+    with session:
+        return _play(args, session, learners, what, name, stop)
+
+
+def _play(
+    args: argparse.Namespace,
+    session: zenoh.Session,
+    learners: Sequence[Keys],
+    what: Played,
+    name: str,
+    stop: threading.Event,
+) -> int:
+    if args.wait > 0.0:
+        for each in learners:
+            wait_for_learner(session, each, args.wait, stop)
+    seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
+    before, began = [health(session, each) for each in learners], time.monotonic()
+    try:
+        with shown(args.command, name, len(what), seconds, args.speed) as progress:
+            sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress)
+    except Unheard as error:
+        print(f"incsvr {args.command}: {error}", file=sys.stderr)
+        return 1
+    if sent < len(what):
+        return 1
+    pace = min(args.speed, seconds / (time.monotonic() - began))
+    for each, then in zip(learners, before, strict=True):
+        lost = None if then is None else loss(each, sent_to(each, what), then, settled(session, each, stop))
+        if lost is not None and (sentence := lost.sentence(sent, pace)) is not None:
+            print(f"incsvr {args.command}: {sentence}", file=sys.stderr)
+    return 0

@@ -14,7 +14,7 @@ Every result depends on the stamps and values around its own instant alone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from incsvr.signals.settings import (
     YAW_RATE,
     SignalSettings,
 )
-from incsvr.signals.smoothing import Smoothed, smooth
+from incsvr.signals.smoothing import Smoothed, nowhere, smooth
 
 REPEATED = 0.3
 """Of a torque's messages that repeat the one before: more are those of a command that was logged while it held."""
@@ -111,7 +111,7 @@ def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoo
         gap: longest pause between two messages of a stream that is not slow [s].
     """
     if time.size < 2:
-        return Smoothed(**{each.name: np.full(at.size, np.nan) for each in fields(Smoothed)})
+        return nowhere(at.size)
     period = periods(time, at)
     first = np.searchsorted(time, at - reach - SETTLES, side="right") - 1
     last = np.searchsorted(time, at + reach, side="left")

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Held = Mapping[str, tuple[Array, Array]]
 """Each stream's name → its stamps [s] and values."""
+LeftOut = Mapping[str, Array]
+"""Each stream's name → the stamps [s] of its values that are spikes (spikes.py)."""
 
 
 def samples_at(
@@ -34,8 +36,8 @@ def samples_at(
     settings: SignalSettings,
     ledger: TorqueLedger | None,
     coupled: Coupled | None = None,
-) -> Samples:
-    """The complete samples among the instants `at` (m,) [s].
+) -> tuple[Samples, LeftOut]:
+    """The complete samples among the instants `at` (m,) [s], and the stamps of what was left out before the filter.
 
     Args:
         widening: (m,) by how many steps of WIDER the filter is widened at each.
@@ -47,12 +49,13 @@ def samples_at(
     kinds = sorted(set(zip(holds.tolist(), widening.tolist(), strict=True)))
     if len(kinds) == 1:
         return _alike(at, kinds[0][1], kinds[0][0], streams, settings, ledger, coupled)
-    parts = [
+    found = [
         _alike(at[(holds == holding) & (widening == step)], step, holding, streams, settings, ledger, coupled)
         for holding, step in kinds
     ]
-    samples = Samples.concatenate(parts)
-    return samples.take(np.argsort(samples.time))
+    samples = Samples.concatenate([part for part, _ in found])
+    left_out = {name: np.unique(np.concatenate([each[name] for _, each in found])) for name in found[0][1]}
+    return samples.take(np.argsort(samples.time)), left_out
 
 
 def _alike(
@@ -63,7 +66,7 @@ def _alike(
     settings: SignalSettings,
     ledger: TorqueLedger | None,
     coupled: Coupled | None,
-) -> Samples:
+) -> tuple[Samples, LeftOut]:
     """The complete samples among instants with a filter of one width and a torque of one kind."""
     smoothing = float(settings.smoothing * WIDER**widening)
     gap = settings.bridged(smoothing)
@@ -74,6 +77,7 @@ def _alike(
     else:
         torque = smooth(*streams[TORQUE], at, smoothing=smoothing, gap=gap)
     yaw_rate = smooth(*streams[YAW_RATE], at, smoothing=smoothing, gap=gap)
+    left_out = {YAW_RATE: yaw_rate.left_out, TORQUE: torque.left_out}
     others = {} if coupled is None else taken(coupled, at, streams, smoothing, gap)
     if others:  # what is left of the torque acts on the axis as if it were by itself
         torque = replace(torque, value=torque.value - np.sum(list(others.values()), axis=0))
@@ -90,15 +94,9 @@ def _alike(
     channels = {}
     for name in sorted(streams.keys() - set(REQUIRED)):
         filtered = smooth(*streams[name], at, smoothing=smoothing, gap=gap)
+        left_out[name] = filtered.left_out
         channels[name] = np.where(filtered.complete, filtered.value, _last(*streams[name], at))
-    return Samples(
-        at,
-        yaw_rate.value,
-        damping,
-        channels,
-        parts,
-        _raw(at, streams, torque, yaw_rate),
-    )
+    return Samples(at, yaw_rate.value, damping, channels, parts, _raw(at, streams, torque, yaw_rate)), left_out
 
 
 def _raw(at: Array, streams: Held, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:

@@ -16,7 +16,7 @@ are asked for at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,7 @@ class Smoothed:
         move: (m,) the mean step from one value to the next.
         count, spikes: (m,) how many values it held, and how many of them were left out as spikes.
         period: (m,) the mean time between two of them [s].
+        left_out: (k,) stamps of all values that were left out of any window [s], increasing.
     """
 
     value: Array
@@ -55,6 +56,7 @@ class Smoothed:
     count: Array
     spikes: Array
     period: Array
+    left_out: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def complete(self) -> NDArray[np.bool_]:
@@ -66,7 +68,7 @@ class Smoothed:
         return Smoothed(*(getattr(self, name)[index] for name in _FIGURES))
 
 
-_FIGURES = tuple(each.name for each in fields(Smoothed))
+_FIGURES = tuple(each.name for each in fields(Smoothed) if each.name != "left_out")
 
 
 def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float) -> Smoothed:
@@ -83,16 +85,22 @@ def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float
     first = np.searchsorted(time, at - reach, side="left")
     last = np.searchsorted(time, at + reach, side="right")
     filled = np.flatnonzero(_covered(time, at, first, last, reach, gap))
-    smoothed = Smoothed(*np.full((len(_FIGURES), at.size), np.nan))
+    smoothed = nowhere(at.size)
     away = distances(value)
+    left_out = []
     # Blocks keep the memory bounded, whatever the rate of the stream.
     ends = np.cumsum(last[filled] - first[filled])
     while filled.size:
         size = max(1, int(np.searchsorted(ends, _BLOCK)))
         block, filled = filled[:size], filled[size:]
         ends = ends[size:] - ends[size - 1]
-        _lines(time, value, away, at, first, last, block, smoothing, smoothed)
-    return smoothed
+        left_out.append(_lines(time, value, away, at, first, last, block, smoothing, smoothed))
+    return replace(smoothed, left_out=np.unique(np.concatenate(left_out))) if left_out else smoothed
+
+
+def nowhere(count: int) -> Smoothed:
+    """A stream of which nothing is known at so many instants."""
+    return Smoothed(*np.full((len(_FIGURES), count), np.nan))
 
 
 def _covered(
@@ -123,8 +131,8 @@ def _lines(
     block: NDArray[np.intp],
     smoothing: float,
     smoothed: Smoothed,
-) -> None:
-    """Fits the lines of the windows of `block` and writes them into `smoothed`."""
+) -> Array:
+    """Fits the lines of the windows of `block` and writes them into `smoothed`; returns the stamps of the spikes."""
     counts = last[block] - first[block]
     starts = np.cumsum(counts) - counts
     ends = starts + counts - 1
@@ -138,6 +146,7 @@ def _lines(
     smoothed.count[block], smoothed.spikes[block] = counts, np.add.reduceat(left_out.astype(np.float64), starts)
     smoothed.period[block] = (time[last[block] - 1] - time[first[block]]) / (counts - 1)
     _extent(samples, move, left_out | alone, starts, ends, block, smoothed)
+    aside: Array = time[index[left_out]]
     if left_out.any():
         index, (starts, counts) = index[~left_out], _without(left_out, starts, counts)
         samples = value[index]
@@ -159,6 +168,7 @@ def _lines(
     square = np.add.reduceat(weight * about * about, starts) / np.add.reduceat(weight, starts)
     smoothed.spread[block] = np.sqrt(np.maximum(square, 0.0))  # at the very edge a weight is rounded below zero
     _, smoothed.slope[block] = _line(bell * cell, offset, change, starts)
+    return aside
 
 
 def _without(

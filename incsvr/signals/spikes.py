@@ -6,6 +6,9 @@ out before it. What a vehicle or a command does lasts for two samples at least, 
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,3 +55,27 @@ def spikes(
     typical = np.where(counts < WINDOW, np.inf, np.where(still, smallest, usual))
     found: NDArray[np.bool_] = away > DISTANCE * np.repeat(typical, counts)
     return found, (away > 0.0) & np.repeat(still, counts)
+
+
+class SpikeCount:
+    """How many values of each stream were spikes: windows overlap, and each value counts once.
+
+    Attributes:
+        counts: name → how many.
+    """
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self._newest: dict[str, float] = {}
+
+    def saw(self, left_out: Mapping[str, Array]) -> None:
+        """Spikes of some windows, name → stamps [s], increasing; the windows follow those of the last call."""
+        for name, stamps in left_out.items():
+            fresh = stamps[stamps > self._newest.get(name, -np.inf)]
+            if fresh.size:
+                self.counts[name] += fresh.size
+                self._newest[name] = float(fresh[-1])
+
+    def clock_began_anew(self) -> None:
+        """Stamps that follow may be lower than those before."""
+        self._newest.clear()

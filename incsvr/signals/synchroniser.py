@@ -30,6 +30,7 @@ from incsvr.signals.clocks import Clocks, channel
 from incsvr.signals.holding import filters
 from incsvr.signals.sampling import samples_at
 from incsvr.signals.settings import LONGEST_PAUSE, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
+from incsvr.signals.spikes import SpikeCount
 from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ class Synchroniser:
         self._widening = 0
         self.clock_restarts = 0
         """How often the time of the samples went back with the clocks."""
+        self._spikes = SpikeCount()
         self.taken_up = 0
         """How often clocks that began anew were gone on with."""
 
@@ -84,6 +86,11 @@ class Synchroniser:
     def rejected_by_stream(self) -> Mapping[str, Mapping[str, int]]:
         """How many messages were refused, by stream and reason."""
         return {name: dict(stream.rejected) for name, stream in self._streams.items() if stream.rejected}
+
+    @property
+    def spikes(self) -> Mapping[str, int]:
+        """How many values were left out before the filter because they have nothing to do with their neighbours."""
+        return self._spikes.counts
 
     @property
     def readings(self) -> Mapping[str, Reading]:
@@ -160,6 +167,7 @@ class Synchroniser:
         if begin is None:
             return False
         self.taken_up += 1
+        self._spikes.clock_began_anew()
         following = ceil((begin - reach) / period)
         if following < self._next:
             self.clock_restarts += 1
@@ -229,11 +237,11 @@ class Synchroniser:
                 if known < at.size:
                     at, stop, end = at[:known], start + known, start + known
                 if at.size:
-                    parts.append(
-                        samples_at(
-                            at, widening[: at.size], holding[: at.size], held, self.settings, ledger, self._coupled
-                        )
+                    samples, left_out = samples_at(
+                        at, widening[: at.size], holding[: at.size], held, self.settings, ledger, self._coupled
                     )
+                    parts.append(samples)
+                    self._spikes.saw(left_out)
                     self._widening = int(widening[at.size - 1])
             start = stop
         self._go_on(end)

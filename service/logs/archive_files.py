@@ -14,7 +14,7 @@ JSON = "json"
 
 
 def archived(directory: Path, name: str = "") -> list[Path]:
-    """The files of an archive, the oldest first; `name` is the learner's prefix with - for /."""
+    """The files of an archive, the oldest first; `name` is the learner's `Keys.file_name`, empty for all."""
     pattern = re.compile(rf"{re.escape(name) if name else '.+'}_\d{{6,}}\.mcap")
     return sorted((path for path in directory.glob("*.mcap") if pattern.fullmatch(path.name)), key=number)
 

@@ -33,7 +33,8 @@ Level = Literal["OK", "WARN", "ERROR", "STALE"]
 
 
 class Health(Form):
-    """`…/health`. Counters begin with the start of the process; `rejected:<reason>` counts samples, by reason."""
+    """`…/health`. Counters begin with the start of the process; `rejected:<reason>` counts samples, by reason, and
+    `spikes:<stream>` the values that were left out before the filter."""
 
     level: Level
     reasons: tuple[str, ...] = ()  # sentences, the gravest first

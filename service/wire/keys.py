@@ -12,6 +12,11 @@ class Keys:
     prefix: str
 
     @property
+    def file_name(self) -> str:
+        """How the names of files begin that hold what is below the prefix."""
+        return self.prefix.replace("/", "-")
+
+    @property
     def rate(self) -> str:
         return f"{self.prefix}/rate"
 

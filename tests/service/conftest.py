@@ -40,6 +40,7 @@ class Bench:
     session: zenoh.Session
     keys: wire.Keys
     stop: Callable[[], None]
+    endpoint: str = ""
 
     def follow(self, key: str, form: type[FormType]) -> queue.Queue[FormType]:
         """What is published on a key from now on."""
@@ -113,7 +114,7 @@ def start() -> Iterator[StartBench]:
             crew = stack.enter_context(ExitStack())
             crew.enter_context(Crew(hosts))
             client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
-            return Bench(hosts[0], hosts, client, hosts[0].keys, crew.close)
+            return Bench(hosts[0], hosts, client, hosts[0].keys, crew.close, endpoint)
 
         yield begin
 

@@ -7,12 +7,16 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import zenoh
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
 
 from service import wire
+from service.certificates import loaded
 from service.cli import main
 from service.crew import Crew
 from service.host import Host
@@ -57,9 +61,25 @@ def secured(folder: Path, state: Path) -> Iterator[Secured]:
         yield Secured(folder, endpoint, learner, clients)
 
 
-def until_settled(client: zenoh.Session) -> None:
+def redated(folder: Path, name: str, begins: timedelta, ends: timedelta) -> None:
+    """The certificate of this name again, valid between other times, counted from now."""
+    by = loaded((folder / "ca.pem").read_bytes(), (folder / "ca.key").read_bytes())
+    found = x509.load_pem_x509_certificate((folder / f"{name}.pem").read_bytes())
+    again = x509.CertificateBuilder(
+        issuer_name=found.issuer,
+        subject_name=found.subject,
+        public_key=found.public_key(),
+        serial_number=found.serial_number,
+        extensions=list(found.extensions),
+    )
+    now = datetime.now(UTC)
+    dated = again.not_valid_before(now + begins).not_valid_after(now + ends).sign(by.key, hashes.SHA256())
+    (folder / f"{name}.pem").write_bytes(dated.public_bytes(serialization.Encoding.PEM))
+
+
+def until_settled(client: zenoh.Session, keys: wire.Keys = KEYS) -> None:
     """Returns once all that the client has sent and declared has been let through or denied."""
     until = time.monotonic() + PATIENCE
     # A session that has just been opened may not know yet who answers; its question ends at once then.
-    while not list(client.get(KEYS.health, timeout=PATIENCE)):
+    while not list(client.get(keys.health, timeout=PATIENCE)):
         assert time.monotonic() < until, "the learner does not answer for its health"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -122,6 +124,45 @@ def test_files_are_rotated_and_bounded_and_go_on_after_a_restart(tmp_path: Path)
     assert most / 2 < sum(path.stat().st_size for path in files) <= most
 
 
+TAKEN: dict[str, Callable[[Path], object]] = {
+    "the file": lambda file: file.unlink(),
+    "the folder": lambda file: shutil.rmtree(file.parent),
+    "its name": lambda file: file.rename(file.with_suffix(".moved")),
+    "its content": lambda file: os.truncate(file, 0),
+    "its place": lambda file: Path(shutil.copy(file, file.with_suffix(".copy"))).replace(file),
+}
+
+
+@pytest.mark.parametrize("taken", TAKEN)
+def test_what_is_taken_from_under_it_is_said_and_another_file_begun(
+    start: StartBench, run: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, taken: str
+) -> None:
+    monkeypatch.setattr(archive, "CHUNK", 1_000)
+    folder = tmp_path / "kept"
+    bench = start(**QUICK, archive__directory=str(folder))
+    bench.play(run)
+    (file,) = archived(folder)
+    bench.health_when(lambda _: file.stat().st_size > 10_000)
+    TAKEN[taken](file)
+    told = bench.health_when(lambda health: any("another one was begun" in reason for reason in health.reasons))
+    assert any(f"the archive's file {file} was removed, renamed or cut" in reason for reason in told.reasons)
+    assert any(reason.endswith("are missing in the archive") for reason in told.reasons)
+    bench.play(run)
+    bench.stop()
+    newest = archived(folder)[-1]
+    assert newest.name == "leng-yaw_000002.mcap"
+    assert len(Kept.read([newest])) >= run.time.size
+
+
+def test_where_no_other_file_can_be_begun_health_says_so(start: StartBench, tmp_path: Path) -> None:
+    folder = tmp_path / "kept"
+    bench = start(**QUICK, archive__directory=str(folder))
+    shutil.rmtree(folder)
+    folder.write_text("in its place")
+    told = bench.health_when(lambda health: any("is not archived" in reason for reason in health.reasons))
+    assert any(f"is not archived: {folder} is no directory; name another" in reason for reason in told.reasons)
+
+
 def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
     start: StartBench, disk: Path, run: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -129,7 +170,7 @@ def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
     fill(disk)
     bench = start(**QUICK, archive__directory=str(disk / "kept"))
     told = bench.health_when(lambda health: any("not archived" in reason for reason in health.reasons))
-    assert any("No space left on device" in reason for reason in told.reasons)
+    assert any("no space is left on the disk" in reason for reason in told.reasons)
     bench.play(run)
     bench.health_when(lambda health: health.iteration >= 5)
     (disk / "ballast").unlink()
@@ -142,5 +183,5 @@ def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
 def test_where_nothing_can_be_kept_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "file").write_text("")
     assert main(["serve", "--archive", str(tmp_path / "file"), "--set", "state=null", "--listen", free_endpoint()]) == 2
-    assert "name another with --archive" in capsys.readouterr().err
+    assert "name another one with --archive" in capsys.readouterr().err
     assert not is_archive(tmp_path)

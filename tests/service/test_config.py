@@ -40,7 +40,10 @@ def test_every_value_says_what_it_is() -> None:
     [
         ("learner:\n  gamma: 10\n  epsilon: -1\n", "line 3: learner.epsilon"),
         ("learner:\n  gama: 10\n", "line 2: there is no learner.gama"),
-        ("prefix: a b\n", "line 1: prefix"),
+        *(
+            (f"prefix: {prefix}\n", "line 1: prefix: a prefix is names with slashes between them")
+            for prefix in ("a b", "a/../../b", "..", ".", "./a", "a/.", "a/..", "../a", "/a", "a//b", "a/")
+        ),
         ("\n\nvehicle: {inertia: heavy}\n", "line 3: vehicle.inertia"),
         ("vehicle:\n  rate_range: [0.3, -0.3]\n", "line 1: vehicle: rate_range needs its lower end first"),
         (
@@ -79,6 +82,10 @@ def test_every_value_says_what_it_is() -> None:
         ("a: b: c\n", "line 1: this is no YAML"),
         ("- 1\n- 2\n", "the configuration is a list"),
         ("also:\n  - prefix: b\n    vehicle: {inertia: -3}\n", "line 3: vehicle.inertia"),
+        (
+            "archive: {directory: x}\nprefix: a/b-c\nalso: [{prefix: a-b/c}]",
+            "the archives of a/b-c and a-b/c have the same file names",
+        ),
         ("also:\n  - vehicle: {inertia: 3}\n", "two learners share the prefix leng/yaw"),
         ("tracing:\n  proof: 500\n", "line 1: tracing: proof is more than half the window"),
         ("tracing: {live: true}\neffects: trace.json\n", "tracing.live finds the effects itself"),
@@ -95,6 +102,11 @@ def test_what_is_wrong_in_a_file_is_named_with_its_line(
     said = capsys.readouterr().err
     assert sentence in said
     assert said.count("\n") == 1
+
+
+def test_a_prefix_may_have_dots_within_its_names(tmp_path: Path) -> None:
+    for prefix in ("a.b/.c/...", "rov7.v2/yaw"):
+        assert read(None, {"prefix": prefix}).prefix == prefix
 
 
 def test_a_good_file_is_said_to_be_good(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -35,6 +35,30 @@ def test_messages_that_overtake_each_other_are_not_lost(start: StartBench) -> No
     assert health.counters["rejected"] == 0
 
 
+def test_a_spike_that_the_filter_leaves_out_is_counted_once_with_its_stream(start: StartBench) -> None:
+    """Windows of samples overlap, so that a spike is met twice; beyond a limit it is refused with the limit's name."""
+    whole = cut(leng.recording("T1", seed=7), 60.0).streams()
+
+    def spikes(**placed: tuple[float, ...]) -> dict[str, int]:
+        bench = start(vehicle__torque_limit=1e7, signals__channels=["surge"])
+        streams = {**whole, "surge": (whole["yaw_rate"][0], np.sin(whole["yaw_rate"][0]))}
+        for name, at in placed.items():
+            t, value = streams[name]
+            streams[name] = t, np.where(np.isin(np.arange(t.size), np.searchsorted(t, at)), 1e6, value)
+        bench.play(messages(streams))
+        health = bench.health_when(lambda health: health.iteration >= 1)
+        bench.stop()
+        return {name: count for name, count in health.counters.items() if name.startswith(("spikes:", "rejected:"))}
+
+    of_noise = spikes().get("spikes:torque", 0)
+    placed = [0.6 * cell + 0.3 for cell in (20, 21, 40)]  # in the middle between two samples
+    assert spikes(torque=tuple(placed), surge=(17.0,), yaw_rate=(33.0,)) == {
+        "spikes:torque": of_noise + 3,
+        "spikes:surge": 1,
+        "rejected:implausible": 1,
+    }
+
+
 def test_drop_outs_and_disorder_teach_nothing_wrong(start: StartBench) -> None:
     """The same samples where the streams are whole, none across a drop-out, duplicates refused."""
     run = leng.recording("T1", seed=3)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -245,6 +247,26 @@ def test_what_is_too_quick_for_the_streams_is_said_with_its_cure(watch: HealthWa
     assert not said["commanded"]
     assert "the damping curve may be off by" in said["measured"][0]
     assert "set signals.torque to commanded" in said["measured"][0]
+
+
+def test_reversals_at_the_ends_of_the_learned_range_do_not_make_health_go_to_and_fro(
+    watch: HealthWatch, node: LearnerNode, clock: Clock
+) -> None:
+    """In the paper's experiment each end is reached again and again, and noise and forgetting move what is learned."""
+    streams = leng.recording("T1", 1).streams()
+    said = []
+    for second in range(220):
+        for name, (t, value) in streams.items():
+            now = (t >= second) & (t < second + 1.0)
+            watch.received(name, t[now], value[now])
+            node.push(name, t[now], value[now])
+        while node.learn() is not None:
+            pass
+        clock.now += 1.0
+        said.append(any("extrapolates" in reason for reason in watch.report(node).reasons))
+    assert any(said[30:60]), "after the first batch the other direction is new to it"
+    assert not any(said[70:])
+    assert sum(before != after for before, after in pairwise(said)) == 2
 
 
 def test_reasons_are_in_the_words_of_the_axis(watch: HealthWatch, clock: Clock) -> None:

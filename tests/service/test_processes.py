@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import queue
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -153,19 +152,6 @@ def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp
             halves = [first, again, next_model(models)]
     for one, other in zip(whole, halves, strict=True):
         assert one.model_dump(exclude={"boot"}) == other.model_dump(exclude={"boot"})
-
-
-def test_a_taken_port_is_one_sentence_and_status_2() -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        listen = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
-        done = subprocess.run(
-            command("serve", "--listen", listen, "--set", "state=null"), capture_output=True, text=True, check=False
-        )
-    assert done.returncode == 2
-    assert "the bus cannot be opened" in done.stderr
-    assert "Traceback" not in done.stderr
 
 
 def test_told_to_stop_while_it_waits_for_its_router_it_ends_without_an_error(tmp_path: Path) -> None:

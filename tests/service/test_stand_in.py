@@ -170,11 +170,42 @@ def test_experience_survives_an_orderly_end_and_a_broken_one_costs_nothing_else(
     assert broken.served.revision == node.served.revision
 
 
+def test_while_the_gyro_is_heard_the_command_says_so_and_draws_what_was_asked(
+    start: StartBench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = start()
+    teach(bench.session, bench.keys, SEED, 0.0, LOST)
+    bench.health_when(lambda health: health.iteration >= 3)
+
+    def forecast(*words: str, heard: bool = True) -> list[str]:
+        for stream in ("yaw_rate", "torque") if heard else ():
+            payload = message(stream, LOST - 1.0, LOST + 0.02)  # twice is no harm, and what counts is that it comes
+            bench.session.put(bench.keys.stream(stream), payload, congestion_control=BLOCK)
+        assert main(["forecast", "--connect", bench.endpoint, *words]) == 0
+        return capsys.readouterr().out.splitlines()
+
+    now = forecast()
+    assert now[0] == "the gyro is heard: give --torque for a plan, such as --torque 20 --seconds 10"
+    assert len(now) == 7, "the last measurement and now, not twenty rows of a tenth of a second"
+    planned = forecast("--torque", "20", "--seconds", "10")
+    assert planned[0].startswith("last measurement:")
+    assert (planned[-2].split()[0], len(planned)) == ("10.00", 24)
+    held = forecast("--seconds", "30")
+    assert (
+        held[0]
+        == f"under the torque of now, {part('torque', 0.0, LOST + 0.02)[1][-1]:.4g} N m, as if it stayed so for 30 s"
+    )
+    assert held[-2].split()[0] == "30.00"
+    bench.health_when(lambda health: (health.streams["yaw_rate"].age_s or 0.0) > 1.0)
+    assert forecast(heard=False)[0].startswith("last measurement:")
+
+
 def test_bad_words_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "plan.csv").write_text("time,torque\n0,1\n")
     for words, sentence in (
         (["--torque", "1", "--profile", "x.csv"], "not both"),
         (["--torque", "nan"], "give finite numbers"),
+        (["--seconds", "5", "--profile", "x.csv"], "--profile says for how long"),
         (["--profile", str(tmp_path / "plan.csv")], "with the columns t and torque"),
         (["--profile", str(tmp_path / "none.csv")], "cannot be read"),
     ):

@@ -19,7 +19,7 @@ from service import wire
 from service.cli import main
 from service.display import WIDTH
 from service.lines import iteration_line
-from service.query import table
+from service.query import not_learned, table
 from service.session import free_endpoint
 from service.status import text
 from tests.service.conftest import PATIENCE, teach
@@ -132,9 +132,38 @@ def test_status_is_one_where_nobody_answers(endpoint: str, capsys: pytest.Captur
     assert main(["watch", "--connect", free_endpoint(), "--wait", "0"]) == 1
 
 
+@pytest.mark.parametrize(
+    ("rates", "beyond", "others", "axis", "sentence"),
+    [
+        ((0.1,), (False,), {}, "yaw", None),
+        ((5.0,), (True,), {}, "yaw", "not learned there (up to 0.77 rad/s)"),
+        ((-5.0, -1.0), (True, True), {}, "yaw", "not learned there (down to -0.75 rad/s)"),
+        ((-5.0, 0.1, 5.0), (True, False, True), {}, "yaw", "not learned there (-0.75 to 0.77 rad/s): -5, 5 rad/s"),
+        ((0.1,), (True,), {}, "yaw", "not learned there (-0.75 to 0.77 rad/s, with gaps)"),
+        ((0.1,), (True,), {"surge": (2.0,)}, "yaw", "not learned there (-0.75 to 0.77 rad/s, among other velocities)"),
+        ((5.0,), (True,), {}, "surge", "not learned there (up to 0.77 m/s)"),
+    ],
+)
+def test_a_question_beyond_what_was_learned_gets_that_first(
+    rates: tuple[float, ...], beyond: tuple[bool, ...], others: dict[str, tuple[float, ...]], axis: str, sentence: str
+) -> None:
+    zeros = (0.0,) * len(rates)
+    reply = wire.DampingReply(
+        rate=rates, damping=zeros, sigma=zeros, extrapolated=beyond, iteration=1, revision=1, others=others
+    )
+    assert not_learned(reply, (-0.75, 0.77), AXES[axis]) == sentence
+    if any(beyond):
+        assert (not_learned(reply, None) or "").startswith("not learned there")
+
+
 def test_status_and_watch_tell_a_real_learner(
     endpoint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    watch = subprocess.Popen(
+        command("watch", "--connect", endpoint), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert watch.stderr is not None
+    assert "waiting for the bus: " in watch.stderr.readline()
     with client_after(endpoint, tmp_path) as (process, session, _):
         status, out, error = asked(endpoint, capsys, "--json", "-")
         found = json.loads(out)
@@ -142,7 +171,6 @@ def test_status_and_watch_tell_a_real_learner(
         assert found["model"] is None
         assert "the first follows the first batch" in error
 
-        watch = subprocess.Popen(command("watch", "--connect", endpoint), stdout=subprocess.PIPE, text=True)
         lines: queue.Queue[str] = queue.Queue()
         assert watch.stdout is not None
         reader = threading.Thread(target=lambda out: deque(map(lines.put, out)), args=(watch.stdout,))
@@ -156,6 +184,11 @@ def test_status_and_watch_tell_a_real_learner(
             while not (line := lines.get(timeout=PATIENCE)).startswith("iteration 1, "):
                 pass
             assert f"{len(model.support)} vectors" in line
+            capsys.readouterr()
+            assert main(["query", "5", "--connect", endpoint]) == 0
+            first = capsys.readouterr().out.splitlines()[0]
+            assert model.trained_range is not None
+            assert first == f"not learned there (up to {model.trained_range[1]:.3g} rad/s)"
             watch.send_signal(signal.SIGINT)
             assert watch.wait(PATIENCE) == 0
         finally:
@@ -163,6 +196,7 @@ def test_status_and_watch_tell_a_real_learner(
             watch.wait()
             reader.join()
             watch.stdout.close()
+            watch.stderr.close()
 
         until = time.monotonic() + PATIENCE
         while (seen := asked(endpoint, capsys))[0] == 0:  # until the streams are silent for too long

@@ -142,7 +142,7 @@ def test_history_is_bounded(tmp_path: Path, outcomes: list[Outcome]) -> None:
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     config: Config = configured()
-    with pytest.raises(BadInput, match="name another directory"):
+    with pytest.raises(BadInput, match="is no directory; set `state` to another directory"):
         Store(tmp_path / "file" / "state", config)
 
 

@@ -11,7 +11,9 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from service.config_sources import add_config_arguments, from_arguments
 from service.session import connecting, from_file, told_to_stop
-from viewer.page.learner import Learner, Recordings
+from viewer.page.hosts import ours
+from viewer.page.learner import Learner
+from viewer.page.recordings import Recordings
 from viewer.page.server import server
 
 
@@ -19,6 +21,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
     parser.add_argument("--host", default="127.0.0.1", help="address at which it is served (default 127.0.0.1)")
     parser.add_argument("--port", type=int, default=9110, help="port at which it is served; 0 for any (default 9110)")
+    parser.add_argument(
+        "--name",
+        action="append",
+        default=[],
+        help="a further name under which browsers call it, such as rov.example.org; addresses, this machine's name and "
+        "those that end with .local are served anyway",
+    )
     parser.add_argument(
         "--archive", type=Path, metavar="DIR", help="offers the recordings of `incsvr serve --archive DIR`"
     )
@@ -32,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     recordings = Recordings(args.archive)
     learner = Learner(zenoh_config, where, config.prefix, recordings, AXES[config.vehicle.axis])
     try:
-        served = server(args.host, args.port, learner, recordings)
+        served = server(args.host, args.port, learner, recordings, ours(args.host, args.name))
     except (OSError, OverflowError) as error:
         raise BadInput(
             f"{args.host}:{args.port} cannot be served at ({error}); name another one with --host and --port"

@@ -5,9 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +27,7 @@ from service.wire import (
     decode,
 )
 from viewer import names
+from viewer.page.recordings import Recordings
 
 FRESH = 0.5
 """For so long an answer serves every browser [s]."""
@@ -61,27 +60,6 @@ NORMAL_95 = 1.96
 """Standard deviations of a band of 95 %."""
 
 
-@dataclass(frozen=True, slots=True)
-class Recordings:
-    """The files that a browser may fetch: those of the archive, which `serve --archive` writes.
-
-    Attributes:
-        folder: where they are; None where nothing is archived.
-    """
-
-    folder: Path | None
-
-    def listed(self) -> list[dict[str, Any]]:
-        """Name and size of each, the newest first."""
-        found = [] if self.folder is None else sorted(self.folder.glob("*.mcap"), reverse=True)
-        return [{"name": path.name, "bytes": path.stat().st_size} for path in found]
-
-    def path(self, name: str) -> Path | None:
-        """The file of this name, if it is one of them."""
-        named = {each["name"] for each in self.listed()}
-        return None if self.folder is None or name not in named else self.folder / name
-
-
 class Learner:
     """A learner on a bus; `state` may be called from any thread."""
 
@@ -92,6 +70,7 @@ class Learner:
         self._lock = threading.Lock()
         self._told: dict[str, Any] = {}
         self._until = -1.0
+        self._answered: float | None = None  # when the learner did last
         self._drawn: tuple[str, int] | None = None
         self._parts: dict[str, Any] = {}
 
@@ -101,12 +80,20 @@ class Learner:
                 self._session.close()  # type: ignore[no-untyped-call]
 
     def state(self) -> dict[str, Any]:
-        """Everything that the page shows; `away` says why where the learner does not answer."""
-        with self._lock:
+        """Everything that the page shows.
+
+        Where the learner does not answer, `away` says why, and `away_s` for how long [s], if it ever did. While one
+        browser's question is on its way the others get the answer before: a learner that hangs holds up one of them.
+        """
+        if not self._lock.acquire(blocking=not self._told):
+            return self._told
+        try:
             if time.monotonic() > self._until:
                 self._told = self._asked()
                 self._until = time.monotonic() + FRESH
             return self._told
+        finally:
+            self._lock.release()
 
     def _asked(self) -> dict[str, Any]:
         head = {
@@ -121,9 +108,10 @@ class Learner:
                 self._session = open_session(self._config)
             health = self._ask(self._keys.health, Health)
         except BadInput as error:
-            return head | self._parts | {"away": str(error)}
+            return head | self._parts | self._away(str(error))
         if health is None:
-            return head | self._parts | {"away": f"no learner answers for {self._keys.prefix} at {self._where}"}
+            return head | self._parts | self._away(f"no learner answers for {self._keys.prefix} at {self._where}")
+        self._answered = time.monotonic()
         revision = (health.boot, health.revision)
         if revision != self._drawn:
             learned = self._learned() if health.revision else NOTHING
@@ -139,7 +127,11 @@ class Learner:
                 "found": [f"{found.get('state')}, not in force: {found.get('sentence')}" for found in ledger.found],
                 "history": [names.step(entry).replace("**", "") for entry in ledger.history[-10:]],
             }
-        return head | self._parts | {"away": None, "health": health.model_dump(mode="json")}
+        return head | self._parts | {"away": None, "away_s": None, "health": health.model_dump(mode="json")}
+
+    def _away(self, why: str) -> dict[str, Any]:
+        since = None if self._answered is None else round(time.monotonic() - self._answered, 1)
+        return {"away": why, "away_s": since}
 
     def _learned(self) -> Mapping[str, Any] | None:
         """The curve of the served model, and what the learner noticed about the vehicle; None where it does not say."""

@@ -1,8 +1,17 @@
-"""The page's HTTP server: GET alone, four paths, nothing of the vehicle can be changed through it."""
+"""The page's HTTP server: GET alone, four paths, nothing of the vehicle can be changed through it.
+
+Each client has a thread of its own, so that one that is slow or silent holds up no other. Beyond MAX_CLIENTS the one
+that has been silent longest is cut off.
+"""
 
 from __future__ import annotations
 
 import json
+import logging
+import os
+import socket
+import sys
+import threading
 from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -11,8 +20,16 @@ from importlib.resources import files
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from viewer.page.learner import Learner, Recordings
+from viewer.page.hosts import foreign
+from viewer.page.learner import Learner
+from viewer.page.recordings import Recordings
 
+log = logging.getLogger(__name__)
+
+MAX_CLIENTS = 400
+"""Connections at a time: a thread each, of some 50 kB. Twice the clients that a page was asked to bear."""
+SILENCE = 30.0
+"""A client that sends or takes nothing for so long [s] is cut off."""
 SERVICE = {
     "description": "Learns the vehicle's damping while it moves, and what its model lacks",
     "icon": "mdi-chart-bell-curve-cumulative",
@@ -31,13 +48,22 @@ class Handler(BaseHTTPRequestHandler):
 
     server_version = "incsvr"
     sys_version = ""
-    timeout = 30.0  # a client that sends nothing holds a thread no longer [s]
+    timeout = SILENCE
 
-    def __init__(self, *args: Any, learner: Learner, recordings: Recordings, **more: Any) -> None:
-        self._learner, self._recordings = learner, recordings
+    def __init__(
+        self, *args: Any, learner: Learner, recordings: Recordings, names: frozenset[str], **more: Any
+    ) -> None:
+        self._learner, self._recordings, self._names = learner, recordings, names
         super().__init__(*args, **more)
 
     def do_GET(self) -> None:
+        if isinstance(self.server, Server):
+            self.server.asked(self.connection)
+        host = foreign(self.headers.get_all("Host", []), self._names)
+        if host is not None:
+            why_not = "the page is not served under this name; call it by its address, or start it with --name NAME"
+            self.send_error(HTTPStatus.FORBIDDEN, explain=why_not)
+            return
         path = unquote(urlsplit(self.path).path)
         if path in ("/", "/index.html"):
             self._send("text/html; charset=utf-8", files("viewer.page").joinpath("page.html").read_bytes())
@@ -62,12 +88,12 @@ class Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def _recording(self, name: str) -> None:
-        path = self._recordings.path(name)
-        if path is None:
+        file = self._recordings.opened(name)
+        if file is None:
             self.send_error(HTTPStatus.NOT_FOUND, "there is no such recording")
             return
-        with path.open("rb") as file:
-            size = path.stat().st_size  # one that is being written grows on: what is there now is sent
+        with file:
+            size = os.fstat(file.fileno()).st_size  # one that is being written grows on: what is there now is sent
             self.send_response(HTTPStatus.OK)
             self.send_header("Content-Type", "application/octet-stream")
             self.send_header("Content-Disposition", f'attachment; filename="{name}"')
@@ -78,12 +104,65 @@ class Handler(BaseHTTPRequestHandler):
                 size -= len(part)
 
 
-def server(host: str, port: int, learner: Learner, recordings: Recordings) -> ThreadingHTTPServer:
+class Server(ThreadingHTTPServer):
+    """A bounded number of clients at a time."""
+
+    daemon_threads = True
+    request_queue_size = MAX_CLIENTS  # that connect in the same moment
+
+    def __init__(self, *args: Any) -> None:
+        self._clients: dict[socket.socket, bool] = {}  # in the order in which they came; whether each has asked
+        self._lock = threading.Lock()
+        super().__init__(*args)
+
+    @property
+    def clients(self) -> int:
+        """How many are connected."""
+        with self._lock:
+            return len(self._clients)
+
+    def asked(self, client: socket.socket) -> None:
+        """This client has sent its request."""
+        with self._lock:
+            self._clients[client] = True
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        with self._lock:
+            if len(self._clients) >= MAX_CLIENTS:
+                silent = (client for client, asked in self._clients.items() if not asked)
+                oldest = next(silent, next(iter(self._clients)))
+                del self._clients[oldest]
+                _cut_off(oldest)
+            self._clients[request] = False
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        with self._lock:
+            self._clients.pop(request, None)
+        super().shutdown_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A client that breaks off is no error; what is one takes one line."""
+        error = sys.exception()
+        if not isinstance(error, OSError):
+            log.error("the page: a fault of this program: %s: %s", type(error).__name__, error)
+
+
+def server(host: str, port: int, learner: Learner, recordings: Recordings, names: frozenset[str]) -> Server:
     """A server that listens; `serve_forever` answers.
+
+    Args:
+        names: under which browsers may call it, beside addresses (`hosts.ours`).
 
     Raises:
         OSError: the port is taken.
     """
-    made = ThreadingHTTPServer((host, port), partial(Handler, learner=learner, recordings=recordings))
-    made.daemon_threads = True
-    return made
+    return Server((host, port), partial(Handler, learner=learner, recordings=recordings, names=names))
+
+
+def _cut_off(client: socket.socket) -> None:
+    """Ends a connection under the thread that waits for it, which then closes it."""
+    try:
+        client.shutdown(socket.SHUT_RDWR)
+    except OSError:
+        return  # it has ended by itself

@@ -1,0 +1,55 @@
+"""The process beside the learner, for health: what ends it without an answer, how often, how long it works."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from service.child import DEADLINE
+from service.standing import Work
+
+LONG_S = 120.0
+"""A piece of work that takes longer [s], wall time, is told: the slowest trace known took 24."""
+_CALLED = {"trace": "the trace beside the learner", "prove": "the proof beside the learner"}
+_CURE = (
+    "is memory or processor time short (`dmesg`)? A shorter tracing.window takes less of both, tracing.live: off none"
+)
+
+
+class BesideWatch:
+    """Of one learner. `began`, `answered` and `died` are called by the thread that learns, `notices` by any.
+
+    Args:
+        clock: a monotonic clock [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._work: tuple[Work, float] | None = None
+        self._deaths = 0
+        self._death = ""
+
+    def began(self, work: Work) -> None:
+        """A piece of work begins."""
+        self._work = work, self._clock()
+
+    def answered(self) -> None:
+        """It has an answer, if only that the data cannot tell."""
+        self._work, self._deaths = None, 0
+
+    def died(self, work: Work, why: str) -> None:
+        """There will be no answer."""
+        self._work, self._deaths = None, self._deaths + 1
+        self._death = f"{_CALLED[work]} had no answer: {why}"
+
+    def notices(self) -> tuple[str, ...]:
+        """What is wrong now, as sentences."""
+        found, work = [], self._work
+        if self._deaths:
+            often = "once" if self._deaths == 1 else f"{self._deaths} times one after the other"
+            found.append(f"{self._death} ({often}); meanwhile nothing is found or proven; {_CURE}")
+        if work is not None and (age := self._clock() - work[1]) > LONG_S:
+            found.append(
+                f"{_CALLED[work[0]]} has been at work for {age:.0f} s and is stopped after {DEADLINE:.0f} s; {_CURE}"
+            )
+        return tuple(found)

@@ -1,0 +1,37 @@
+"""What health says of the process beside the learner: how often it died, and how long it takes."""
+
+from __future__ import annotations
+
+from service.beside_watch import LONG_S, BesideWatch
+from service.child import DEADLINE
+
+
+def test_deaths_are_counted_until_there_is_an_answer() -> None:
+    watch = BesideWatch()
+    assert watch.notices() == ()
+    for often in ("once", "2 times one after the other", "3 times one after the other"):
+        watch.began("trace")
+        watch.died("trace", "its process was killed by signal 9")
+        (said,) = watch.notices()
+        assert said.startswith(
+            f"the trace beside the learner had no answer: its process was killed by signal 9 ({often});"
+        )
+    watch.began("prove")
+    watch.answered()
+    assert watch.notices() == ()
+
+
+def test_work_that_takes_minutes_is_told_while_it_takes_them() -> None:
+    now = 10.0
+    watch = BesideWatch(lambda: now)
+    watch.began("prove")
+    now += LONG_S
+    assert watch.notices() == ()
+    now += 1.0
+    (said,) = watch.notices()
+    assert said.startswith(
+        f"the proof beside the learner has been at work for 121 s and is stopped after {DEADLINE:.0f} s;"
+    )
+    watch.died("prove", "it was stopped after 600 s")
+    (said,) = watch.notices()
+    assert "had no answer: it was stopped after 600 s (once)" in said

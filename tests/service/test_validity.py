@@ -1,0 +1,197 @@
+"""Certificates that end soon, have ended or are not valid yet, and clocks that are wrong: each named, with its cure."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from incsvr.errors import BadInput
+from service import wire
+from service.bus_check import check_bus
+from service.cli import main
+from service.crew import Crew
+from service.host import Host
+from service.sections import Bus
+from service.session import Refused, certificates, connecting, free_endpoint, from_file, open_session
+from service.validity import SOON, Validity, dates
+from service.zenoh_file import endpoints
+from tests.service.conftest import configured
+from tests.service.secured import redated, until_settled
+
+DAY = timedelta(days=1)
+BEGINS, ENDS = datetime(2026, 1, 1, tzinfo=UTC), datetime(2026, 12, 31, tzinfo=UTC)
+OF_LEARNER = Validity(Path("/tls/learner.pem"), BEGINS, ENDS)
+
+
+@pytest.fixture
+def tls(tmp_path: Path) -> Path:
+    """Keys of every role for a free port."""
+    folder = tmp_path / "tls"
+    assert main(["keys", str(folder), "--listen", free_endpoint().replace("tcp/", "tls/")]) == 0
+    return folder
+
+
+@pytest.mark.parametrize("years", [1, 40])
+def test_the_dates_are_those_of_the_certificate(tls: Path, years: int) -> None:
+    """From 2050 on they are written in another form."""
+    redated(tls, "viewer", -DAY, 365 * years * DAY)
+    found = x509.load_pem_x509_certificate((tls / "viewer.pem").read_bytes())
+    assert dates(found.public_bytes(Encoding.DER)) == (found.not_valid_before_utc, found.not_valid_after_utc)
+
+
+@pytest.mark.parametrize(
+    ("now", "sentence"),
+    [
+        (ENDS - SOON - DAY, None),
+        (
+            ENDS - 23 * DAY,
+            "the certificate /tls/learner.pem ends on 2026-12-31, in 23 days: `incsvr keys /tls --role learner --repl",
+        ),
+        (
+            ENDS + DAY,
+            "the certificate /tls/learner.pem ended on 2026-12-31, and nobody accepts it any more: `incsvr keys",
+        ),
+        (
+            datetime(1970, 1, 1, 0, 2, tzinfo=UTC),
+            "the clock of this machine says 1970-01-01 00:02 UTC, and the certificate /tls/learner.pem is valid from "
+            "2026-01-01 on: set the clock (`timedatectl set-ntp true`",
+        ),
+        (BEGINS - DAY, "the certificate /tls/learner.pem is valid from 2026-01-01 00:00 UTC on, and the clock of"),
+    ],
+)
+def test_what_is_said_of_a_certificate(now: datetime, sentence: str | None) -> None:
+    said = OF_LEARNER.sentence(now)
+    assert said is None if sentence is None else (said or "").startswith(sentence)
+
+
+def test_a_certificate_that_ends_soon_is_on_health_in_the_check_and_said_by_the_client(
+    tls: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    redated(tls, "learner", -DAY, 23.5 * DAY)
+    redated(tls, "viewer", -DAY, 3.5 * DAY)
+    soon = f"the certificate {tls}/learner.pem ends on"
+    assert f"{soon} " in check_bus(Bus(zenoh_file=tls / "learner.json5"), ["leng/yaw"])
+    config = configured(bus={"zenoh_file": str(tls / "learner.json5")})
+    with ExitStack() as stack:
+        session = stack.enter_context(open_session(from_file(tls / "learner.json5")))
+        assert soon in caplog.text
+        stack.enter_context(Crew([Host(session, config)]))
+        with open_session(from_file(tls / "viewer.json5")) as client:
+            until_settled(client, wire.Keys("leng/yaw"))
+        assert main(["status", "--set", f"bus.zenoh_file={tls / 'viewer.json5'}"]) == 1
+        assert f"the certificate {tls}/viewer.pem ends on" in caplog.text
+        shown = " ".join(capsys.readouterr().out.split())
+        assert "learner.pem ends on" in shown
+        assert "in 23 days" in shown
+
+
+@pytest.mark.parametrize(
+    ("role", "begins", "ends", "sentence"),
+    [
+        ("learner", -9 * DAY, -DAY, "the certificate of what listens at {endpoint} ended on"),
+        ("learner", DAY, 9 * DAY, "the certificate of what listens at {endpoint} is valid from"),
+        ("viewer", -9 * DAY, -DAY, "the certificate {tls}/viewer.pem ended on"),
+        ("viewer", DAY, 9 * DAY, "the certificate {tls}/viewer.pem is valid from"),
+    ],
+)
+def test_a_client_that_is_not_let_in_says_whose_certificate_it_is(
+    tls: Path, capsys: pytest.CaptureFixture[str], role: str, begins: timedelta, ends: timedelta, sentence: str
+) -> None:
+    redated(tls, role, begins, ends)
+    with open_session(from_file(tls / "learner.json5")):
+        for command in (["status"], ["query", "0.1"], ["watch"]):
+            assert main([*command, "--wait", "60", "--set", f"bus.zenoh_file={tls / 'viewer.json5'}"]) == 2
+            said = capsys.readouterr().err
+            assert sentence.format(tls=tls, endpoint=endpoint(tls)) in said
+            assert said.count("\n") == 1
+
+
+def test_an_expired_certificate_of_ones_own_is_refused_by_the_check_and_said_at_the_start(
+    tls: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    redated(tls, "learner", -9 * DAY, -DAY)
+    with pytest.raises(BadInput, match=r"learner\.pem ended on .*, and nobody accepts it any more: `incsvr keys"):
+        check_bus(Bus(zenoh_file=tls / "learner.json5"), ["leng/yaw"])
+    with open_session(from_file(tls / "learner.json5")):
+        assert "learner.pem ended on" in caplog.text
+
+
+def test_a_clock_that_is_wrong_on_the_other_side_is_named(tls: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here it is the client's that is put back: what it shows has ended by the learner's clock alone."""
+    redated(tls, "viewer", -9 * DAY, -DAY)
+    for module in ("service.validity", "service.refusal"):
+        monkeypatch.setattr(f"{module}.now", lambda: datetime.now(UTC) - 5 * DAY)
+    redated(tls, "learner", -9 * DAY, 9 * DAY)
+    with (
+        open_session(from_file(tls / "learner.json5")),
+        pytest.raises(Refused, match=r"viewer\.pem for one of another time, .* set the clock of the other machine"),
+    ):
+        open_session(from_file(tls / "viewer.json5"))
+
+
+def other_authority(tls: Path) -> str:
+    """The viewer has the keys of another vehicle."""
+    other = tls.parent / "other"
+    assert main(["keys", str(other), "--listen", endpoint(tls)]) == 0
+    return str(other / "viewer.json5")
+
+
+def no_certificate(tls: Path) -> str:
+    """The viewer shows none."""
+    path = tls / "bare.json5"
+    text = (tls / "viewer.json5").read_text()
+    path.write_text("\n".join(line for line in text.splitlines() if "connect_" not in line))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("client", "sentence"),
+    [
+        (other_authority, "(refuses the certificate|is not accepted).*; use the files that"),
+        (no_certificate, "refuses a client without a certificate"),
+    ],
+)
+def test_keys_of_somebody_else_are_named(tls: Path, client: Callable[[Path], str], sentence: str) -> None:
+    with open_session(from_file(tls / "learner.json5")), pytest.raises(Refused, match=sentence):
+        open_session(from_file(Path(client(tls))))
+
+
+def test_a_bus_without_tls_is_named(tls: Path) -> None:
+    host, _, port = endpoint(tls).removeprefix("tls/").rpartition(":")
+    with socket.create_server((host, int(port))) as other:
+        threading.Thread(target=answer_in_http, args=(other,), daemon=True).start()
+        with pytest.raises(Refused, match="speaks no TLS; write tcp/"):
+            open_session(from_file(tls / "viewer.json5"))
+
+
+def answer_in_http(server: socket.socket) -> None:
+    """What many a server says to a hand that it does not understand."""
+    while True:
+        try:
+            connection, _ = server.accept()
+        except OSError:
+            return
+        with connection:
+            connection.recv(1)
+            connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+
+def test_where_nobody_listens_or_nothing_is_secured_no_certificate_is_blamed(tls: Path) -> None:
+    with pytest.raises(BadInput, match="Unable to connect") as failed:
+        open_session(from_file(tls / "viewer.json5"))
+    assert not isinstance(failed.value, Refused)
+    assert certificates(connecting("tcp/127.0.0.1:1")) == ()
+
+
+def endpoint(tls: Path) -> str:
+    """Where the learner of these keys listens."""
+    (found,) = endpoints(from_file(tls / "learner.json5"), "listen")
+    return found

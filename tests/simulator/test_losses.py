@@ -1,0 +1,93 @@
+"""A recording that is played faster than a learner takes it in: how much was lost is said, and a speed at which not."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+
+import pytest
+
+from service import ingest
+from service.cli import main
+from service.crew import Crew
+from service.host import Host
+from service.session import connecting, free_endpoint, listening, open_session
+from service.wire import Health, Keys
+from simulator import leng
+from simulator.losses import Loss, health, loss, settled
+from simulator.recordings import write
+from tests.service.conftest import PATIENCE, configured, cut
+
+KEYS = Keys("leng/yaw")
+VALUES = 7500
+"""Of both streams in 100 s."""
+
+
+@contextmanager
+def learner() -> Iterator[str]:
+    """One that runs, and its endpoint."""
+    endpoint = free_endpoint()
+    with open_session(listening(endpoint)) as session, Crew([Host(session, configured())]):
+        yield endpoint
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    write(tmp_path / "run.csv", cut(leng.recording("T1", seed=7), 100.0))
+    return tmp_path / "run.csv"
+
+
+def test_what_is_lost_at_too_high_a_speed_is_said_with_a_lower_one(
+    run: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ingest, "RING", 64)
+    monkeypatch.setattr(ingest, "LEAST", 64)
+    with learner() as endpoint:
+        assert main(["replay", str(run), "--connect", endpoint, "--speed", "1e9"]) == 0
+        said = capsys.readouterr().err
+        found = re.search(r"the learner of leng/yaw lost ([\d,]+) of 7,500 values; .* --speed (\d+)\n", said)
+        assert found is not None, said
+        with open_session(connecting(endpoint), PATIENCE) as client:
+            now = settled(client, KEYS, threading.Event())
+        assert now is not None
+        lost = int(found[1].replace(",", ""))
+        assert lost >= now.counters["rejected:lost"] > 0
+        assert lost + sum(stream.received for stream in now.streams.values()) == VALUES
+        assert 1.0 <= float(found[2]) < 1e5
+
+
+def test_where_nothing_is_lost_it_says_how_far_it_is_and_no_more(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with learner() as endpoint:
+        assert main(["replay", str(run), "--connect", endpoint, "--speed", "100"]) == 0
+        assert [re.sub(r"in \d+ s", "in N s", line) for line in capsys.readouterr().err.splitlines()] == [
+            "incsvr replay: plays run.csv, 100 s at 100 times the vehicle's pace, which takes 1 s",
+            "incsvr replay: played 100 s, 7,500 messages, in N s",
+        ]
+        with open_session(connecting(endpoint), PATIENCE) as client:
+            now = health(client, KEYS)
+    assert now is not None
+    assert loss(KEYS, {}, now, now) == Loss("leng/yaw", 0, 0)
+
+
+def test_of_a_learner_that_began_anew_no_loss_is_known() -> None:
+    before, after = (Health(level="OK", boot=boot) for boot in ("one", "other"))
+    assert loss(KEYS, {}, before, after) is None
+    assert loss(KEYS, {}, None, after) is None
+    busy = Loss("a", 0, 12).sentence(100, 50.0)
+    assert busy is not None
+    assert "lost 12 samples that waited for training" in busy
+
+
+@pytest.mark.parametrize("bus", [True, False])
+def test_without_a_learner_a_recording_and_a_simulation_say_the_same(
+    run: Path, capsys: pytest.CaptureFixture[str], bus: bool
+) -> None:
+    endpoint = free_endpoint()
+    cure = "no learner answers for leng/yaw; start `incsvr serve`" if bus else f"nobody answers at {endpoint}: start"
+    with open_session(listening(endpoint)) if bus else nullcontext():
+        for command in (["replay", str(run)], ["simulate", "--set", "simulation.runs=[V2]"]):
+            assert main([*command, "--connect", endpoint, "--wait", "0.1"]) == 2
+            assert f"incsvr {command[0]}: {cure}" in capsys.readouterr().err
