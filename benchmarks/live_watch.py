@@ -16,6 +16,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.config import Config
+from service.json_text import json_text
 from service.live import LiveTracing
 from service.node import LearnerNode
 from service.standing import Standing
@@ -38,7 +39,7 @@ class InPlace:
         return True
 
     def answer(self) -> Any:
-        return json.loads(json.dumps(answered(json.loads(json.dumps(self.job)), self.streams)))
+        return json.loads(json_text(answered(json.loads(json_text(self.job)), self.streams)))
 
     def close(self) -> None:
         pass

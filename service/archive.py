@@ -10,7 +10,6 @@ writes, so that a slow disk or a full one stops nothing else.
 from __future__ import annotations
 
 import contextlib
-import json
 import logging
 import threading
 import time
@@ -23,6 +22,7 @@ from typing import IO, Any
 from incsvr.errors import BadInput
 from service.claim import passes
 from service.config import Config
+from service.json_text import json_text
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
 
@@ -212,7 +212,7 @@ _JSON = {"application/json", "text/json"}
 
 def about(config_json: Mapping[str, Any], boot: str) -> dict[str, str]:
     """What a file says of the learner: which start of the process, and its configuration."""
-    return {"boot": boot, "config": json.dumps(config_json, ensure_ascii=False)}
+    return {"boot": boot, "config": json_text(config_json)}
 
 
 def archive_of(config: Config, boot: str, learners: int) -> Archive | None:

@@ -28,6 +28,7 @@ from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE
 from service import demo_underway
 from service.demo_report import HEAD, Failed, line, played, summary
+from service.json_text import write_json
 from service.output import add_json_argument, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"incsvr demo: {error}", file=sys.stderr)
         return 1
     result["seconds"] = round(time.monotonic() - began, 1)
-    (args.out / "report.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_json(args.out / "report.json", result, indent=2)
     emit(args, result, summary(result, args.out))
     return 0
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from service.json_text import json_text
 
 
 def destination(text: str) -> Path:
@@ -42,7 +43,7 @@ def emit(args: argparse.Namespace, result: Mapping[str, Any], text: str) -> None
     print(text, file=sys.stderr if target == "-" else sys.stdout)
     if target is None:
         return
-    document = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False)
+    document = json_text(result, indent=2)
     if target == "-":
         print(document)
     else:

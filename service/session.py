@@ -7,7 +7,6 @@ learner is one more client of it. A Zenoh JSON5 file (TLS, access control) repla
 from __future__ import annotations
 
 import copy
-import json
 import logging
 import signal
 import socket
@@ -20,6 +19,7 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput
+from service.json_text import json_text
 
 log = logging.getLogger(__name__)
 
@@ -80,12 +80,12 @@ def client_settings(endpoint: str) -> dict[str, Any]:
 
 def listening(endpoint: str) -> zenoh.Config:
     """The configuration of a learner that listens at `endpoint`."""
-    return zenoh.Config.from_json5(json.dumps(listener_settings(endpoint)))
+    return zenoh.Config.from_json5(json_text(listener_settings(endpoint)))
 
 
 def connecting(endpoint: str) -> zenoh.Config:
     """The configuration of a client at `endpoint`."""
-    return zenoh.Config.from_json5(json.dumps(client_settings(endpoint)))
+    return zenoh.Config.from_json5(json_text(client_settings(endpoint)))
 
 
 def from_file(path: Path) -> zenoh.Config:

@@ -7,7 +7,6 @@ takes nothing, the newest revisions wait in the process's memory, and are answer
 
 from __future__ import annotations
 
-import json
 import logging
 import sqlite3
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from incsvr.errors import BadInput
 from service.claim import Claim, passes
 from service.config import Config
 from service.history import History
+from service.json_text import json_text
 from service.state_file import Damaged, StateFile
 from service.taking_up import bring_back, identity, is_lost, set_aside, take_up
 
@@ -143,7 +143,7 @@ class Store:
     def _adopt(self) -> None:
         """Takes up the state in its place."""
         taken = take_up(self.path, self._own, self._changing)
-        self.history.file, self.memory, self._kept = taken.file, taken.memory, json.dumps(taken.memory).encode()
+        self.history.file, self.memory, self._kept = taken.file, taken.memory, json_text(taken.memory).encode()
 
     def _count(self) -> None:
         """Which revisions are given already."""
@@ -185,7 +185,7 @@ class Store:
         return set_aside(self.path)
 
     def _remember(self, memory: Mapping[str, Any]) -> None:
-        self._kept = json.dumps(memory).encode()
+        self._kept = json_text(memory).encode()
         if self._changing:
             self._own = {**self._own, "effects": memory.get("effects")}
 

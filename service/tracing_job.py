@@ -30,6 +30,7 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
+from service.json_text import write_json
 
 NICE = 10
 """By how much this process stands back behind the learner."""
@@ -49,7 +50,7 @@ def main(folder: Path) -> int:
     except BadInput as error:
         print(error, file=sys.stderr)
         return 2
-    (folder / "answer.json").write_text(json.dumps(answer), encoding="utf-8")
+    write_json(folder / "answer.json", answer)
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import queue
 import subprocess
 import sys
@@ -16,6 +15,7 @@ import zenoh
 
 from benchmarks.bus import KEYS, PARTNERS, process
 from incsvr.errors import BadInput
+from service.json_text import json_text
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
 
@@ -56,7 +56,7 @@ class Subject:
         began = time.monotonic()
         while not self._alive.empty():
             self._alive.get()
-        words = ["--set", self._place, "--set", f"state={json.dumps(str(self.state))}"]
+        words = ["--set", self._place, "--set", f"state={json_text(str(self.state))}"]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "service.cli", "serve", *words],
             stdout=subprocess.DEVNULL,
