@@ -49,7 +49,8 @@ class Comparison:
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Comparison:
         """Of its fields as JSON has them: null is no number."""
-        return Comparison(**{name: math.nan if value is None else value for name, value in data.items()})
+        known: dict[str, Any] = {name: math.nan if value is None else value for name, value in data.items()}
+        return Comparison(**known)
 
     def after(self, earlier: float) -> Comparison:
         """The same where bets on the effects had won e^earlier on other data before."""

@@ -24,6 +24,15 @@ def destination(text: str) -> Path:
     return path
 
 
+def report_destination(text: str) -> Path:
+    """The file of a report, which is one page of HTML, as a type of argparse."""
+    path = destination(text)
+    if path.suffix.lower() not in (".html", ".htm"):
+        page = path.with_suffix(".html").name
+        raise argparse.ArgumentTypeError(f"the report is a page of HTML: name it {page} (a browser prints it as PDF)")
+    return path
+
+
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
     """Adds `--json`: `-` for standard output, else a file."""
     parser.add_argument(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from typing import Any
+
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
@@ -33,3 +36,10 @@ class Inertia(Effect):
         if abs(term.coefficients[0]) < KNOWN * s.inertia:
             return f"the inertia would be the declared one within {KNOWN:.0%}, better than it can be known"
         return ""
+
+
+def inertia_in_force(declared: float, findings: Iterable[Mapping[str, Any]]) -> float:
+    """The inertia that a model goes by [kg m²]: the traced one where it is among the findings, in the form of CONTRACT,
+    Section 5; else the declared one."""
+    traced = (finding["parameters"]["inertia_kg_m2"] for finding in findings if finding.get("effect") == Inertia.name)
+    return float(next(traced, declared))

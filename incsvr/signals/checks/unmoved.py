@@ -19,12 +19,17 @@ FEWEST = 8
 DRIVES = 0.4
 """The part of the largest damping that the torque is in the median: so near rest a linear drag takes MOVING of it, dry
 friction some more."""
+PASSES = 4.0
+"""Times as long as the declared inertia alone takes from one side of rest to the other under the torque, that a stretch
+lasts at least: a ship whose sway takes most of the torque, or an inertia that is declared too small, turns round more
+slowly, and the torque turns it all the same."""
 
 
-def unmoved(batch: Samples, largest_rate: float, largest_damping: float) -> list[Finding]:
+def unmoved(batch: Samples, inertia: float, largest_rate: float, largest_damping: float) -> list[Finding]:
     """The longest stretch of a batch in which the torque turned nothing.
 
     Args:
+        inertia: as declared [kg m²].
         largest_rate: that the vehicle reaches [rad/s].
         largest_damping: that was learned [N m].
     """
@@ -34,9 +39,11 @@ def unmoved(batch: Samples, largest_rate: float, largest_damping: float) -> list
     if stretch.size < FEWEST:
         return []
     torque = batch.raw[TORQUE][stretch]
-    if float(np.median(np.abs(torque))) < DRIVES * largest_damping:
-        return []
+    push = float(np.median(np.abs(torque)))
     first, last = batch.time[stretch[0]], batch.time[stretch[-1]]
+    passes = inertia * 2.0 * MOVING * largest_rate  # [N m s]
+    if push < DRIVES * largest_damping or (last - first) * push < PASSES * passes:
+        return []
     return [
         Finding(
             "unmoved",

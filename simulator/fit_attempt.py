@@ -1,0 +1,105 @@
+"""One attempt to learn from recordings under some signal settings: the samples, the iterations, and the free runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from incsvr.compensation import Compensation
+from incsvr.errors import BadInput
+from incsvr.learning import guarded
+from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.model import Model
+from incsvr.learning.motion import free_run_rmse, motions
+from incsvr.learning.several.free_run import free_run_rmse as over_several
+from incsvr.plant.body import Coupled
+from incsvr.samples import Samples
+from incsvr.signals import SignalSettings
+from incsvr.signals.checks import Vehicle, Verdict
+from incsvr.signals.coupled import freed
+from incsvr.traced_motion import traced_free_run_rmse
+from service.effects import TracedEffects
+from simulator.online import learner_for, samples_of, wanted_streams
+from simulator.recordings import Recording
+
+EFFECTS_OVER_ONE = (
+    "with traced effects damping is learned over one velocity, over which they were traced; leave out --effects, or "
+    "the further inputs"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What every attempt on the same recordings has in common.
+
+    Attributes:
+        learner: its settings; None scales the paper's to the samples.
+        policy: which samples are kept; None as the settings say.
+        effects: traced ones that the samples are freed of.
+        coupled: the axis in its body, where its mass matrix is declared.
+        inputs: the further velocities that damping is learned over.
+        sign_known: the torque's sign is taken as it is.
+    """
+
+    learner: Settings | None = None
+    policy: str | None = None
+    effects: TracedEffects | None = None
+    coupled: Coupled | None = None
+    inputs: tuple[str, ...] = ()
+    sign_known: bool = False
+
+    @property
+    def compensation(self) -> Compensation | None:
+        return None if self.effects is None else self.effects.compensation
+
+    def samples(self, recording: Recording, signals: SignalSettings) -> tuple[Samples, Mapping[str, int]]:
+        """The samples of a recording under these settings, and refused messages by reason."""
+        return samples_of(recording, signals, self.compensation, self.coupled, self.inputs)
+
+    def settings(self, recording: Recording, samples: Samples) -> Settings:
+        """The learner's settings, scaled to the samples where none are given."""
+        chosen: dict[str, Any] = {} if self.policy is None else {"policy": self.policy}
+        chosen |= {"own": recording.axis.rate, "others": self.inputs} if self.inputs else {}
+        return learner_for(samples, **chosen) if self.learner is None else Settings(**asdict(self.learner) | chosen)
+
+    def learned(
+        self,
+        samples: Samples,
+        signals: SignalSettings,
+        settings: Settings,
+        each: Callable[[Iteration | None], None] = lambda _: None,
+    ) -> tuple[list[Verdict], list[Iteration]]:
+        """The verdicts on the full batches, and the iterations; `each` is called after every batch."""
+        vehicle = Vehicle(
+            signals.inertia, settings.rate_range, signals.smoothing, self.learner is not None, self.sign_known
+        )
+        verdicts: list[Verdict] = []
+        iterations: list[Iteration] = []
+        for verdict, iteration in guarded.follow(settings, vehicle, samples):
+            verdicts.append(verdict)
+            if iteration is not None:
+                iterations.append(iteration)
+            each(iteration)
+        return verdicts, iterations
+
+    def free_run(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> float | None:
+        """The root mean square error of free runs over recordings [rad/s]; None where the model runs away."""
+        compensation, coupled = self.compensation, self.coupled
+        if compensation is not None and self.inputs:
+            raise BadInput(EFFECTS_OVER_ONE)
+        if compensation is not None:
+            streams = [wanted_streams(one, signals, True) for one in runs]
+            if coupled is not None:
+                streams = [dict(freed(coupled, each, signals.smoothing)[0]) for each in streams]
+            return traced_free_run_rmse(
+                streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
+            )
+        tests = [
+            (motion if coupled is None else motion.among(coupled, one.streams(), signals.smoothing), one.streams())
+            for one in runs
+            for motion in motions(one.streams(), signals.longest_pause)
+        ]
+        if self.inputs:
+            return over_several(tests, signals.inertia, model)
+        return free_run_rmse([motion for motion, _ in tests], signals.inertia, lambda rate: model.predict(rate).damping)
