@@ -36,8 +36,8 @@ from benchmarks.trace_judge import GOOD, judge
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
-from service.json_text import json_text
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import trial
 from simulator.recordings import Recording
 from simulator.trial import TorqueNoise

@@ -23,9 +23,9 @@ import zenoh
 
 from incsvr.samples import Array
 from service.ingest import RING
-from service.json_text import json_text
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
+from service.wire.json_text import json_text
 from simulator import leng
 from simulator.player import messages, play, wait_for_learner
 

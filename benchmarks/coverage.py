@@ -28,8 +28,8 @@ from incsvr.learning.criteria import Mask
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
-from service.json_text import json_text
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 
 FIRST_SEED = 640_000

@@ -35,8 +35,8 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.settings import COMMANDED
-from service.json_text import json_text
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 from simulator.missions import Mission, play
 from simulator.online import learner_for, samples_of, signals_for

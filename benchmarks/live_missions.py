@@ -30,7 +30,7 @@ from incsvr.tracing import trace
 from service import demo_underway
 from service.config import Config
 from service.config_sources import read
-from service.json_text import json_text
+from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play
 from simulator.online import learner_for, samples_of, signals_for

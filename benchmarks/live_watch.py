@@ -16,11 +16,11 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.config import Config
-from service.json_text import json_text
 from service.live import LiveTracing
 from service.node import LearnerNode
 from service.standing import Standing
 from service.tracing_job import answered
+from service.wire.json_text import json_text
 from simulator.recordings import Recording
 
 CHUNK = 3.0

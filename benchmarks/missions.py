@@ -25,7 +25,7 @@ from benchmarks import mission_learner, mission_tracer
 from benchmarks.mission_cases import HIDDEN, IDLE, hidden, quiet
 from benchmarks.provenance import provenance
 from benchmarks.trace_judge import VERDICTS
-from service.json_text import json_text
+from service.wire.json_text import json_text
 from simulator.missions import KINDS, VEHICLES, Mission, play
 
 RESULTS = Path(__file__).parent / "results"

@@ -29,8 +29,8 @@ from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
-from service.json_text import json_text
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 from simulator.online import Errors, learn, signals_for
 from simulator.recordings import read, sequence

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 
 def provenance(command: str, *packages: str) -> dict[str, object]:

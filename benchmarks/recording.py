@@ -20,9 +20,9 @@ from benchmarks.provenance import provenance
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.config_sources import read
-from service.json_text import json_text
 from service.node import LearnerNode
 from service.wire import Health, Measurement
+from service.wire.json_text import json_text
 from simulator.leng import recording
 from viewer import archive
 from viewer.chapter import Chapter

@@ -32,8 +32,8 @@ from incsvr.learning.learner import Settings
 from incsvr.samples import Array, Samples
 from incsvr.signals import Synchroniser
 from incsvr.signals.checks import Decision, Vehicle, implausible
-from service.json_text import json_text
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 
 RESULTS = Path(__file__).parent / "results"

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.bus import KEYS, PARTNERS, Learner, learner, process
 from benchmarks.provenance import provenance
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 RESULT = Path(__file__).parent / "results" / "soak.json"
 EVERY = 5.0

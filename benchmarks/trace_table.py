@@ -31,7 +31,7 @@ from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
-from service.json_text import json_text
+from service.wire.json_text import json_text
 from simulator.trial import Outcome, TorqueNoise, Trial, play
 
 RESULTS = Path(__file__).parent / "results"

@@ -37,8 +37,8 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.skill import HORIZONS, ahead_of
-from service.json_text import json_text
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator.fitted import Fit
 from simulator.online import samples_of, signals_for
 from simulator.recordings import sequence

@@ -22,9 +22,9 @@ from typing import IO, Any
 from incsvr.errors import BadInput
 from service.claim import passes
 from service.config import Config
-from service.json_text import json_text
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.json_text import write_json
+from service.wire.json_text import write_json
 
 DEADLINE = 600.0
 """A process that takes longer [s], wall time, hangs: the slowest trace known took 24."""

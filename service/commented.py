@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from service.config import Config
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 HEAD = """\
 # The whole configuration, with its defaults: Leng, the vehicle of the paper. Every line may be left out.

@@ -28,11 +28,11 @@ from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE
 from service import demo_underway
 from service.demo_report import HEAD, Failed, line, played, summary
-from service.json_text import write_json
 from service.output import add_json_argument, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
+from service.wire.json_text import write_json
 
 SPEED = 25.0
 """The experiment's 757 s of the vehicle's time then take half a minute, the third act's 800 s as long."""

@@ -18,11 +18,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from incsvr.errors import BadInput
 from service.certificates import VALID, Pair, authority, loaded, signed
-from service.json_text import json_text
 from service.output import add_json_argument, emit
 from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
 from service.section import Prefix
 from service.session import client_settings, listener_settings
+from service.wire.json_text import json_text
 
 ENDPOINT = "tls/127.0.0.1:7447"
 LOOPBACK = ("127.0.0.1", "::1", "localhost")

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 
 def destination(text: str) -> Path:

@@ -17,9 +17,9 @@ from service.config import Config, check_inertia
 from service.config_sources import add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
-from service.json_text import json_text
 from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop
 from service.wire import Keys
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 

@@ -19,7 +19,7 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 _TABLES = {
     "identity": "CREATE TABLE identity (name TEXT PRIMARY KEY, value TEXT NOT NULL, checksum BLOB NOT NULL)",

@@ -17,9 +17,9 @@ from incsvr.errors import BadInput
 from service.claim import Claim, passes
 from service.config import Config
 from service.history import History
-from service.json_text import json_text
 from service.state_file import Damaged, StateFile
 from service.taking_up import bring_back, identity, is_lost, set_aside, take_up
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from incsvr.learning import learner
 from service.config import Config
-from service.json_text import json_text
 from service.state_file import Damaged, StateFile
+from service.wire.json_text import json_text
 
 FORM = 2  # of the tables and of what is in them
 BESIDE = ("-journal", "-wal", "-shm")

@@ -30,7 +30,7 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
-from service.json_text import write_json
+from service.wire.json_text import write_json
 
 NICE = 10
 """By how much this process stands back behind the learner."""

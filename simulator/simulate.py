@@ -7,7 +7,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config_sources import from_arguments
-from service.json_text import write_json
+from service.wire.json_text import write_json
 from simulator import leng, planar, underway
 from simulator.player import Faults, messages
 from simulator.recordings import sequence, write

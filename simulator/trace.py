@@ -16,7 +16,7 @@ from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
-from incsvr.tracing.sentences import headline
+from incsvr.tracing.sentences import advised, headline
 from service.config import Config
 from service.config_sources import read as read_config
 from service.output import add_json_argument, emit, report_destination
@@ -128,6 +128,7 @@ def traced(
     beside = (*declaration.sentences, *found.notes, *(() if others is None else (others,)))
     return replace(
         found,
+        effects=tuple(advised(finding) for finding in found.effects),
         notes=(*beside, *notes(recordings, sensors, found.verdict != "none")),
         doubts=(*found.doubts, *(() if doubt is None else (DOUBTED,))),
     )

@@ -15,9 +15,9 @@ import zenoh
 
 from benchmarks.bus import KEYS, PARTNERS, process
 from incsvr.errors import BadInput
-from service.json_text import json_text
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
+from service.wire.json_text import json_text
 
 PATIENCE = 30.0
 """How long anything may take [s] before it counts as never."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from incsvr.effects import Effect, Signals
-from incsvr.tracing.findings import Trace
+from incsvr.tracing.findings import Finding, Trace
 
 LABELS = {
     "moment_nm": ("moment", "N m"),
@@ -60,6 +61,24 @@ def sentence(
     meaning = AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence
     part = f"It accounts for {100.0 * explained_part:.0f} % of the improvement."
     return f"{effect.name}: {meaning}; {', '.join(values)}. {part}"
+
+
+OTHER_MEANS = "by other means"
+"""Says in a manoeuvre's sentence that none tells two effects apart."""
+
+
+def advised(finding: Finding) -> Finding:
+    """The finding with advice that can be followed: no bollard pull measures what a recorded channel does."""
+    of_channel = next((name for name in (*finding.cannot_tell_from[:1], finding.effect) if ":" in name), None)
+    if of_channel is None or OTHER_MEANS not in finding.next_manoeuvre:
+        return finding
+    channel = of_channel.split(":", 1)[1]
+    return replace(
+        finding,
+        next_manoeuvre=f"no manoeuvre in yaw tells it from {finding.cannot_tell_from[0]}: both explain every motion "
+        f"alike; record a run in which {channel} takes other values at the same torques (another place, heading, depth "
+        f"or speed), or leave {channel} out where it is a raw sensor's",
+    )
 
 
 def streams(effect: Effect) -> tuple[str, ...]:

@@ -15,9 +15,9 @@ from service.config_sources import add_config_arguments, from_arguments
 from service.export import python_vehicle_simulator, simulators
 from service.export.learned import Learned, of_file, of_snapshot
 from service.export.table import as_csv, as_json
-from service.json_text import json_text
 from service.state_file import Damaged, StateFile
 from service.wire import ModelSnapshot, decode
+from service.wire.json_text import json_text
 
 FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 
-from service.json_text import json_text
+from service.wire.json_text import json_text
 
 KEY = "mavlink/in"
 """Where BlueOS's MAVLink server takes messages (bluerobotics/mavlink-server, drivers/zenoh)."""

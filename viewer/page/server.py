@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from service.json_text import json_text
+from service.wire.json_text import json_text
 from viewer.page.learner import Learner, Recordings
 
 SERVICE = {

@@ -25,13 +25,13 @@ lasts at least: a ship whose sway takes most of the torque, or an inertia that i
 slowly, and the torque turns it all the same."""
 
 
-def unmoved(batch: Samples, inertia: float, largest_rate: float, largest_damping: float) -> list[Finding]:
+def unmoved(batch: Samples, largest_rate: float, largest_damping: float, inertia: float = 0.0) -> list[Finding]:
     """The longest stretch of a batch in which the torque turned nothing.
 
     Args:
-        inertia: as declared [kg m²].
         largest_rate: that the vehicle reaches [rad/s].
         largest_damping: that was learned [N m].
+        inertia: as declared [kg m²], by which it is known how long a reversal takes; 0 where it is not.
     """
     still = np.flatnonzero(np.abs(batch.yaw_rate) < MOVING * largest_rate)
     runs = np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)

@@ -1,6 +1,6 @@
 """The one place that writes JSON: valid by RFC 8259, which has no NaN and no infinity; what is no number is null.
 
-Payloads of the bus are pydantic's (`service.wire.encode`), which write null in the same places.
+Payloads of the bus are pydantic's (`encode`), which write null in the same places.
 """
 
 from __future__ import annotations
