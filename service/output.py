@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from service.wire.json_text import json_text
+from service.wire.json_text import json_text, write_json
 
 
 def destination(text: str) -> Path:
@@ -46,14 +46,12 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 def emit(args: argparse.Namespace, result: Mapping[str, Any], text: str) -> None:
     """Prints `text` for people and, where `--json` was given, writes `result` for programs.
 
-    With `--json -` standard output carries the JSON object alone, and the text goes to standard error.
+    A file is written first: nobody who stops reading the text loses it. With `--json -` standard output carries the
+    JSON object alone, and the text goes to standard error.
     """
     target: str | None = args.json
+    if target not in (None, "-"):
+        write_json(Path(target), result, indent=2)
     print(text, file=sys.stderr if target == "-" else sys.stdout)
-    if target is None:
-        return
-    document = json_text(result, indent=2)
     if target == "-":
-        print(document)
-    else:
-        Path(target).write_text(document + "\n", encoding="utf-8")
+        print(json_text(result, indent=2))

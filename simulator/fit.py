@@ -6,6 +6,7 @@ import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from simulator.declaration import add_sign_argument, declared
 from simulator.fit_text import text
 from simulator.fitted import Fit
 from simulator.logs import Reading, add_log_arguments
+from simulator.made import REPORT_WRITER, made
 from simulator.online import narrowed, signals_for
 from simulator.recordings import Recording, sequence
 
@@ -92,16 +94,21 @@ def run(args: argparse.Namespace) -> int:
         over |= {"vehicle": {"axis": args.axis}}
     config = read_config(args.config, over)
     reading = Reading.of(args, config)
+    axis = reading.axis
     try:
-        result, words = _fitted(args, config, reading)
+        fit, result, words = _fitted(args, config, reading)
     except BadInput as error:
-        raise BadInput(said(reading.axis, str(error))) from None
-    emit(args, result, said(reading.axis, words))
+        raise BadInput(said(axis, str(error))) from None
+    try:
+        emit(args, result, said(axis, words))
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
     return 0
 
 
-def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[dict[str, Any], str]:
-    """The result for programs, and for people."""
+def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
+    """What was learned, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
@@ -125,7 +132,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name, "remarks": [said(reading.axis, each) for each in result["remarks"]]}
-    return result, words
+    return fit, result, words
 
 
 def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit) -> None:

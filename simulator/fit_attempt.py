@@ -11,14 +11,14 @@ from incsvr.errors import BadInput
 from incsvr.learning import guarded
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
-from incsvr.learning.motion import free_run_rmse, motions
-from incsvr.learning.several.free_run import free_run_rmse as over_several
+from incsvr.learning.motion import FreeRun, free_run_errors, motions, rmse
+from incsvr.learning.several.free_run import free_run_errors as over_several
 from incsvr.plant.body import Coupled
-from incsvr.samples import Samples
+from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.checks import Vehicle, Verdict
 from incsvr.signals.coupled import freed
-from incsvr.traced_motion import traced_free_run_rmse
+from incsvr.traced_motion import traced_free_run_errors
 from service.effects import TracedEffects
 from simulator.online import learner_for, samples_of, wanted_streams
 from simulator.recordings import Recording
@@ -83,23 +83,33 @@ class Terms:
             each(iteration)
         return verdicts, iterations
 
-    def free_run(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> float | None:
-        """The root mean square error of free runs over recordings [rad/s]; None where the model runs away."""
+    def free_runs(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> list[FreeRun]:
+        """The stretches of recordings simulated from their first yaw rates."""
         compensation, coupled = self.compensation, self.coupled
         if compensation is not None and self.inputs:
             raise BadInput(EFFECTS_OVER_ONE)
+        pieces = []
+        for one in runs:
+            streams: Mapping[str, tuple[Array, Array]] = one.streams()
+            if compensation is not None:
+                streams = wanted_streams(one, signals, True)
+                streams = streams if coupled is None else freed(coupled, streams, signals.smoothing)[0]
+            found = motions(streams, signals.longest_pause)
+            if coupled is not None and compensation is None:
+                found = [motion.among(coupled, streams, signals.smoothing) for motion in found]
+            pieces += [(motion, streams) for motion in found]
+        driven = [motion for motion, _ in pieces]
         if compensation is not None:
-            streams = [wanted_streams(one, signals, True) for one in runs]
-            if coupled is not None:
-                streams = [dict(freed(coupled, each, signals.smoothing)[0]) for each in streams]
-            return traced_free_run_rmse(
-                streams, signals.longest_pause, compensation, lambda rate: model.predict(rate).damping
-            )
-        tests = [
-            (motion if coupled is None else motion.among(coupled, one.streams(), signals.smoothing), one.streams())
-            for one in runs
-            for motion in motions(one.streams(), signals.longest_pause)
+            errors = traced_free_run_errors(pieces, compensation, lambda rate: model.predict(rate).damping)
+        elif self.inputs:
+            errors = over_several(pieces, signals.inertia, model)
+        else:
+            errors = free_run_errors(driven, signals.inertia, lambda rate: model.predict(rate).damping)
+        return [
+            FreeRun(motion.rate_time, motion.yaw_rate, motion.yaw_rate + error)
+            for motion, error in zip(driven, errors, strict=True)
         ]
-        if self.inputs:
-            return over_several(tests, signals.inertia, model)
-        return free_run_rmse([motion for motion, _ in tests], signals.inertia, lambda rate: model.predict(rate).damping)
+
+    def free_run(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> float | None:
+        """The root mean square error of free runs over recordings [rad/s]; None where the model runs away."""
+        return rmse([run.error for run in self.free_runs(runs, signals, model)])

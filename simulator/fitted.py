@@ -13,6 +13,8 @@ from incsvr.effects.inertia import inertia_in_force
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.motion import rmse
+from incsvr.learning.pictures import Learned
 from incsvr.learning.resolution import unresolved
 from incsvr.plant.body import Coupled
 from incsvr.samples import Samples
@@ -48,7 +50,7 @@ class Fit:
             were given.
         validated_on: the unseen recordings.
         free_run_rmse: of the final model on each unseen run from its first yaw rate [rad/s]; None where it runs away.
-        taken: the samples that were learned from, and what was put aside.
+        pictures: for a report.
         effects: names of the traced effects in force.
         put_aside: batches that were not learned, because a check said that they are wrong.
         closed_loop: whether the torque answers the yaw rate that the water makes.
@@ -66,7 +68,7 @@ class Fit:
     errors: Sequence[Errors | None]
     validated_on: str
     free_run_rmse: float | None
-    taken: Samples
+    pictures: Learned
     effects: tuple[str, ...] = ()
     put_aside: int = 0
     closed_loop: bool = False
@@ -115,7 +117,8 @@ class Fit:
         beforehand = () if declaration is None else declaration.sentences
         doubt = None if declaration is None else declaration.doubt
         refuse_unlearned(joined, samples, signals, model, excitation, terms, verdicts, settings.batch, doubt)
-        free_run = terms.free_run(unseen, signals, model)
+        pictured = terms.free_runs(unseen or runs, signals, model)
+        free_run = rmse([run.error for run in pictured]) if unseen else None
         by_itself = not inputs or coupled is not None
         others = Told.of(coupled, joined, samples, signals) if by_itself else coupling.NOTHING
         said = [*beforehand, *remarks([*runs, *unseen], signals), *others.remarks, *told(verdicts)]
@@ -136,7 +139,7 @@ class Fit:
             errors,
             sequence(unseen).name if unseen else "",
             free_run,
-            samples,
+            Learned(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
             len(verdicts) - len(iterations),
             torque_answers(undriven),

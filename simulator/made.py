@@ -8,6 +8,9 @@ import sys
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+REPORT_WRITER = "viewer.report"
+"""Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
+
 
 def made(args: argparse.Namespace) -> dict[str, str]:
     """Recordings, command line, software and date, each by what to call it."""

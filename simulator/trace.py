@@ -25,15 +25,12 @@ from simulator import coupling, declared_inertia
 from simulator.coupling import Told
 from simulator.declaration import DOUBTED, add_sign_argument, declared
 from simulator.logs import Reading, add_log_arguments
-from simulator.made import made
+from simulator.made import REPORT_WRITER, made
 from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
 from simulator.trace_text import text
 
 __all__ = ["add_arguments", "run", "runs_of", "text", "traced"]
-
-REPORT_WRITER = "viewer.report"
-"""Writes the HTML report; loaded when asked for, so that tracing needs no drawing library."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,9 +62,11 @@ def run(args: argparse.Namespace) -> int:
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
     told = {"headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
-    emit(args, told, said(axis, text(found)))  # before any picture: what was found is kept whatever becomes of that
-    if args.report:
-        import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
+    try:
+        emit(args, told, said(axis, text(found)))  # before any picture: it is kept whatever becomes of that
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
     return 0
 
 

@@ -116,7 +116,12 @@ def headline(found: Trace) -> str:
     It is made of the verdict, the errors on unseen data with their intervals, whether they prove the effects, what is
     left of the torque, whether the stamps of the recordings overlap, and doubts about what was declared.
     """
-    return "; ".join([_verdict(found), *_limits(found)])
+    return "; ".join(headline_clauses(found))
+
+
+def headline_clauses(found: Trace) -> list[str]:
+    """The clauses of the headline: the verdict, then what limits it."""
+    return [_verdict(found), *_limits(found)]
 
 
 def _verdict(found: Trace) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from incsvr.effects.inertia import inertia_in_force
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
 from incsvr.learning.several.surface import Several
@@ -116,6 +117,11 @@ class ModelSnapshot(Form):
     spread: NoiseByRate = NoiseByRate()
     widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
     over: OverSeveral | None = Field(default=None, exclude_if=lambda over: over is None)
+
+    @property
+    def inertia_in_force(self) -> float:
+        """The inertia that the model goes by: the traced one where that is among its effects [kg m²]."""
+        return inertia_in_force(self.inertia, self.effects)
 
     def model(self) -> Model:
         """The model to predict with: damping, its uncertainty, and where it extrapolates."""

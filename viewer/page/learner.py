@@ -14,7 +14,7 @@ import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.learning.coefficients import coefficients
+from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from service.session import open_session
@@ -181,7 +181,7 @@ def curve(snapshot: ModelSnapshot) -> Mapping[str, Any]:
         "revision": snapshot.revision,
         "iteration": snapshot.iteration,
         "t": snapshot.t,
-        "inertia": snapshot.inertia,
+        "inertia": snapshot.inertia_in_force,
         "trained_range": [low, high],
         "sigma": snapshot.sigma,
         "rate": rate.tolist(),
@@ -190,5 +190,8 @@ def curve(snapshot: ModelSnapshot) -> Mapping[str, Any]:
         "curve": (NORMAL_95 * said.curve_sigma).tolist(),
         "extrapolated": said.extrapolated.tolist(),
         "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
-        "coefficients": {name: value._asdict() for name, value in coefficients(model).items()},
+        "coefficients": {
+            name: {**value._asdict(), "note": negative_drag(name, value.low, value.high)}
+            for name, value in coefficients(model).items()
+        },
     }
