@@ -11,11 +11,12 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.apparent_inertia import ApparentInertia, apparent_inertia
-from incsvr.learning.late_torque import late_torque
-from incsvr.samples import Array, Samples
-from incsvr.signals import TORQUE, SignalSettings
+from incsvr.learning.torque_sign import DELAYS, torque_sign
+from incsvr.samples import Array
+from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
 from incsvr.signals.smoothing import smooth
+from simulator.fit_refusals import OF_SIGN
 from simulator.online import samples_of, signals_for
 from simulator.recordings import Recording, from_streams, sequence
 
@@ -26,6 +27,8 @@ PULSES, NEUTRAL = (800.0, 2200.0), 1500.0
 """Between which a servo's pulse is, and where it asks for nothing [µs]."""
 PER_CENT, LEAST_PER_CENT, HALF_PULSE = 100.0, 20.0, 500.0
 """The largest per cent; what a log in per cent reaches at least; the farthest that a pulse is from its neutral [µs]."""
+MILLISECONDS = 300.0, 3000.0
+"""Between which factors the inertia seems too small where stamps in ms are taken for s: a thousand, and what hides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +39,14 @@ class Declaration:
         runs, unseen: the recordings as they are to be taken: where the torque acts late, with the torque put on time.
         doubt: a sentence where inertia or unit of the torque is wrong by a factor; None where none is.
         note: a sentence on a torque that acts late; None where none does.
+        sign: why nothing can be learned, where the vehicle seems to turn against its torque; None where it does not.
     """
 
     runs: list[Recording]
     unseen: list[Recording]
-    doubt: str | None
-    note: str | None
+    doubt: str | None = None
+    note: str | None = None
+    sign: str | None = None
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -74,7 +79,7 @@ def declared(
     """
     for recording in (*runs, *unseen):
         _refuse_pulses(recording)
-    nothing = Declaration(list(runs), list(unseen), None, None)
+    nothing = Declaration(list(runs), list(unseen))
     try:
         signals = signals_for(runs, inertia, runs[0].axis.fastest, torque)
         joined = sequence(runs)
@@ -82,28 +87,47 @@ def declared(
     except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
         return nothing
     found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia))
-    late = None if assume_sign else _late(joined, samples, signals)
-    if late is None:
-        return found
-    note = (
-        f"the torque acts {late:.2g} s after its stamps and was taken as late: without that the vehicle would seem to "
-        "turn against its torque; check the clocks of the two streams, or the thrusters' dead time"
+    time, values = joined.streams()[TORQUE]
+    counts = torque_sign(
+        samples,
+        inertia,
+        lambda at: smooth(time, values, at, smoothing=signals.smoothing, gap=2.0 * signals.smoothing).value,
     )
-    on_time, unseen_on_time = ([_later(each, late) for each in of] for of in (runs, unseen))
-    return Declaration(on_time, unseen_on_time, found.doubt, note)
+    if counts is None:
+        return found
+    if counts.late or (assume_sign and counts.may_be_late):
+        note = (
+            f"the torque acts {counts.delay:.2g} s after its stamps and was taken as late: without that the vehicle "
+            "would seem to turn against its torque; check the clocks of the two streams, or the thrusters' dead time"
+        )
+        on_time, unseen_on_time = ([_later(each, counts.delay) for each in of] for of in (runs, unseen))
+        return replace(found, runs=on_time, unseen=unseen_on_time, note=note)
+    if assume_sign:
+        known = "torque and yaw rate count in opposite directions, and no delay up to"
+        return replace(
+            found, sign=f"{known} {DELAYS[-1]:g} s explains it; leave out --assume-sign to see what mends it"
+        )
+    either = f", or the torque acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
+    return replace(
+        found,
+        sign=f"torque and yaw rate count in opposite directions{either}; turn the sign of one of them ({OF_SIGN})",
+    )
 
 
 def _doubt(shown: ApparentInertia | None, declared: float) -> str | None:
     """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor."""
     if shown is None or not shown.contradicts(declared):
         return None
-    unit = _unit(shown, declared)
-    scale = f"{unit}: scale it with `{SCALE}`; " if unit else ""
-    return (
-        f"{scale}the inertia asks for {shown.asked:.2g} times the torque in this log ({declared:.4g} kg m² declared, "
-        f"about {shown.middle:.2g} kg m² shown by the motion): check the inertia, or the torque's unit with "
-        f"`{SCALE}`; declare the vehicle's own with --inertia"
+    asks = (
+        f"the inertia asks for {shown.asked:.2g} times the torque in this log ({declared:.4g} kg m² declared, about "
+        f"{shown.middle:.2g} kg m² shown by the motion)"
     )
+    unit, own = _unit(shown, declared), "declare the vehicle's own with --inertia"
+    if MILLISECONDS[0] <= shown.middle / declared <= MILLISECONDS[1]:
+        return f"{asks}, as where stamps in milliseconds are taken for seconds: give `--column t=t:ms`, or {own}"
+    if unit is not None:
+        return f"{unit}: scale it with `{SCALE}`; {asks}: if the torque is in N m, {own}"
+    return f"{asks}: check the inertia, or the torque's unit with `{SCALE}`; {own}"
 
 
 def _unit(shown: ApparentInertia, declared: float) -> str | None:
@@ -131,16 +155,6 @@ def _refuse_pulses(recording: Recording) -> None:
         f"{recording.name}: the torque looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about {NEUTRAL:g}): "
         "give the moment in N m in its place, or describe the thrusters in a --config FILE (inputs.thrusters)"
     )
-
-
-def _late(joined: Recording, samples: Samples, signals: SignalSettings) -> float | None:
-    """By how much the torque acts late [s], where that alone makes its sign seem wrong."""
-    time, torque = joined.streams()[TORQUE]
-
-    def at(instants: Array) -> Array:
-        return smooth(time, torque, instants, smoothing=signals.smoothing, gap=2.0 * signals.smoothing).value
-
-    return late_torque(samples, signals.inertia, at)
 
 
 def _later(recording: Recording, delay: float) -> Recording:

@@ -69,7 +69,7 @@ def refuse_unlearned(
     """Refuse recordings from which too little can be learned, with why, and what to drive.
 
     Args:
-        doubt: what speaks against the declared inertia or the torque's unit, if anything does: then no manoeuvre helps.
+        doubt: what speaks against the declared inertia, or the torque's unit or sign: then no manoeuvre helps.
     """
     idle = not joined.streams()[TORQUE][1].any()
     little = idle or 2 * excitation.driven < batch

@@ -116,7 +116,8 @@ class Fit:
         excitation = Excitation.of(samples.take(slice(0, len(iterations) * settings.batch)), undriven)
         beforehand = () if declaration is None else declaration.sentences
         doubt = None if declaration is None else declaration.doubt
-        refuse_unlearned(joined, samples, signals, model, excitation, terms, verdicts, settings.batch, doubt)
+        refusal = None if declaration is None else declaration.sign or doubt
+        refuse_unlearned(joined, samples, signals, model, excitation, terms, verdicts, settings.batch, refusal)
         pictured = terms.free_runs(unseen or runs, signals, model)
         free_run = rmse([run.error for run in pictured]) if unseen else None
         by_itself = not inputs or coupled is not None

@@ -119,10 +119,11 @@ def traced(
         with progress("tracing what the model lacks"):
             found = trace(runs[: len(fitted)], inertia=inertia, validate=runs[len(fitted) :], torque=torque)
     except BadInput as error:
-        if doubt is None:
+        why = declaration.sign or doubt
+        if why is None:
             raise
-        # no manoeuvre helps where the inertia, or the torque's unit, is wrong by a factor
-        raise BadInput(f"{fitted[0].name}: {doubt}") from error
+        # no manoeuvre helps where the inertia, or the torque's unit or sign, is wrong
+        raise BadInput(f"{fitted[0].name}: {why}") from error
     others = coupling.of_recordings(fitted, inertia)
     beside = (*declaration.sentences, *found.notes, *(() if others is None else (others,)))
     return replace(

@@ -1,12 +1,13 @@
 """A torque that acts so late that it seems to count against the yaw rate: judged before its sign is blamed.
 
-τ(t − D) = I ṙ + b r + c r|r| + d by least squares, over delays D. Where a vehicle turns against its torque at D = 0 and
+τ(t − D) = I ṙ + b r + c by least squares, over delays D. Where a vehicle turns against its torque at D = 0 and
 follows it at some D > 0 far better than it ever turns against it, the stamps are late and the sign is right.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,8 +24,33 @@ BETTER = 0.05
 both explain nearly the same."""
 
 
-def late_torque(samples: Samples, inertia: float, torque_at: Callable[[Array], Array]) -> float | None:
-    """By how much the torque acts after its stamps [s], where that alone turns its sign; None where it does not.
+@dataclass(frozen=True, slots=True)
+class TorqueSign:
+    """How a torque counts against a yaw rate, over delays.
+
+    Attributes:
+        opposes: part of the torque that acceleration and rate explain with both against it, at no or a shorter delay.
+        follows: part that they explain with both along it, at the best delay.
+        delay: that one [s].
+    """
+
+    opposes: float
+    follows: float
+    delay: float
+
+    @property
+    def late(self) -> bool:
+        """Whether the torque is late and its sign right."""
+        return self.follows >= self.opposes + BETTER
+
+    @property
+    def may_be_late(self) -> bool:
+        """Whether it is late where its sign is right."""
+        return self.follows >= SEEMS
+
+
+def torque_sign(samples: Samples, inertia: float, torque_at: Callable[[Array], Array]) -> TorqueSign | None:
+    """How the torque counts, where the vehicle seems to turn against it; None where it does not seem so.
 
     Args:
         samples: n of them, made with this inertia [kg m²].
@@ -34,9 +60,10 @@ def late_torque(samples: Samples, inertia: float, torque_at: Callable[[Array], A
     along = np.array([_follows(slope, samples.yaw_rate, torque_at(samples.time - delay)) for delay in DELAYS])
     with_it, against = np.maximum(along, 0.0), np.maximum(-along, 0.0)
     best = int(np.argmax(with_it))
-    if against[0] < SEEMS or with_it[best] < float(np.max(against[: best + 1])) + BETTER:
+    until = best + 1 if with_it[best] > 0.0 else DELAYS.size
+    if max(float(against[0]), float(np.max(against[:until]))) < SEEMS or with_it[0] > 0.0:
         return None
-    return float(DELAYS[best])
+    return TorqueSign(float(np.max(against[:until])), float(with_it[best]), float(DELAYS[best]))
 
 
 def _follows(slope: Array, rate: Array, torque: Array) -> float:
@@ -49,7 +76,8 @@ def _follows(slope: Array, rate: Array, torque: Array) -> float:
     design = np.column_stack([slope, rate, np.ones(rate.size)])
     theta = np.linalg.lstsq(design, torque)[0]
     left = torque - design @ theta
-    explained = 1.0 - float(left @ left) / max(float(torque @ torque), 1e-300)
+    about = torque - np.mean(torque)
+    explained = 1.0 - float(left @ left) / max(float(about @ about), 1e-300)
     if theta[0] > 0.0 and theta[1] > 0.0:
         return explained
     return -explained if theta[0] < 0.0 and theta[1] < 0.0 else 0.0
