@@ -27,24 +27,33 @@ def told(finding: Finding) -> str:
 
 
 def too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
-    """The refusal of recordings that give `count` samples; where a torque that was said to be a command is the reason,
-    it says so, because that was tried."""
-    name = sequence(runs).name
-    if signals.torque == COMMANDED:
-        try:
-            otherwise = signals_for(runs, signals.inertia, signals.rate_limit, MEASURED)
-            measured = len(terms.samples(sequence(runs), otherwise)[0])
-        except BadInput:
-            measured = 0
-        if measured >= batch:
-            return BadInput(
-                f"{name}: {count} damping samples, because the torque is said to be a command: a sample needs one that "
-                f"holds through {2.0 * signals.reach:.2g} s, and here it seldom does; without `--torque commanded` "
-                f"(signals.torque in a configuration) there are {measured}"
-            )
+    """The refusal of recordings that give `count` samples."""
+    because = of_a_command(runs, signals, terms, count, batch)
+    return because or BadInput(
+        f"{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or longer "
+        f"recordings (a sample every {signals.sample_period:g} s)"
+    )
+
+
+def of_a_command(
+    runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int
+) -> BadInput | None:
+    """The refusal where a torque that is said to be a command is the reason for so few samples, which is tried; None
+    where it is not."""
+    if signals.torque != COMMANDED:
+        return None
+    joined = sequence(runs)
+    try:
+        otherwise = signals_for(runs, signals.inertia, signals.rate_limit, MEASURED)
+        measured = len(terms.samples(joined, otherwise)[0])
+    except BadInput:
+        return None
+    if measured < batch:
+        return None
     return BadInput(
-        f"{name}: {count} damping samples, but one batch needs {batch}; give more or longer recordings (a sample every "
-        f"{signals.sample_period:g} s)"
+        f"{joined.name}: {count} damping samples, because the torque is said to be a command: a sample needs one that "
+        f"holds through {2.0 * signals.reach:.2g} s, and here it seldom does; without `--torque commanded` "
+        f"(signals.torque in a configuration) there are {measured}"
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.effects.inertia import inertia_in_force
+from incsvr.errors import BadInput
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
@@ -27,7 +28,7 @@ from simulator.coupling import Told
 from simulator.declaration import Declaration
 from simulator.fit_alternatives import proposal
 from simulator.fit_attempt import Terms
-from simulator.fit_refusals import refuse_unlearned, refuse_wrong, too_few
+from simulator.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
 from simulator.online import Errors, remarks
 from simulator.recordings import Recording, sequence
 
@@ -96,7 +97,10 @@ class Fit:
         """
         terms = Terms(learner, policy, effects, coupled, inputs, sign_known)
         joined = sequence(runs)
-        samples, rejected = terms.samples(joined, signals)
+        try:
+            samples, rejected = terms.samples(joined, signals)
+        except BadInput as error:
+            raise of_a_command(runs, signals, terms, 0, 1) or error from None
         settings = terms.settings(joined, samples)
         if len(samples) < settings.batch:
             raise too_few(runs, signals, terms, len(samples), settings.batch)
