@@ -41,5 +41,10 @@ class Inertia(Effect):
 def inertia_in_force(declared: float, findings: Iterable[Mapping[str, Any]]) -> float:
     """The inertia that a model goes by [kg m²]: the traced one where it is among the findings, in the form of CONTRACT,
     Section 5; else the declared one."""
-    traced = (finding["parameters"]["inertia_kg_m2"] for finding in findings if finding.get("effect") == Inertia.name)
-    return float(next(traced, declared))
+    for finding in findings:
+        parameters = finding.get("parameters")
+        if finding.get("effect") == Inertia.name and isinstance(parameters, Mapping):
+            value = parameters.get("inertia_kg_m2")
+            if isinstance(value, int | float):
+                return float(value)
+    return declared
