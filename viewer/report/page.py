@@ -52,7 +52,7 @@ def page(found: Trace, axis: Axis = YAW, made: Mapping[str, str] | None = None) 
         made,
         title="Trace",
         kicker=told(f"Yaw motion model, declared inertia {found.inertia:g} kg m²{in_use}"),
-        headline=[told(capital(clause.replace("_", " "))) for clause in headline_clauses(found)],
+        headline=[capital(told(clause).replace("_", " ")) for clause in headline_clauses(found)],
         found=found,
         summary=told(_summary(error)),
         findings=[_finding(finding, axis) for finding in found.effects],
