@@ -202,9 +202,9 @@ def test_a_vehicle_that_rests_without_a_torque_or_turns_slowly_under_a_small_one
 
 @pytest.mark.parametrize(("inertia", "named"), [(16_100.0, False), (1_000.0, True)])
 def test_a_ship_that_is_turned_round_slowly_is_not_held(inertia: float, named: bool) -> None:
-    """143 N m take 16,100 kg m² and a sway that takes half of it from one side to the other in eight seconds."""
+    """143 N m take 16,100 kg m² and a sway that takes half of it from one side to the other in six seconds."""
     time: Array = 0.3 * np.arange(50, dtype=np.float64)
-    rate = 0.0025 * (time - 7.0)
+    rate = 0.0035 * (time - 7.0)
     torque = np.full(50, 143.0)
     turned = Samples(time, rate, torque, raw={"torque": torque})
     assert bool(unmoved(turned, 0.0667, 200.0, inertia)) is named
