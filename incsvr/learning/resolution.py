@@ -99,7 +99,7 @@ class Unresolved:
             cure = f"send the {name} every {wanted / FOLLOWS:.1g} s and smooth over {wanted:.1g} s"
         if settings.torque != COMMANDED:
             cure += ", or, where the torque is a command that holds until the next, set signals.torque to commanded"
-        return cure
+        return f"{cure}; `incsvr fit` on a log of it tries what can be set, and says what it gains"
 
     def _slowest(self, settings: SignalSettings) -> float:
         """Between two messages of the stream that the filter must span [s]."""

@@ -132,15 +132,17 @@ def test_what_limits_a_verdict_is_in_the_headline_of_terminal_and_page(found: Tr
         "nothing that begins or drifts at some time was sought": replace(found, one_clock=False),
         "the inertia is doubted": replace(found, doubts=("the inertia is doubted",)),
     }  # fmt: skip
-    path = tmp_path / "report.html"
     for said, case in cases.items():
         assert said in headline(case)
         assert text(case).startswith(f"declared inertia {case.inertia:g} kg m²: {headline(case)}\n")
-        write(case, path)
-        page = Text()
-        page.feed(path.read_text(encoding="utf-8"))
-        words = " ".join(" ".join(page.words).split()).lower()
-        assert said.replace("_", " ").lower() in words
+    every = replace(found, error={**grown, **much, "change": grown["change"]}, proven=False, one_clock=False)
+    write(every, tmp_path / "report.html")
+    page = Text()
+    page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    words = " ".join(" ".join(page.words).split()).lower()
+    assert headline(every).count("; ") == 2
+    for clause in headline(every).split("; "):
+        assert clause.replace("_", " ").lower() in words
 
 
 def test_a_damping_curve_is_drawn_where_something_was_driven() -> None:

@@ -53,8 +53,8 @@ def damping_chart(curves: Sequence[Curve], rate: Array, damping: Array, axis: Ax
                     curve.rate, shown - curve.doubt, shown + curve.doubt, color=curve.colour, alpha=0.25, linewidth=0
                 )
             above.plot(curve.rate, shown, curve.style, color=curve.colour, linewidth=1.8, label=curve.label)
-        largest = max(float(np.nanmax(np.abs(np.where(driven(c.rate, rate), c.damping, np.nan)))) for c in curves)
-        reach = max(1.3 * largest, float(np.quantile(np.abs(damping), 0.98)))
+        largest = max(float(np.max(np.abs(c.damping[driven(c.rate, rate)]), initial=0.0)) for c in curves)
+        reach = max(1.3 * largest, float(np.quantile(np.abs(damping), 0.98)), 1e-9)
         above.set_ylim(-1.05 * reach, 1.05 * reach)
         above.axhline(0.0, color="#555555", linewidth=0.6)
         above.set_ylabel(said(axis, "damping d(r) [N m]"))
