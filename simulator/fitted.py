@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.effects.inertia import inertia_in_force
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
@@ -18,6 +17,7 @@ from incsvr.learning.motion import rmse
 from incsvr.learning.pictures import Learned
 from incsvr.learning.resolution import unresolved
 from incsvr.plant.body import Coupled
+from incsvr.plant.inertia import inertia_in_force
 from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.checks import told

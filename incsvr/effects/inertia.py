@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
-
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
@@ -36,15 +33,3 @@ class Inertia(Effect):
         if abs(term.coefficients[0]) < KNOWN * s.inertia:
             return f"the inertia would be the declared one within {KNOWN:.0%}, better than it can be known"
         return ""
-
-
-def inertia_in_force(declared: float, findings: Iterable[Mapping[str, Any]]) -> float:
-    """The inertia that a model goes by [kg m²]: the traced one where it is among the findings, in the form of CONTRACT,
-    Section 5; else the declared one."""
-    for finding in findings:
-        parameters = finding.get("parameters")
-        if finding.get("effect") == Inertia.name and isinstance(parameters, Mapping):
-            value = parameters.get("inertia_kg_m2")
-            if isinstance(value, int | float):
-                return float(value)
-    return declared

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from incsvr.effects.inertia import inertia_in_force
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.inertia import inertia_in_force
 from incsvr.plant.words import said
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel

@@ -9,11 +9,11 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from incsvr.effects.inertia import inertia_in_force
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
 from incsvr.learning.several.surface import Several
 from incsvr.learning.spread import KNOTS, UNSEEN, Spread
+from incsvr.plant.inertia import inertia_in_force
 from service.wire.form import Form, Numbers
 
 #: The sets of points of one iteration (Fig. 5-6), in the order in which they are drawn.
