@@ -11,7 +11,6 @@ Writes results/ablation.json and .md.
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import random
@@ -38,6 +37,7 @@ from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import trial
 from simulator.recordings import Recording
 from simulator.trial import TorqueNoise
@@ -234,8 +234,8 @@ def main() -> int:
     }
     text = report(document)
     args.out.mkdir(parents=True, exist_ok=True)
-    lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
-    head = json.dumps({key: value for key, value in document.items() if key != "records"}, ensure_ascii=False)[:-1]
+    lines = ",\n".join(json_text(record) for record in records)
+    head = json_text({key: value for key, value in document.items() if key != "records"})[:-1]
     (args.out / "ablation.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
     (args.out / "ablation.md").write_text(text + "\n", encoding="utf-8")
     print(text)

@@ -7,7 +7,6 @@ both see the same machine at the same moment.
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 import tempfile
@@ -26,6 +25,7 @@ from incsvr.samples import Array
 from service.ingest import RING
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
+from service.wire.json_text import json_text
 from simulator import leng
 from simulator.player import messages, play, wait_for_learner
 
@@ -77,7 +77,7 @@ def learner(**settings: Any) -> Iterator[Learner]:
     endpoint = free_endpoint()
     with tempfile.TemporaryDirectory() as state, ExitStack() as stack:
         chosen = {"state": state, "bus.listen": endpoint, **settings}
-        words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json.dumps(value)}")]
+        words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json_text(value)}")]
         served = stack.enter_context(process("service.cli", "serve", *words))
         session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
         wait_for_learner(session, KEYS, PATIENCE, threading.Event())
@@ -269,4 +269,4 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
 
 
 if __name__ == "__main__":
-    print(json.dumps(measure(), indent=2))
+    print(json_text(measure(), indent=2))

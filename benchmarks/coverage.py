@@ -10,7 +10,6 @@ must be right whenever it is served. Writes coverage.json and coverage.md.
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -30,6 +29,7 @@ from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 
 FIRST_SEED = 640_000
@@ -164,7 +164,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = ["python", "-m", "benchmarks.coverage", *(sys.argv[1:] if arguments is None else arguments)]
     document = provenance(shlex.join(command)) | {"seeds": f"{seeds[0]}–{seeds[-1]}", "records": study(seeds)}
     args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "coverage.json").write_text(json.dumps(document, ensure_ascii=False) + "\n", encoding="utf-8")
+    (args.out / "coverage.json").write_text(json_text(document) + "\n", encoding="utf-8")
     text = report(document)
     (args.out / "coverage.md").write_text(text, encoding="utf-8")
     print(text, end="")

@@ -11,7 +11,6 @@ until then; both get the interval of what 95 % of their own errors at that horiz
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import sys
@@ -37,6 +36,7 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.settings import COMMANDED
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 from simulator.missions import Mission, play
 from simulator.online import learner_for, samples_of, signals_for
@@ -88,7 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = " ".join(["python -m benchmarks.forecast", *(arguments if arguments is not None else sys.argv[1:])])
     about, records = provenance(command), study(args)
     args.out.write_text(report(about, records), encoding="utf-8")
-    rows = json.dumps({**about, "rows": condensed(records)}, indent=1, allow_nan=False)
+    rows = json_text({**about, "rows": condensed(records)}, indent=1)
     args.out.with_suffix(".json").write_text(rows + "\n", encoding="utf-8")
     print(args.out.read_text(encoding="utf-8"))
     return 0

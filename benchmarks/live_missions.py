@@ -7,7 +7,6 @@ nothing but noise, water and ordinary work happens. The learner adopts what it p
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import shlex
@@ -31,6 +30,7 @@ from incsvr.tracing import trace
 from service import demo_underway
 from service.config import Config
 from service.config_sources import read
+from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play
 from simulator.online import learner_for, samples_of, signals_for
@@ -276,7 +276,7 @@ def main() -> int:
             done = next(as_completed(running))
             running.remove(done)
             records.append(done.result())
-            print(json.dumps(records[-1]), file=sys.stderr, flush=True)
+            print(json_text(records[-1]), file=sys.stderr, flush=True)
             late = args.minutes is not None and time.perf_counter() - began > 60.0 * args.minutes
             if not late and (case := next(waiting, None)) is not None:
                 running.add(pool.submit(examine, case))
@@ -288,7 +288,7 @@ def main() -> int:
         "records": records,
     }
     text = report(document)
-    (RESULTS / f"{args.out}.json").write_text(json.dumps(document, ensure_ascii=False) + "\n", encoding="utf-8")
+    (RESULTS / f"{args.out}.json").write_text(json_text(document) + "\n", encoding="utf-8")
     (RESULTS / f"{args.out}.md").write_text(text, encoding="utf-8")
     print(text)
     return 0

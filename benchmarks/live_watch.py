@@ -20,6 +20,7 @@ from service.live import LiveTracing
 from service.node import LearnerNode
 from service.standing import Standing
 from service.tracing_job import answered
+from service.wire.json_text import json_text
 from simulator.recordings import Recording
 
 CHUNK = 3.0
@@ -38,7 +39,7 @@ class InPlace:
         return True
 
     def answer(self) -> Any:
-        return json.loads(json.dumps(answered(json.loads(json.dumps(self.job)), self.streams)))
+        return json.loads(json_text(answered(json.loads(json_text(self.job)), self.streams)))
 
     def close(self) -> None:
         pass

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import shlex
@@ -26,6 +25,7 @@ from benchmarks import mission_learner, mission_tracer
 from benchmarks.mission_cases import HIDDEN, IDLE, hidden, quiet
 from benchmarks.provenance import provenance
 from benchmarks.trace_judge import VERDICTS
+from service.wire.json_text import json_text
 from simulator.missions import KINDS, VEHICLES, Mission, play
 
 RESULTS = Path(__file__).parent / "results"
@@ -162,8 +162,8 @@ def run(args: argparse.Namespace) -> int:
         "records": records,
     }
     text = report(document)
-    lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
-    head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
+    lines = ",\n".join(json_text(record) for record in records)
+    head = json_text({key: value for key, value in document.items() if key != "records"})[:-1]
     args.out.mkdir(parents=True, exist_ok=True)
     (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
     (args.out / f"{name}.md").write_text(text, encoding="utf-8")

@@ -9,7 +9,6 @@ own kernel width, as it is recommended.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -31,6 +30,7 @@ from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 from simulator.online import Errors, learn, signals_for
 from simulator.recordings import read, sequence
@@ -269,7 +269,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "baselines": beside,
     }
     args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "policy.json").write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    (args.out / "policy.json").write_text(json_text(result, indent=1) + "\n", encoding="utf-8")
     text = markdown(result)
     (args.out / "policy.md").write_text(text, encoding="utf-8")
     print(text, end="")

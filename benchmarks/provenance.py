@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import importlib.metadata
-import json
 import os
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+from service.wire.json_text import json_text
 
 
 def provenance(command: str, *packages: str) -> dict[str, object]:
@@ -28,7 +29,7 @@ def provenance(command: str, *packages: str) -> dict[str, object]:
 def publish(folder: Path, name: str, document: Mapping[str, Any], text: str) -> None:
     """Writes a study for programs (`name.json`) and for people (`name.md`), and prints the latter."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    (folder / f"{name}.json").write_text(json_text(document, indent=1) + "\n", encoding="utf-8")
     (folder / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)
 

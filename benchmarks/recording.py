@@ -7,7 +7,6 @@ the viewer's own pages record it: yaw rate at 50 Hz, torque at 25 Hz, health onc
 from __future__ import annotations
 
 import argparse
-import json
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,7 @@ from incsvr.samples import Array
 from service.config_sources import read
 from service.node import LearnerNode
 from service.wire import Health, Measurement
+from service.wire.json_text import json_text
 from simulator.leng import recording
 from viewer import archive
 from viewer.chapter import Chapter
@@ -47,7 +47,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         path = args.keep or Path(folder) / "run.rrd"
         result = {"measured": measured, "hours": args.hours, **measure(path, args.hours)}
-    text = json.dumps(result, indent=2)
+    text = json_text(result, indent=2)
     print(text)
     if args.hours >= 10.0:
         RESULTS.write_text(text + "\n", encoding="utf-8")

@@ -11,7 +11,6 @@ results/sensor_faults.json and .md.
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 import time
@@ -34,6 +33,7 @@ from incsvr.samples import Array, Samples
 from incsvr.signals import Synchroniser
 from incsvr.signals.checks import Decision, Vehicle, implausible
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator import leng
 
 RESULTS = Path(__file__).parent / "results"
@@ -254,7 +254,7 @@ def main(words: Sequence[str] | None = None) -> int:
     command = shlex.join(["python", "-m", "benchmarks.sensor_faults", *(sys.argv[1:] if words is None else words)])
     found = provenance(command) | run(args)
     text = markdown(found, Limits(LASTS, AFTER, SOON, ALLOWED))
-    (args.out / "sensor_faults.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    (args.out / "sensor_faults.json").write_text(json_text(found, indent=1) + "\n", encoding="utf-8")
     (args.out / "sensor_faults.md").write_text(text, encoding="utf-8")
     print(text)
     return 0

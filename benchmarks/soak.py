@@ -7,7 +7,6 @@ its durable state on disk; Leng's run comes again and again, some hundred times 
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 import time
@@ -18,6 +17,7 @@ import numpy as np
 
 from benchmarks.bus import KEYS, PARTNERS, Learner, learner, process
 from benchmarks.provenance import provenance
+from service.wire.json_text import json_text
 
 RESULT = Path(__file__).parent / "results" / "soak.json"
 EVERY = 5.0
@@ -75,7 +75,7 @@ def main() -> int:
     parser.add_argument("--pace", type=float, default=10.0, help="batches of samples a second (default: %(default)s)")
     arguments = parser.parse_args()
     found = provenance(shlex.join(["python", "-m", "benchmarks.soak", *sys.argv[1:]]), "eclipse-zenoh")
-    text = json.dumps(found | soak(arguments.minutes, arguments.pace), indent=2)
+    text = json_text(found | soak(arguments.minutes, arguments.pace), indent=2)
     RESULT.write_text(text + "\n", encoding="utf-8")
     print(text)
     return 0

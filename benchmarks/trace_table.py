@@ -7,7 +7,6 @@ torque is and where the noise is (simulator/trial.py); each of the three has a t
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import random
@@ -32,6 +31,7 @@ from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run
+from service.wire.json_text import json_text
 from simulator.trial import Outcome, TorqueNoise, Trial, play
 
 RESULTS = Path(__file__).parent / "results"
@@ -173,7 +173,7 @@ def run(args: argparse.Namespace) -> int:
         group, _, seed = args.only.partition(":")
         trial = case(group, int(seed) - args.first_seed, args.first_seed, 60 * args.minutes)
         record = examine(group, replace(trial, noise=args.noise), True)
-        print(json.dumps(record, indent=2, ensure_ascii=False))
+        print(json_text(record, indent=2))
         return 0
     every, counts = args.deep_every, {group: getattr(args, group) for group in GROUPS}
     indices = [(group, index) for group, count in counts.items() for index in range(count)]
@@ -199,8 +199,8 @@ def run(args: argparse.Namespace) -> int:
     }
     args.out.mkdir(parents=True, exist_ok=True)
     text = report(document)
-    lines = ",\n".join(json.dumps(record, ensure_ascii=False) for record in records)
-    head = json.dumps({key: value for key, value in document.items() if key != "records"})[:-1]
+    lines = ",\n".join(json_text(record) for record in records)
+    head = json_text({key: value for key, value in document.items() if key != "records"})[:-1]
     name = TABLES[args.noise]
     (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
     (args.out / f"{name}.md").write_text(text, encoding="utf-8")

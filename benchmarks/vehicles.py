@@ -10,7 +10,6 @@ error is that at the end of a shorter run, all of which begin at measured veloci
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 import time
@@ -39,6 +38,7 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.skill import HORIZONS, ahead_of
 from service.progress import progress
+from service.wire.json_text import json_text
 from simulator.fitted import Fit
 from simulator.online import samples_of, signals_for
 from simulator.recordings import sequence
@@ -202,7 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "absent": absent,
     }
     args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "vehicles.json").write_text(json.dumps(document, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+    (args.out / "vehicles.json").write_text(json_text(document, indent=1) + "\n", encoding="utf-8")
     text = report(document)
     (args.out / "vehicles.md").write_text(text, encoding="utf-8")
     print(text, end="")

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.compensation import HEADING, Compensation
 from incsvr.effects import Signals
-from incsvr.learning.motion import Motion, motions
+from incsvr.learning.motion import Motion
 from incsvr.samples import Array
 from incsvr.tracing.model import TracedModel
 
@@ -19,25 +19,21 @@ STEPS = 40.0
 """Of the simulation in the vehicle's time scale."""
 
 
-def traced_free_run_rmse(
-    runs: Sequence[Streams], gap: float, compensation: Compensation, damping: Callable[[Array], Array]
-) -> float | None:
-    """RMSE of the free runs [rad/s], each from its first measured yaw rate with torque and channels; None without runs.
+def traced_free_run_errors(
+    pieces: Sequence[tuple[Motion, Streams]], compensation: Compensation, damping: Callable[[Array], Array]
+) -> list[Array]:
+    """(m,) simulated minus measured yaw rate of each motion [rad/s], from its first measured yaw rate with torque and
+    channels.
 
     Args:
-        runs: the streams of each recording, name → (stamps [s], values).
-        gap: longest pause within a run [s].
+        pieces: each motion with the streams of its recording, name → (stamps [s], values).
         compensation: the effects.
         damping: the learned d(r), (n,) rad/s → (n,) N m.
     """
-    pieces = [(motion, streams) for streams in runs for motion in motions(streams, gap)]
-    if not pieces:
-        return None
-    reach = 2.0 * max(float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces)
+    reach = 2.0 * max((float(np.abs(motion.yaw_rate).max()) for motion, _ in pieces), default=1e-3)
     rate = np.linspace(-reach, reach, 401)
     model = replace(compensation.model, rate=rate, damping=damping(rate))
-    errors = [_error(model, motion, streams) for motion, streams in pieces]
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    return [_error(model, motion, streams) for motion, streams in pieces]
 
 
 def _error(model: TracedModel, motion: Motion, streams: Streams) -> Array:

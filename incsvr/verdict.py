@@ -46,6 +46,12 @@ class Comparison:
     against: float
     won: float = 0.0
 
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Comparison:
+        """Of its fields as JSON has them: null is no number."""
+        known: dict[str, Any] = {name: math.nan if value is None else value for name, value in data.items()}
+        return Comparison(**known)
+
     def after(self, earlier: float) -> Comparison:
         """The same where bets on the effects had won e^earlier on other data before."""
         return replace(self, evidence=max(self.evidence + earlier, 0.0))
@@ -97,9 +103,9 @@ def in_force(found: Comparison) -> Verdict:
 
 
 def errors(error: Mapping[str, Any]) -> str:
-    """The errors before and after, of the form of `Comparison.error`, for people."""
-    before, after = error["before"], error["after"]
-    return (
-        f"torque {before['torque_rmse']:.3g} → {after['torque_rmse']:.3g} N m, "
-        f"free run {before['free_run_rmse']:.3g} → {after['free_run_rmse']:.3g} rad/s"
+    """The errors before and after, of the form of `Comparison.error`, for people; None in JSON is no number."""
+    torque, free_run = (
+        " → ".join("–" if error[when][key] is None else f"{error[when][key]:.3g}" for when in ("before", "after"))
+        for key in ("torque_rmse", "free_run_rmse")
     )
+    return f"torque {torque} N m, free run {free_run} rad/s"

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import logging
 import os
 import threading
@@ -28,6 +27,7 @@ from service.disk import OTHER_ARCHIVE, passes, refusal
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
 from service.wire import Keys
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
@@ -260,7 +260,7 @@ _JSON = {"application/json", "text/json"}
 
 def about(config_json: Mapping[str, Any], boot: str) -> dict[str, str]:
     """What a file says of the learner: which start of the process, and its configuration."""
-    return {"boot": boot, "config": json.dumps(config_json, ensure_ascii=False)}
+    return {"boot": boot, "config": json_text(config_json)}
 
 
 def archive_of(config: Config, boot: str, learners: int) -> Archive | None:

@@ -20,6 +20,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from service.wire.json_text import write_json
 
 DEADLINE = 600.0
 """A process that takes longer [s], wall time, hangs: the slowest trace known took 24."""
@@ -110,7 +111,7 @@ class Child:
 
 
 def _save(folder: Path, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]]) -> None:
-    (folder / "job.json").write_text(json.dumps(job), encoding="utf-8")
+    write_json(folder / "job.json", job)
     stamps = {f"{name}/t": t for name, (t, _) in streams.items()}
     values = {f"{name}/v": value for name, (_, value) in streams.items()}
     np.savez(folder / "streams.npz", allow_pickle=False, **stamps, **values)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from pydantic import BaseModel
 
 from service.config import Config
+from service.wire.json_text import json_text
 
 HEAD = """\
 # The whole configuration, with its defaults: Leng, the vehicle of the paper. Every line may be left out.
@@ -38,7 +38,7 @@ def _section(section: BaseModel, values: dict[str, Any], indent: str, usual: Bas
             lines += _section(value, values[name], indent + "  ", default)
         else:
             lines.append(f"{indent}# {field.description}{_bounds(field.metadata)}")
-            lines.append(f"{indent}{name}: {json.dumps(values[name], ensure_ascii=False)}")
+            lines.append(f"{indent}{name}: {json_text(values[name])}")
     return lines
 
 

@@ -5,7 +5,6 @@ What is wrong is said in one sentence that names where it came from. `service.co
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -25,6 +24,7 @@ from service.section import Name, Prefix, Section
 from service.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
 from service.vehicle import Vehicle
 from service.wire import Keys
+from service.wire.json_text import json_text
 
 
 class Config(Section):
@@ -214,4 +214,4 @@ def validated(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -
 
 def _written(given: Any) -> str:
     """A refused value as it is written in YAML."""
-    return shown(json.dumps(given) if given is None or isinstance(given, bool) else repr(given))
+    return shown(json_text(given) if given is None or isinstance(given, bool) else repr(given))

@@ -32,6 +32,7 @@ from service.output import add_json_argument, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
+from service.wire.json_text import write_json
 
 SPEED = 25.0
 """The experiment's 757 s of the vehicle's time then take half a minute, the third act's 800 s as long."""
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"incsvr demo: {error}", file=sys.stderr)
         return 1
     result["seconds"] = round(time.monotonic() - began, 1)
-    (args.out / "report.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_json(args.out / "report.json", result, indent=2)
     emit(args, result, summary(result, args.out))
     return 0
 

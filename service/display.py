@@ -89,7 +89,8 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
         facts.add_row("model", "none yet: the first follows the first batch")
         return facts
     sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} N m"
-    held = said(axis, f"{len(model.support)} vectors, I = {model.inertia:g} kg m²{sigma}")
+    traced = "" if model.inertia_in_force == model.inertia else f", traced ({model.inertia:g} declared)"
+    held = said(axis, f"{len(model.support)} vectors, I = {model.inertia_in_force:.4g} kg m²{traced}{sigma}")
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
     if model.trained_range is not None:

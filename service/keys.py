@@ -7,7 +7,6 @@ worthless. Each file is written under another name first, so that none is ever h
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import re
 import shutil
@@ -24,6 +23,7 @@ from service.output import add_json_argument, emit
 from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
 from service.section import Prefix
 from service.session import client_settings, listener_settings
+from service.wire.json_text import json_text
 
 ENDPOINT = "tls/127.0.0.1:7447"
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
@@ -184,7 +184,7 @@ def zenoh_file(role: str, place: Place) -> str:
     elif role == LEARNER:
         settings["access_control"] = access_control(place.prefixes)
     head = f"// The {role} of {', '.join(place.prefixes)}, made by `incsvr keys`: {place.sentence(role)}\n"
-    return head + _short_lists(json.dumps(settings, indent=2)) + "\n"
+    return head + _short_lists(json_text(settings, indent=2)) + "\n"
 
 
 def _short_lists(text: str) -> str:

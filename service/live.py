@@ -226,7 +226,7 @@ class LiveTracing:
                 note("suspected", finding["sentence"], name, content=content)
 
     def _proven(self, node: LearnerNode, newest: float, found: Mapping[str, Any]) -> None:
-        comparison, before = Comparison(**found), self.standing
+        comparison, before = Comparison.from_dict(found), self.standing
         if before.tried is None:
             return
         content = before.tried[1]

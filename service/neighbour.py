@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 import zenoh
 
 from service.session import client_settings
 from service.wire import Keys
+from service.wire.json_text import json_text
 
 PATIENCE = 1.0
 """How long who is there may take to answer [s]; a bus answers within a tenth."""
@@ -46,7 +46,7 @@ def _learners(endpoint: str) -> list[str] | None:
     settings = client_settings(endpoint)
     settings["transport"]["unicast"] = {"open_timeout": int(1000 * PATIENCE)}
     try:
-        session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+        session = zenoh.open(zenoh.Config.from_json5(json_text(settings)))
     except zenoh.ZError:
         return None
     with session:

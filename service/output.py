@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from service.wire.json_text import json_text, write_json
 
 
 def destination(text: str) -> Path:
@@ -20,6 +21,15 @@ def destination(text: str) -> Path:
         raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it, or name a file elsewhere")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise argparse.ArgumentTypeError(f"{path} cannot be written; name a file elsewhere")
+    return path
+
+
+def report_destination(text: str) -> Path:
+    """The file of a report, which is one page of HTML, as a type of argparse."""
+    path = destination(text)
+    if path.suffix.lower() not in (".html", ".htm"):
+        page = path.with_suffix(".html").name
+        raise argparse.ArgumentTypeError(f"the report is a page of HTML: name it {page} (a browser prints it as PDF)")
     return path
 
 
@@ -36,14 +46,12 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 def emit(args: argparse.Namespace, result: Mapping[str, Any], text: str) -> None:
     """Prints `text` for people and, where `--json` was given, writes `result` for programs.
 
-    With `--json -` standard output carries the JSON object alone, and the text goes to standard error.
+    A file is written first: nobody who stops reading the text loses it. With `--json -` standard output carries the
+    JSON object alone, and the text goes to standard error.
     """
     target: str | None = args.json
+    if target not in (None, "-"):
+        write_json(Path(target), result, indent=2)
     print(text, file=sys.stderr if target == "-" else sys.stdout)
-    if target is None:
-        return
-    document = json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False)
     if target == "-":
-        print(document)
-    else:
-        Path(target).write_text(document + "\n", encoding="utf-8")
+        print(json_text(result, indent=2))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import ctypes
-import json
 import logging
 import os
 import sys
@@ -20,6 +19,7 @@ from service.crew import Crew
 from service.host import Host
 from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop
 from service.wire import Keys
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if args.listen is not None:
         args.set.append(f"bus.listen={args.listen}")
     if args.archive is not None:
-        args.set.append(f"archive.directory={json.dumps(str(args.archive))}")
+        args.set.append(f"archive.directory={json_text(str(args.archive))}")
     config = from_arguments(args)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
     sys.setswitchinterval(SWITCH)

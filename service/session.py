@@ -7,7 +7,6 @@ learner is one more client of it. A Zenoh JSON5 file (TLS, access control) repla
 from __future__ import annotations
 
 import copy
-import json
 import logging
 import math
 import signal
@@ -25,6 +24,7 @@ from service.zenoh_file import endpoints, tls_section
 
 if TYPE_CHECKING:
     from service.validity import Validity
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
@@ -87,12 +87,12 @@ def client_settings(endpoint: str) -> dict[str, Any]:
 
 def listening(endpoint: str) -> zenoh.Config:
     """The configuration of a learner that listens at `endpoint`."""
-    return zenoh.Config.from_json5(json.dumps(listener_settings(endpoint)))
+    return zenoh.Config.from_json5(json_text(listener_settings(endpoint)))
 
 
 def connecting(endpoint: str) -> zenoh.Config:
     """The configuration of a client at `endpoint`."""
-    return zenoh.Config.from_json5(json.dumps(client_settings(endpoint)))
+    return zenoh.Config.from_json5(json_text(client_settings(endpoint)))
 
 
 def from_file(path: Path) -> zenoh.Config:

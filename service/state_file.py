@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+from service.wire.json_text import json_text
+
 _TABLES = {
     "identity": "CREATE TABLE identity (name TEXT PRIMARY KEY, value TEXT NOT NULL, checksum BLOB NOT NULL)",
     "memory": "CREATE TABLE memory (only INTEGER PRIMARY KEY CHECK (only = 1), value TEXT NOT NULL,"
@@ -186,7 +188,7 @@ def _connect(path: Path, mode: str = "rw") -> sqlite3.Connection:
 
 def _write_identity(connection: sqlite3.Connection, identity: Mapping[str, Any]) -> None:
     for name, content in identity.items():
-        value = json.dumps(content).encode()
+        value = json_text(content).encode()
         row = (name, value, _checksum("identity", name.encode(), value))
         connection.execute("INSERT OR REPLACE INTO identity VALUES (?, ?, ?)", row)
 

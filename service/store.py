@@ -7,7 +7,6 @@ takes nothing, the newest revisions wait in the process's memory, and are answer
 
 from __future__ import annotations
 
-import json
 import logging
 import sqlite3
 from collections.abc import Mapping
@@ -21,6 +20,7 @@ from service.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
 from service.history import History
 from service.state_file import Damaged, StateFile
 from service.taking_up import LOST, bring_back, identity, is_lost, set_aside, take_up
+from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
@@ -157,7 +157,7 @@ class Store:
         """Takes up the state in its place."""
         taken = take_up(self.path, self._own, self._changing)
         self.history.remember(taken.lost)
-        self.history.file, self.memory, self._kept = taken.file, taken.memory, json.dumps(taken.memory).encode()
+        self.history.file, self.memory, self._kept = taken.file, taken.memory, json_text(taken.memory).encode()
 
     def _count(self) -> None:
         """Which revisions are given already."""
@@ -202,7 +202,7 @@ class Store:
         return set_aside(self.path)
 
     def _remember(self, memory: Mapping[str, Any]) -> None:
-        self._kept = json.dumps(memory).encode()
+        self._kept = json_text(memory).encode()
         if self._changing:
             self._own = {**self._own, "effects": memory.get("effects")}
 

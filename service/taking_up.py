@@ -12,6 +12,7 @@ from typing import Any
 from incsvr.learning import learner
 from service.config import Config
 from service.state_file import Damaged, StateFile
+from service.wire.json_text import json_text
 
 FORM = 2  # of the tables and of what is in them
 BESIDE = ("-journal", "-wal", "-shm")
@@ -24,7 +25,7 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     coupled = config.coupled()
     inertia: Any = config.vehicle.inertia
     if coupled is not None:  # what samples are freed of, as JSON gives it back
-        inertia = json.loads(json.dumps(coupled.to_dict()))
+        inertia = json.loads(json_text(coupled.to_dict()))
     return {
         "form": [FORM, learner.FORM],
         "vehicle": config.vehicle.name,

@@ -31,6 +31,7 @@ from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
 from service.child import NO_ANSWER
+from service.wire.json_text import write_json
 
 NICE = 10
 """By how much this process stands back behind the learner."""
@@ -50,7 +51,7 @@ def main(folder: Path) -> int:
     except BadInput as error:
         print(error, file=sys.stderr)
         return NO_ANSWER
-    (folder / "answer.json").write_text(json.dumps(answer), encoding="utf-8")
+    write_json(folder / "answer.json", answer)
     return 0
 
 

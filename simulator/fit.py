@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +20,14 @@ from incsvr.signals.settings import COMMANDED, MEASURED
 from service.config import Config
 from service.config_sources import read as read_config
 from service.effects import TracedEffects, configured, read_effects
-from service.output import add_json_argument, emit
+from service.output import add_json_argument, emit, report_destination
 from simulator import coupling, declared_inertia, written
+from simulator.declaration import add_sign_argument, declared
 from simulator.fit_text import text
 from simulator.fitted import Fit
 from simulator.logs import Reading, add_log_arguments
-from simulator.online import signals_for
+from simulator.made import REPORT_WRITER, made
+from simulator.online import narrowed, signals_for
 from simulator.recordings import Recording, sequence
 
 
@@ -54,12 +58,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the torque is: a command, which holds until the next one, or a measurement (default: told from the "
         "data, or as configured)",
     )
+    parser.add_argument(
+        "--smoothing",
+        type=_width,
+        metavar="S",
+        help="width of the filter of both streams [s] (default: scaled to them, or as configured)",
+    )
     parser.add_argument("--policy", choices=("paper", "weighted"), help="which samples are kept")
     parser.add_argument(
         "--write", type=Path, metavar="FILE", help="write a configuration for `serve` there, scaled as this fit is"
     )
+    parser.add_argument(
+        "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
+    )
+    add_sign_argument(parser)
     add_log_arguments(parser)
     add_json_argument(parser)
+
+
+def _width(text: str) -> float:
+    """A width of the filter [s], as a type of argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"it is {text}; give the width of the filter in seconds, a positive number")
+    return value
 
 
 def run(args: argparse.Namespace) -> int:
@@ -69,22 +94,36 @@ def run(args: argparse.Namespace) -> int:
         over |= {"vehicle": {"axis": args.axis}}
     config = read_config(args.config, over)
     reading = Reading.of(args, config)
+    axis = reading.axis
     try:
-        result, words = _fitted(args, config, reading)
+        fit, result, words = _fitted(args, config, reading)
     except BadInput as error:
-        raise BadInput(said(reading.axis, str(error))) from None
-    emit(args, result, said(reading.axis, words))
+        raise BadInput(said(axis, str(error))) from None
+    try:
+        emit(args, result, said(axis, words))
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
     return 0
 
 
-def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[dict[str, Any], str]:
-    """The result for programs, and for people."""
+def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
+    """What was learned, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
+    declaration = None
+    if coupled is None and args.effects is None:
+        declaration = declared(runs, unseen, inertia, args.torque, args.assume_sign)
+        runs, unseen = declaration.runs, declaration.unseen
     signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen], coupled)
-    fit = Fit.of(runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs)
+    if args.smoothing is not None:
+        signals = narrowed(signals, args.smoothing)
+    fit = Fit.of(
+        runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs, declaration,
+        args.assume_sign,
+    )  # fmt: skip
     words = text(fit, estimate)
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
@@ -93,7 +132,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name, "remarks": [said(reading.axis, each) for each in result["remarks"]]}
-    return result, words
+    return fit, result, words
 
 
 def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: Fit) -> None:
@@ -104,7 +143,7 @@ def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: 
         config = config.model_copy(update={"vehicle": vehicle})
     if args.config:
         vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
-        signals = config.signals.model_copy(update={"torque": fit.signals.torque})
+        signals = config.signals.model_copy(update={"torque": fit.signals.torque, "smoothing": fit.signals.smoothing})
         learner = config.learner.model_copy(update={"policy": fit.learner.policy})
         config = config.model_copy(update={"vehicle": vehicle, "signals": signals, "learner": learner})
     else:

@@ -12,12 +12,14 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
     source = (
         "" if estimate is None else f"{declared_inertia.doubt(estimate, fit.closed_loop)}, estimated by output error"
     )
+    if fit.inertia != fit.signals.inertia:
+        source = f", traced ({fit.signals.inertia:.4g} declared)"
     signals, learner = fit.signals, fit.learner
     left = fit.samples - (len(fit.iterations) + fit.put_aside) * learner.batch
     lines = [
         f"recordings  {fit.name}: {fit.samples} samples, {len(fit.iterations)} batches of {learner.batch}, "
         f"{left} left over" + f", {fit.put_aside} batches put aside" * bool(fit.put_aside),
-        f"vehicle     I = {signals.inertia:.4g} kg m²{source}; |r| ≤ {learner.rate_range[1]:.3g} rad/s",
+        f"vehicle     I = {fit.inertia:.4g} kg m²{source}; |r| ≤ {learner.rate_range[1]:.3g} rad/s",
         f"signals     a sample every {signals.sample_period:.3g} s, smoothed over {signals.smoothing:.3g} s",
         f"learner     policy {learner.policy}, γ = {learner.gamma:.3g} s²/rad², C = {learner.C:.3g} N m, "
         f"ε = {learner.epsilon:.2g} N m",
@@ -46,4 +48,14 @@ def text(fit: Fit, estimate: InertiaEstimate | None) -> str:
             "",
             f"on {fit.validated_on}: MAE {final.mae:.3g} N m, RMSE {final.rmse:.3g} N m; free run {ran}",
         ]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", *_coefficients(fit)])
+
+
+def _coefficients(fit: Fit) -> list[str]:
+    """The textbook's two, with what is to be known of them."""
+    units = ("N m s/rad", "N m s²/rad²")
+    told = [
+        f"{name} = {value.estimate:.3g} ({value.low:.3g} to {value.high:.3g}) {unit}"
+        for (name, value), unit in zip(fit.coefficients.items(), units, strict=True)
+    ]
+    return [f"damping     {', '.join(told)}", *(f"            {note}" for note in fit.coefficient_notes)]

@@ -102,6 +102,12 @@ def signals_for(
     )
 
 
+def narrowed(signals: SignalSettings, smoothing: float) -> SignalSettings:
+    """The settings with a filter of another width [s], which bridges no longer pauses than it may."""
+    gap = None if signals.gap is None else min(signals.gap, 2.0 * smoothing)
+    return replace(signals, smoothing=smoothing, gap=gap)
+
+
 def _held_share(recordings: Sequence[Recording], smoothing: float) -> float:
     """For which share of the time a torque that repeats itself held for a whole window of this filter [s]; 0 where it
     does not repeat itself, or where the vehicle passes over some of its rates too fast for such a window."""
@@ -159,7 +165,7 @@ def pauses(recording: Recording, gap: float) -> list[str]:
     return found
 
 
-def remarks(recordings: Sequence[Recording], samples: Samples, signals: SignalSettings) -> list[str]:
+def remarks(recordings: Sequence[Recording], signals: SignalSettings) -> list[str]:
     """What a person should know about the recordings and the settings."""
     found = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     found += [sentence for recording in recordings for sentence in pauses(recording, signals.longest_pause)]
@@ -168,20 +174,7 @@ def remarks(recordings: Sequence[Recording], samples: Samples, signals: SignalSe
         for recording in recordings
         for sentence in remarks_of(recording, signals.smoothing)
     ]
-    foreign = foreign_inertia(recordings, samples, signals)
-    return found if foreign is None else [*found, foreign]
-
-
-def foreign_inertia(recordings: Sequence[Recording], samples: Samples, signals: SignalSettings) -> str | None:
-    """A sentence where the declared inertia asks for far more than the actuators give, if they give anything."""
-    torque = max(float(np.abs(recording.streams()[TORQUE][1]).max()) for recording in recordings)
-    damping = float(np.abs(samples.damping).max(initial=0.0))
-    if not 0.0 < 5.0 * torque < damping:
-        return None
-    return (
-        f"an inertia of {signals.inertia:g} kg m² asks for {damping:.3g} N m where the actuators give {torque:.3g}; "
-        "declare the vehicle's own with --inertia"
-    )
+    return found
 
 
 def wanted_streams(recording: Recording, signals: SignalSettings, with_channels: bool) -> Streams:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config_sources import from_arguments
+from service.wire.json_text import write_json
 from simulator import leng, planar, underway
 from simulator.player import Faults, messages
 from simulator.recordings import sequence, write
@@ -53,5 +53,5 @@ def run(args: argparse.Namespace) -> int:
     if act is not None and args.truth is not None and not status:
         began = float(whole.time[-1] - act.recording.time[-1])
         truth = {"effect": act.effect, "since": round(began + act.onset, 1), "parameters": act.truth}
-        args.truth.write_text(json.dumps(truth), encoding="utf-8")
+        write_json(args.truth, truth)
     return status

@@ -15,6 +15,7 @@ from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
+from simulator.fit_refusals import SIGN, told
 from simulator.online import learner_for, signals_for
 from simulator.recorded_streams import refuse_bursts, remarks_of
 from simulator.recordings import Recording
@@ -23,18 +24,19 @@ SLOW = 1.6
 """Periods of the yaw rate that one of the torque lasts at least to be called slow."""
 
 
-def examined(recordings: Sequence[Recording], inertia: float) -> list[Sensors]:
+def examined(recordings: Sequence[Recording], inertia: float, sign_known: bool = False) -> list[Sensors]:
     """What the checks say of the sensors of each recording, with the settings of `incsvr fit` scaled to it.
 
     Args:
         inertia: as declared [kg m²].
+        sign_known: the torque's sign is taken as it is.
 
     Raises:
         BadInput: the yaw rate comes in bursts.
     """
     for recording in recordings:
         refuse_bursts(recording, (YAW_RATE,))
-    return [_examined(recording, inertia) for recording in recordings]
+    return [_examined(recording, inertia, sign_known) for recording in recordings]
 
 
 def believed(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> list[Recording]:
@@ -45,7 +47,8 @@ def believed(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> lis
     """
     for recording, said in zip(recordings, sensors, strict=True):
         if said.refusal is not None:
-            raise BadInput(f"{recording.name}: {said.refusal}, and leave these rows out")
+            rows = "" if said.refusal.kind == SIGN else ", and leave these rows out"
+            raise BadInput(f"{recording.name}: {told(said.refusal)}{rows}")
     return [
         replace(recording, columns={**recording.columns, HEADING: -recording.columns[HEADING]})
         if said.heading_reversed
@@ -76,7 +79,7 @@ def coupled(recording: Recording) -> bool:
     return any(recording.axis.rate not in pair for pair in products(recording.axis, recorded))
 
 
-def _examined(recording: Recording, inertia: float) -> Sensors:
+def _examined(recording: Recording, inertia: float, sign_known: bool) -> Sensors:
     try:
         signals = signals_for([recording], inertia, recording.axis.fastest)
         streams = recording.streams()
@@ -85,7 +88,7 @@ def _examined(recording: Recording, inertia: float) -> Sensors:
         settings = learner_for(samples)
     except BadInput:  # too short, or at rest: the tracer says so itself
         return Sensors((), (), None, False)
-    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, believed=False)
+    vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, False, sign_known)
     sensors = examine(samples, settings, vehicle, coupled(recording))
     slow = _slow_torque(recording, inertia)
     further = (*remarks_of(recording, signals.smoothing), *(() if slow is None else (slow,)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import queue
 import subprocess
 import sys
@@ -18,6 +17,7 @@ from benchmarks.bus import KEYS, PARTNERS, process
 from incsvr.errors import BadInput
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
+from service.wire.json_text import json_text
 
 PATIENCE = 30.0
 """How long anything may take [s] before it counts as never."""
@@ -56,7 +56,7 @@ class Subject:
         began = time.monotonic()
         while not self._alive.empty():
             self._alive.get()
-        words = ["--set", self._place, "--set", f"state={json.dumps(str(self.state))}"]
+        words = ["--set", self._place, "--set", f"state={json_text(str(self.state))}"]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "service.cli", "serve", *words],
             stdout=subprocess.DEVNULL,

@@ -20,6 +20,22 @@ class Interval(NamedTuple):
     high: float
 
 
+def negative_drag(name: str, low: float, high: float) -> str | None:
+    """A sentence on a coefficient whose interval of 95 % holds a drag that drives the vehicle; None where it does not.
+
+    Args:
+        name: of NAMES, or as the axis calls it.
+        low, high: the interval, positive where damping opposes.
+    """
+    if low >= 0.0:
+        return None
+    if high <= 0.0:
+        return (
+            f"{name} drives instead of damping: use it within the rates that were learned, and together with the other"
+        )
+    return f"{name} is not known by its sign: its interval holds a negative drag, which drives instead of damping"
+
+
 def coefficients(model: Model) -> dict[str, Interval]:
     """The best N_r and N_{r|r|} of a trained model's curve, positive where damping opposes.
 

@@ -58,6 +58,25 @@ class Motion:
         return np.asarray(np.interp(self.rate_time, time, simulated) - self.yaw_rate)
 
 
+@dataclass(frozen=True, slots=True)
+class FreeRun:
+    """A motion simulated from its first measured yaw rate, beside what was measured.
+
+    Attributes:
+        time: (m,) stamps [s].
+        measured, simulated: (m,) yaw rates [rad/s]; simulated is NaN from where the model runs away.
+    """
+
+    time: Array
+    measured: Array
+    simulated: Array
+
+    @property
+    def error(self) -> Array:
+        """(m,) [rad/s]."""
+        return self.simulated - self.measured
+
+
 def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Motion]:
     """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
     (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
@@ -99,12 +118,19 @@ def held_motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list
 
 def free_run_rmse(runs: Sequence[Motion], inertia: float, damping: Callable[[Array], Array]) -> float | None:
     """RMSE of the free runs [rad/s]; None where there is none, or one runs away."""
-    if not runs:
-        return None
-    fastest = max(float(np.abs(run.yaw_rate).max()) for run in runs)
+    return rmse(free_run_errors(runs, inertia, damping))
+
+
+def free_run_errors(runs: Sequence[Motion], inertia: float, damping: Callable[[Array], Array]) -> list[Array]:
+    """(m,) simulated minus measured yaw rate of each motion [rad/s], NaN from where it runs away."""
+    fastest = max((float(np.abs(run.yaw_rate).max()) for run in runs), default=0.0)
     table = tabulated(damping, 2.0 * max(fastest, 1e-3))
-    errors = [_error(run, inertia, table) for run in runs]
-    value = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    return [_error(run, inertia, table) for run in runs]
+
+
+def rmse(errors: Sequence[Array]) -> float | None:
+    """Of the errors of free runs [rad/s]; None where there is none, or one runs away."""
+    value = float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else np.nan
     return value if np.isfinite(value) else None
 
 

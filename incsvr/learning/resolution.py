@@ -25,6 +25,10 @@ BANDS = ((0.15, 0.35), (0.35, 0.65), (0.65, 1.0))
 """Of the fastest rate, in each of which the error is told."""
 SAID = 0.1
 """Of the damping there: a smaller error is not said."""
+AIMED = 0.5 * SAID
+"""Of the damping there: a filter that is proposed is narrow enough for this error."""
+WORTH = 0.9
+"""Of the filter's width, that a narrower one has at most: less changes nothing."""
 OF_FASTEST = 0.02
 """And of the damping at the fastest rates: where there is next to no damping, nobody asks for a tenth of it."""
 CLEARLY = 3.0
@@ -74,21 +78,32 @@ class Unresolved:
             f"{self.fastest:.2g} rad/s"
         )
 
+    def narrower(self, settings: SignalSettings) -> float | None:
+        """The width of a filter [s] that is narrow enough for the motion, or as narrow as the streams allow; None where
+        they allow none that is much narrower."""
+        least = FOLLOWS * self._slowest(settings)
+        width = max(self.smoothing * (AIMED / self.share) ** 0.5, least)  # the error goes with the width squared
+        return float(f"{width:.2g}") if width < WORTH * self.smoothing else None
+
     def cure(self, settings: SignalSettings) -> str:
         """What to set or to ask for, in the configuration's words."""
+        width = None if self.late else self.narrower(settings)
         if self.late:
             cure = f"send the torque every {self.torque_period * SAID / self.share:.1g} s"
-        else:  # the error goes with the square of the filter's width
-            width = self.smoothing * (SAID / self.share) ** 0.5
-            slowest = max(self.yaw_rate_period, 0.0 if settings.torque == COMMANDED else self.torque_period)
-            if width >= FOLLOWS * slowest:
-                cure = f"set signals.smoothing to {width:.1g}"
-            else:
-                name = "yaw rate" if slowest <= self.yaw_rate_period else "torque"
-                cure = f"send the {name} every {width / FOLLOWS:.1g} s and smooth over {width:.1g} s"
+        elif width is not None:
+            cure = f"set signals.smoothing to {width:g}"
+        else:
+            slowest = self._slowest(settings)
+            name = "yaw rate" if slowest <= self.yaw_rate_period else "torque"
+            wanted = self.smoothing * (AIMED / self.share) ** 0.5
+            cure = f"send the {name} every {wanted / FOLLOWS:.1g} s and smooth over {wanted:.1g} s"
         if settings.torque != COMMANDED:
             cure += ", or, where the torque is a command that holds until the next, set signals.torque to commanded"
-        return cure
+        return f"{cure}; `incsvr fit` on a log of it tries what can be set, and says what it gains"
+
+    def _slowest(self, settings: SignalSettings) -> float:
+        """Between two messages of the stream that the filter must span [s]."""
+        return max(self.yaw_rate_period, 0.0 if settings.torque == COMMANDED else self.torque_period)
 
 
 def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:

@@ -13,8 +13,9 @@ from incsvr.signals.checks import OF_THE_MODEL, Finding, Vehicle, Verdict, told
 IMPOSSIBLE = frozenset({"yaw_rate stuck", "sign"})
 """Kinds of findings after which nothing that a recording says of the vehicle is right. A torque that stands still is
 not among them: a moment that nobody declared may turn a vehicle whose torque is held."""
-SIGN = "sign"
-"""Of these what a Coriolis force or a Munk moment brings forth, too: they drive a vehicle without its thrust."""
+SIGN, TORQUE_STUCK = "sign", "torque stuck"
+"""What a Coriolis force or a Munk moment brings forth, too: they drive a vehicle without its thrust, and turn it on
+while a rudder keeps its angle."""
 REVERSED = "heading reversed"
 MOST = 0.5
 """The part of the batches that could tell, at least, of which a heading counts the other way: a compass is mounted for
@@ -29,13 +30,13 @@ class Sensors:
         remarks: a sentence for each thing that a sensor or a clock does wrong.
         of_the_model: a sentence for each thing by which the motion differs from what was learned until then; it may be
             the vehicle's, a sensor's, or what a tracer looks for.
-        refusal: why nothing is to be concluded from the recording; None where something is.
+        refusal: after which nothing is to be concluded from the recording; None where something is.
         heading_reversed: the heading counts in the other direction than the yaw rate.
     """
 
     remarks: tuple[str, ...]
     of_the_model: tuple[str, ...]
-    refusal: str | None
+    refusal: Finding | None
     heading_reversed: bool
 
 
@@ -48,8 +49,8 @@ def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: boo
     verdicts = [verdict for verdict, _ in guarded.follow(settings, vehicle, samples, rest=True)]
     findings = [finding for verdict in verdicts for finding in verdict.findings]
     refused = IMPOSSIBLE - {SIGN} if coupled else IMPOSSIBLE
-    of_the_model = OF_THE_MODEL | {SIGN} if coupled else OF_THE_MODEL
-    impossible = [finding.sentence for finding in findings if finding.kind in refused]
+    of_the_model = OF_THE_MODEL | {SIGN, TORQUE_STUCK} if coupled else OF_THE_MODEL
+    impossible = [finding for finding in findings if finding.kind in refused]
     turned = sum(any(finding.kind == REVERSED for finding in verdict.findings) for verdict in verdicts)
     return Sensors(
         tuple(_only(verdicts, lambda finding: finding.kind not in of_the_model)),

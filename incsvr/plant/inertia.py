@@ -6,7 +6,8 @@ Marine Craft Hydrodynamics and Motion Control, 2011.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from incsvr.samples import Array
 
+TRACED_INERTIA = "inertia"
+"""The effect that is another inertia than the declared one, in the vocabulary of CONTRACT, Section 5."""
 ROUNDING = 1e-9
 """Part of its largest entry by which a mass matrix may be asymmetric or short of positive."""
 
@@ -95,3 +98,15 @@ def _momenta(mass: Array, velocity: Array) -> tuple[Array, Array]:
     """Linear and angular momentum, (n, 3) each: both halves of M ν."""
     momentum = velocity @ mass.T
     return momentum[:, :3], momentum[:, 3:]
+
+
+def inertia_in_force(declared: float, findings: Iterable[Mapping[str, Any]]) -> float:
+    """The inertia that a model goes by [kg m²]: the traced one where it is among the findings, in the form of CONTRACT,
+    Section 5; else the declared one."""
+    for finding in findings:
+        parameters = finding.get("parameters")
+        if finding.get("effect") == TRACED_INERTIA and isinstance(parameters, Mapping):
+            value = parameters.get("inertia_kg_m2")
+            if isinstance(value, int | float):
+                return float(value)
+    return declared

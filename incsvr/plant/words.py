@@ -10,8 +10,8 @@ import re
 
 from incsvr.plant.axes import YAW, Axis
 
-_NAMED = r"(?<!channel )(?<![\w:*])"
-"""Not part of a name such as coupling:torque, torque_lag or coriolis:surge*yaw_rate."""
+_NAMED = r"(?<!channel )(?<![\w:*.])(?<!--)"
+"""Not part of a name such as coupling:torque, torque_lag or coriolis:surge*yaw_rate, nor of a flag or a setting."""
 
 _SYMBOLS = (
     (r"\bN_r\|r\|", "{moment}_{symbol}|{symbol}|"),
@@ -25,6 +25,7 @@ _SYMBOLS = (
 """SNAME's letters in labels and formulas; before the units, of which one stands behind r."""
 _ALONG = (
     *_SYMBOLS,
+    (r"yaw rates", "{name} velocities"),
     (r"yaw rate", "{name} velocity"),
     (r"Yaw rate", "{Name} velocity"),
     (r"\bTorque\b", "Force"),
@@ -38,7 +39,7 @@ _ALONG = (
     (r"\bturns back\b", "pulls back"),
     (r"sense of turning", "direction of motion"),
     (r"(?<!same )(?<!Munk )(?<!this )(?<!the )\bmoment\b", "force"),
-    (r"\binertia\b(?!_)", "mass"),
+    (r"(?<!--)(?<!\.)\binertia\b(?!_)", "mass"),
     (r"N m s²/rad²", "N s²/m²"),
     (r"N m s/rad", "N s/m"),
     (r"N m/rad", "N/m"),
@@ -77,6 +78,9 @@ def said(axis: Axis, text: str) -> str:
         "moment": axis.force_symbol,
         "inertia": "m" if axis.along else "I",
     }
+    # a flag names columns of a recording, each axis's own
+    text = text.replace("--column torque=-torque", f"--column {axis.effort}=-{axis.effort}")
+    text = text.replace("--column torque=", f"--column {axis.effort}=")
     for pattern, instead in _ALONG if axis.along else _ABOUT:
         text = re.sub(pattern, instead.format(**names), text)
     return text

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.inertia import inertia_in_force
 from incsvr.plant.words import said
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
@@ -114,6 +115,9 @@ class Trace:
             free run proves nothing, that of the predictions' change; and the model beats a rate of zero.
         spans: where what is left is louder, or the thrust's gain another than elsewhere, from and to [s of the
             recordings].
+        one_clock: whether the recordings follow one another; else nothing that changes in time was sought.
+        doubts: what speaks against the declaration itself (inertia, unit or sign of the torque), each a clause that
+            the headline repeats.
     """
 
     inertia: float
@@ -130,11 +134,18 @@ class Trace:
     loop: str = "open"
     proven: bool = False
     spans: tuple[tuple[float, float], ...] = ()
+    one_clock: bool = True
+    doubts: tuple[str, ...] = ()
 
     @property
     def beats_zero(self) -> bool:
         """Whether the free run with what was found errs less than saying that the vehicle does not turn."""
         return beats_zero(self.error)
+
+    @property
+    def inertia_in_force(self) -> float:
+        """The inertia that the model goes by: the declared one with what was traced of it [kg m²]."""
+        return inertia_in_force(self.inertia, [finding.to_dict() for finding in self.effects])
 
     def in_terms_of(self, axis: Axis) -> Trace:
         """The same in the words and units of an axis."""
@@ -148,6 +159,7 @@ class Trace:
             ),
             rejected=tuple(replace(each, reason=said(axis, each.reason)) for each in self.rejected),
             notes=tuple(said(axis, note) for note in self.notes),
+            doubts=tuple(said(axis, doubt) for doubt in self.doubts),
             ignored_channels={name: said(axis, reason) for name, reason in self.ignored_channels.items()},
         )
 
@@ -155,6 +167,7 @@ class Trace:
         """Plain data for JSON."""
         return {
             "declared": {"inertia": self.inertia},
+            "inertia": self.inertia_in_force,
             "verdict": self.verdict,
             "effects": [finding.to_dict() for finding in self.effects],
             "rejected": [{"effect": r.effect, "p_value": r.p_value, "reason": r.reason} for r in self.rejected],

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 from incsvr.effects import Effect, Signals
+from incsvr.tracing.findings import Finding, Trace
 
 LABELS = {
     "moment_nm": ("moment", "N m"),
@@ -56,7 +59,26 @@ def sentence(
         spread = "" if certain else f" ({low:.3g} to {high:.3g})"
         values.append(f"{label} {value:.3g}{spread}{' ' + unit if unit else ''}")
     meaning = AHEAD if parameters.get("delay_s", 0.0) < 0.0 else effect.sentence
-    return f"{effect.name}: {meaning}; {', '.join(values)}. It explains {explained_part:.0%} of what can be explained."
+    part = f"It accounts for {100.0 * explained_part:.0f} % of the improvement."
+    return f"{effect.name}: {meaning}; {', '.join(values)}. {part}"
+
+
+OTHER_MEANS = "by other means"
+"""Says in a manoeuvre's sentence that none tells two effects apart."""
+
+
+def advised(finding: Finding) -> Finding:
+    """The finding with advice that can be followed: no bollard pull measures what a recorded channel does."""
+    of_channel = next((name for name in (*finding.cannot_tell_from[:1], finding.effect) if ":" in name), None)
+    if of_channel is None or OTHER_MEANS not in finding.next_manoeuvre:
+        return finding
+    channel = of_channel.split(":", 1)[1]
+    return replace(
+        finding,
+        next_manoeuvre=f"no manoeuvre in yaw tells it from {finding.cannot_tell_from[0]}: both explain every motion "
+        f"alike; record a run in which {channel} takes other values at the same torques (another place, heading, depth "
+        f"or speed), or leave {channel} out where it is a raw sensor's",
+    )
 
 
 def streams(effect: Effect) -> tuple[str, ...]:
@@ -82,6 +104,79 @@ def of_clocks(signals: Signals) -> tuple[str, ...]:
         "the stamps of the recordings overlap, so each counts its own time: nothing was sought that begins or drifts "
         "at some time; recordings of one dive need stamps that go on from one to the next",
     )
+
+
+MUCH_LEFT = 0.25
+"""Part of the torque that a model leaves from which the headline says so: a thrust table is known to about a tenth."""
+
+
+def headline(found: Trace) -> str:
+    """What a trace comes to, with everything that limits it: the one sentence above it, wherever it is read.
+
+    It is made of the verdict, the errors on unseen data with their intervals, whether they prove the effects, what is
+    left of the torque, whether the stamps of the recordings overlap, and doubts about what was declared.
+    """
+    return "; ".join(headline_clauses(found))
+
+
+def headline_clauses(found: Trace) -> list[str]:
+    """The clauses of the headline: the verdict, then what limits it."""
+    return [_verdict(found), *_limits(found)]
+
+
+def _verdict(found: Trace) -> str:
+    if not found.beats_zero:
+        return "the model predicts no better than a rate of zero: check inertia, units and signs before anything else"
+    names = ", ".join(finding.effect for finding in found.effects)
+    if found.verdict == "effects":
+        key = "torque_rmse" if found.loop == "closed" else "free_run_rmse"
+        errors = _before_and_after(found.error, key)
+        if found.proven:
+            return f"the model lacks {names}: on unseen data {errors}"
+        if found.error["change"][key]["low"] > 0.0:
+            return f"{names} would fit these recordings better, but unseen data speak against it: {errors}"
+        return f"the model may lack {names}, but unseen data do not prove it: {errors}, which chance may do"
+    if found.verdict == "unexplained":
+        follows = ", ".join(each.channel for each in found.unexplained)
+        of = f", the residual follows {follows}" if follows else ""
+        return f"something is missing that no known effect explains{of}"
+    left = left_of_torque(found.error)
+    if left is not None and left >= MUCH_LEFT:
+        return f"no known effect is proven, but the model does not explain the motion: what it leaves is {_share(left)}"
+    return "nothing is missing that these recordings could show"
+
+
+def _limits(found: Trace) -> list[str]:
+    """What a reader of the verdict must know beside it."""
+    limits, left = list(found.doubts), left_of_torque(found.error)
+    if found.verdict != "none" and left is not None and left >= MUCH_LEFT:
+        limits.append(f"what the model leaves is {_share(left)}")
+    other = "free_run_rmse" if found.loop == "closed" else "torque_rmse"
+    if found.verdict != "none" and found.error["change"][other]["low"] > 0.0:
+        limits.append(f"on unseen data {_before_and_after(found.error, other)}")
+    if not found.one_clock:
+        limits.append("nothing that begins or drifts at some time was sought: the stamps of the recordings overlap")
+    return limits
+
+
+def left_of_torque(error: Mapping[str, Any]) -> float | None:
+    """Part of the torque that the model leaves of the fitted recordings; None where there was no torque."""
+    share = error["disturbance"].get("share_of_torque")
+    return None if share is None else float(share)
+
+
+def _share(left: float) -> str:
+    return f"{100.0 * left:.0f} % of the torque"
+
+
+def _before_and_after(error: Mapping[str, Any], key: str) -> str:
+    """How an error changed, in words: "the torque's error grows from 51.6 to 56.2 N m"."""
+    called, unit = {"torque_rmse": ("the torque's error", "N m"), "free_run_rmse": ("the free run's error", "rad/s")}[
+        key
+    ]
+    before, after = (error[when][key] for when in ("before", "after"))
+    moves = "grows" if after > before else "falls"
+    return f"{called} {moves} from {before:.3g} to {after:.3g} {unit}"
 
 
 SMALLEST = 1e-300

@@ -122,4 +122,4 @@ def beats_zero(error: Mapping[str, Any]) -> bool:
 
 
 def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    return float(np.sqrt(np.mean(values**2))) if values.size else np.nan

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sqlite3
 import sys
@@ -18,6 +17,7 @@ from service.export.learned import Learned, of_file, of_snapshot
 from service.export.table import as_csv, as_json
 from service.state_file import Damaged, StateFile
 from service.wire import ModelSnapshot, decode
+from service.wire.json_text import json_text
 
 FORMATS = ("csv", "json", "gazebo", "uuv", "stonefish", "python-vehicle-simulator")
 
@@ -82,7 +82,7 @@ def written(
     if format_ == "csv":
         return as_csv(learned)
     if format_ == "json":
-        return json.dumps(as_json(learned), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+        return json_text(as_json(learned), indent=2) + "\n"
     if format_ == "gazebo":
         return simulators.gazebo(learned, link, dry)
     if format_ == "uuv":

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.coefficients import NAMES, coefficients
+from incsvr.learning.coefficients import NAMES, coefficients, negative_drag
 from incsvr.learning.model import Model
 from incsvr.samples import Array
 from service.wire import ModelSnapshot
@@ -107,6 +107,9 @@ class Learned:
         ]
         if min(self.linear.estimate, self.quadratic.estimate) < 0.0:
             lines.append("one of the two drives instead of damping: beyond these rates a simulator may run away")
+        for name, value in zip(NAMES, (self.linear, self.quadratic), strict=True):
+            note = None if value.low is None or value.high is None else negative_drag(name, value.low, value.high)
+            lines += [] if note is None else [note]
         for effect in self.effects:
             values = ", ".join(f"{name} = {_told(value)}" for name, value in effect.parameters.items())
             rivals = f" (or {', '.join(effect.cannot_tell_from)})" if effect.cannot_tell_from else ""

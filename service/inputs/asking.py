@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 
+from service.wire.json_text import json_text
+
 KEY = "mavlink/in"
 """Where BlueOS's MAVLink server takes messages (bluerobotics/mavlink-server, drivers/zenoh)."""
 ACK = "COMMAND_ACK"
@@ -32,7 +34,7 @@ def request(system: int, message: int, hertz: float) -> bytes:
             "confirmation": 0,
         },
     }
-    return json.dumps(said).encode()
+    return json_text(said).encode()
 
 
 def accepted(payload: bytes) -> bool | None:

@@ -13,6 +13,7 @@ from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
 from incsvr.learning.several.surface import Several
 from incsvr.learning.spread import KNOTS, UNSEEN, Spread
+from incsvr.plant.inertia import inertia_in_force
 from service.wire.form import Form, Numbers
 
 #: The sets of points of one iteration (Fig. 5-6), in the order in which they are drawn.
@@ -116,6 +117,11 @@ class ModelSnapshot(Form):
     spread: NoiseByRate = NoiseByRate()
     widening: float = 1.0  # of the curve's own doubt, since fresh samples disagreed
     over: OverSeveral | None = Field(default=None, exclude_if=lambda over: over is None)
+
+    @property
+    def inertia_in_force(self) -> float:
+        """The inertia that the model goes by: the traced one where that is among its effects [kg m²]."""
+        return inertia_in_force(self.inertia, self.effects)
 
     def model(self) -> Model:
         """The model to predict with: damping, its uncertainty, and where it extrapolates."""

@@ -200,6 +200,16 @@ def test_a_vehicle_that_rests_without_a_torque_or_turns_slowly_under_a_small_one
         assert not unmoved(rests, 0.25, 100.0)
 
 
+@pytest.mark.parametrize(("inertia", "named"), [(16_100.0, False), (1_000.0, True)])
+def test_a_ship_that_is_turned_round_slowly_is_not_held(inertia: float, named: bool) -> None:
+    """143 N m take 16,100 kg m² and a sway that takes half of it from one side to the other in six seconds."""
+    time: Array = 0.3 * np.arange(50, dtype=np.float64)
+    rate = 0.0035 * (time - 7.0)
+    torque = np.full(50, 143.0)
+    turned = Samples(time, rate, torque, raw={"torque": torque})
+    assert bool(unmoved(turned, 0.0667, 200.0, inertia)) is named
+
+
 def test_two_gyros_on_one_key_that_differ_are_named_and_not_learned_from() -> None:
     found = leng.recording("T1", 3).streams()
     t, rate = found["yaw_rate"]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
+
 from incsvr.effects import catalogue
+from incsvr.plant.axes import AXES
+from incsvr.plant.words import said
 from incsvr.tracing.sentences import sentence
 
 
@@ -12,3 +16,11 @@ def test_a_negative_delay_is_no_dead_time() -> None:
     assert "dead time" in late
     assert "dead time" not in ahead
     assert "stamps are late" in ahead
+
+
+@pytest.mark.parametrize(("axis", "column"), [("yaw", "torque"), ("roll", "roll_torque"), ("surge", "surge_force")])
+def test_a_flag_names_the_columns_of_the_axis(axis: str, column: str) -> None:
+    turned = said(AXES[axis], "the torque: `--column torque=-torque`, or `--column torque=…*SCALE`")
+    assert turned.endswith(f"`--column {column}=-{column}`, or `--column {column}=…*SCALE`")
+    flags = "give --inertia, --torque commanded, or signals.torque and vehicle.inertia in a --config FILE"
+    assert said(AXES[axis], flags) == flags

@@ -248,6 +248,62 @@ def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
     assert says
 
 
+def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """The remark's figures are those of the command that it proposes."""
+    path = tmp_path / "slow.csv"
+    write(path, slow_commands.recording(13, 0.5))
+    words = (path, "--validate", path, "--inertia", "0.6")
+    slow = fit(capsys, *words, "--torque", "measured")
+    (remark,) = (each for each in slow["remarks"] if "quicker than the streams show" in each)
+    better = fit(capsys, *words, "--torque", "commanded")
+    gained = better["validation"]["free_run_rmse"], slow["validation"]["free_run_rmse"]
+    assert f"give --torque commanded: tried on slow.csv, the free run's error is {gained[0]:.3g} rad/s" in remark
+    assert f"was {gained[1]:.3g} without" in remark
+    assert gained[0] < gained[1]
+    assert not any("quicker" in each for each in better["remarks"])
+
+
+def test_a_command_that_never_holds_is_the_reason_that_is_said(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "quick.csv"
+    write(path, slow_commands.recording(4, 0.05, changes=(0.3, 0.7), duration=90.0))
+    assert main(["fit", str(path), "--inertia", "0.6", "--torque", "commanded"]) == 2
+    said = capsys.readouterr().err.strip()
+    assert "because the torque is said to be a command" in said
+    assert "without `--torque commanded`" in said
+
+
+def test_the_report_of_a_fit_is_one_page_and_says_what_the_fit_says(
+    capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
+) -> None:
+    page = tmp_path / "fit.html"
+    result = fit(capsys, recorded["T1"], "--validate", recorded["V1"], "--inertia", "7000", "--report", page)
+    text = page.read_text(encoding="utf-8")
+    assert 'src="http' not in text
+    assert text.count("<svg") >= 3
+    for said in (
+        "Fit: The damping was learned from",
+        "T1.csv",
+        f"from {result['samples']} samples",
+        "times the torque",
+    ):
+        assert said in text
+    for note in result["coefficient_notes"]:
+        assert note in text
+
+
+@pytest.mark.parametrize("name", ["rep.pdf", "rep", "rep.json"])
+def test_a_report_of_another_form_is_refused_before_any_work(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["fit", "nowhere.csv", "--inertia", "1", "--report", str(tmp_path / name)])
+    assert f"the report is a page of HTML: name it {Path(name).with_suffix('.html')}" in capsys.readouterr().err
+
+
 def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line() -> None:
     """A pilot's bursts turn a small vehicle up within one window of a gyro at 10 Hz."""
     bursts = play(Mission("bursts", "rov", 780600, duration=400.0))

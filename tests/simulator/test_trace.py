@@ -52,10 +52,30 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     assert "held-out pieces" in printed.err
 
 
-def test_a_report_is_one_file(recording: Path, tmp_path: Path) -> None:
-    report = tmp_path / "trim.html"
-    assert main(["trace", str(recording), *LENG, "--report", str(report)]) == 0
+def test_what_was_found_is_kept_where_the_report_cannot_be_written(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A full disk takes the picture, not the result."""
+    report, kept = tmp_path / "full.html", tmp_path / "found.json"
+    report.symlink_to("/dev/full")
+    assert main(["trace", str(recording), *LENG, "--report", str(report), "--json", str(kept)]) == 2
+    printed = capsys.readouterr()
+    assert "full.html cannot be written (No space left on device)" in printed.err
+    assert json.loads(kept.read_text(encoding="utf-8"))["headline"] in printed.out
+
+
+def test_an_inertia_that_is_far_too_small_has_a_report_of_one_file(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report, kept = tmp_path / "small.html", tmp_path / "small.json"
+    words = ["trace", str(recording), "--inertia", "30", "--report", str(report), "--json", str(kept)]
+    assert main(words) == 0
+    found = json.loads(kept.read_text(encoding="utf-8"))
+    assert found["declared"]["inertia"] == 30.0
+    assert found["inertia"] == pytest.approx(350.0, rel=0.15)
+    assert "do not fit each other by a factor" in found["headline"]
     page = report.read_text(encoding="utf-8")
+    assert f"{found['inertia']:.3g} kg m² in use" in page
     assert "bias_torque" in page
     assert 'src="http' not in page
 

@@ -6,20 +6,24 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
+from incsvr.samples import Array
 from incsvr.tracing import Trace, trace
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.run import Run
+from incsvr.tracing.sentences import headline
 from simulator.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write
-from viewer.report.charts import told_apart
+from viewer.report.charts import PIECES, free_runs, hint, told_apart
 from viewer.report.derivatives import derivatives
+from viewer.report.drawing import driven
 
 
 class Text(HTMLParser):
@@ -90,7 +94,88 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, tmp_path:
         assert f"{found.error[when]['free_run_rmse']:.3g}" in words
     for label in ("torque, mean absolute error", "torque, root mean square error", "yaw rate in free run"):
         assert label in words
-    assert path.read_text(encoding="utf-8").count("<svg") == 4
+    shown, _ = told_apart(found.pictures.depends, found.pictures.residual_before, found.pictures.residual_after)
+    drawn = min(PIECES, len(found.pictures.after.time)) + len(shown) + 2
+    assert path.read_text(encoding="utf-8").count("<svg") == drawn
+    for name in shown:
+        assert hint(name) in words
+    assert headline(found).partition(";")[0].replace("_", " ")[1:] in words
+
+
+def test_what_limits_a_verdict_is_in_the_headline_of_terminal_and_page(found: Trace, tmp_path: Path) -> None:
+    """The verdict of each case, and each limit, is one sentence on both."""
+    assert found.proven
+
+    def changed(**parts: Any) -> dict[str, Any]:
+        return {**found.error, **parts}
+
+    worse = {"estimate": 0.01, "low": 0.005, "high": 0.02}
+    chance = {"estimate": -0.01, "low": -0.02, "high": 0.005}
+    grown = changed(
+        after={**found.error["after"], "free_run_rmse": 0.9 * found.error["trivial"]["zero"]["free_run_rmse"]},
+        change={**found.error["change"], "free_run_rmse": worse},
+    )
+    much = changed(disturbance={**found.error["disturbance"], "share_of_torque": 0.87})
+    cases = {
+        "the model lacks bias_torque: on unseen data the free run's error falls from": found,
+        "bias_torque would fit these recordings better, but unseen data speak against it: the free run's error grows":
+            replace(found, proven=False, error=grown),
+        "the model may lack bias_torque, but unseen data do not prove it":
+            replace(found, proven=False, error=changed(change={**found.error["change"], "free_run_rmse": chance})),
+        "the model does not explain the motion: what it leaves is 87 % of the torque":
+            replace(found, verdict="none", effects=(), proven=False, error=much),
+        "nothing is missing that these recordings could show": replace(found, verdict="none", effects=(), proven=False),
+        "what the model leaves is 87 % of the torque": replace(found, error=much),
+        "on unseen data the torque's error": replace(
+            found, error=changed(change={**found.error["change"], "torque_rmse": worse})
+        ),
+        "nothing that begins or drifts at some time was sought": replace(found, one_clock=False),
+        "the inertia is doubted": replace(found, doubts=("the inertia is doubted",)),
+    }  # fmt: skip
+    for said, case in cases.items():
+        assert said in headline(case)
+        assert text(case).startswith(f"declared inertia {case.inertia:g} kg m²: {headline(case)}\n")
+    every = replace(found, error={**grown, **much, "change": grown["change"]}, proven=False, one_clock=False)
+    write(every, tmp_path / "report.html")
+    page = Text()
+    page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    words = " ".join(" ".join(page.words).split()).lower()
+    assert headline(every).count("; ") == 2
+    for clause in headline(every).split("; "):
+        assert clause.replace("_", " ").lower() in words
+
+
+def test_a_damping_curve_is_drawn_where_something_was_driven() -> None:
+    rate = np.concatenate([np.linspace(-0.3, -0.1, 50), np.linspace(0.2, 0.3, 50)])
+    at: Array = np.linspace(-0.3, 0.3, 61)
+    empty = at[~driven(at, rate)]
+    assert -0.085 < empty.min() < -0.06
+    assert 0.16 < empty.max() < 0.185
+    assert not driven(at, rate)[(at > -0.06) & (at < 0.16)].any()
+
+
+def test_free_runs_of_other_pieces_are_drawn_beside_those_of_the_same_motion(found: Trace) -> None:
+    """Another inertia has another time scale, and so other pieces; stamps of two recordings may overlap."""
+    after = found.pictures.after
+    joined = replace(
+        found.pictures.before,
+        **{name: (np.concatenate(getattr(found.pictures.before, name)),) for name in ("time", "measured", "simulated")},
+    )
+    other = replace(joined, measured=(joined.measured[0] + 1.0,))
+    assert free_runs(joined, after, found.model.scale)[0].count("before") >= 1
+    assert "before" not in free_runs(other, after, found.model.scale)[0]
+
+
+def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Trace, tmp_path: Path) -> None:
+    turned = replace(
+        found,
+        pictures=replace(
+            found.pictures,
+            residual_after=-2.0 * found.model.damping_at(np.nan_to_num(found.pictures.depends["yaw_rate"])),
+        ),
+    )
+    write(turned, tmp_path / "report.html")
+    assert "drives instead of damping" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_same_trace_gives_the_same_report(found: Trace, tmp_path: Path) -> None:

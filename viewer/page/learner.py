@@ -12,7 +12,7 @@ import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.learning.coefficients import coefficients
+from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from service.session import open_session
@@ -64,6 +64,7 @@ class Learner:
     """A learner on a bus; `state` may be called from any thread."""
 
     def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings, axis: Axis = YAW) -> None:
+        self._axis = axis
         self.words = {key: said(axis, text) for key, text in WORDS.items()}
         self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
         self._session: zenoh.Session | None = None
@@ -147,7 +148,7 @@ class Learner:
             history = IterationHistory(iterations=() if latest is None else (latest,), latest_revision=0)
         noticed = [each for each in history.iterations if each.change]
         changes = [{"iteration": each.iteration, "t": each.t, "what": each.change} for each in noticed[-10:]]
-        return {"model": curve(snapshot), "changes": changes}
+        return {"model": curve(snapshot, self._axis), "changes": changes}
 
     def _ask(self, selector: str, form: type[FormType]) -> FormType | None:
         """The learner's answer; None where it has none, as before anything is learned, or does not answer in time.
@@ -162,25 +163,30 @@ class Learner:
         return None
 
 
-def curve(snapshot: ModelSnapshot) -> Mapping[str, Any]:
+def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
     """What is drawn of a model: the damping with the bands of 95 %, the vectors, the textbook's coefficients."""
     model = snapshot.model()
     low, high = model.trained_range or (0.0, 0.0)
     beyond = BEYOND * (high - low)
     rate = np.linspace(low - beyond, high + beyond, RATES)
-    said = model.predict(rate)
+    drawn, known = model.predict(rate), coefficients(model)
     return {
         "revision": snapshot.revision,
         "iteration": snapshot.iteration,
         "t": snapshot.t,
-        "inertia": snapshot.inertia,
+        "inertia": snapshot.inertia_in_force,
         "trained_range": [low, high],
         "sigma": snapshot.sigma,
         "rate": rate.tolist(),
-        "damping": said.damping.tolist(),
-        "sample": (NORMAL_95 * said.sigma).tolist(),
-        "curve": (NORMAL_95 * said.curve_sigma).tolist(),
-        "extrapolated": said.extrapolated.tolist(),
+        "damping": drawn.damping.tolist(),
+        "sample": (NORMAL_95 * drawn.sigma).tolist(),
+        "curve": (NORMAL_95 * drawn.curve_sigma).tolist(),
+        "extrapolated": drawn.extrapolated.tolist(),
         "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
-        "coefficients": {name: value._asdict() for name, value in coefficients(model).items()},
+        "coefficients": {name: value._asdict() for name, value in known.items()},
+        "coefficient_notes": [
+            said(axis, note)
+            for name, value in known.items()
+            if (note := negative_drag(name, value.low, value.high)) is not None
+        ],
     }

@@ -6,7 +6,6 @@ that has been silent longest is cut off.
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 import socket
@@ -20,6 +19,7 @@ from importlib.resources import files
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+from service.wire.json_text import json_text
 from viewer.page.hosts import foreign
 from viewer.page.learner import Learner
 from viewer.page.recordings import Recordings
@@ -68,9 +68,9 @@ class Handler(BaseHTTPRequestHandler):
         if path in ("/", "/index.html"):
             self._send("text/html; charset=utf-8", files("viewer.page").joinpath("page.html").read_bytes())
         elif path == "/state.json":
-            self._send("application/json", json.dumps(self._learner.state(), allow_nan=False).encode())
+            self._send("application/json", json_text(self._learner.state()).encode())
         elif path == "/register_service":
-            self._send("application/json", json.dumps(SERVICE | {"name": self._learner.words["title"]}).encode())
+            self._send("application/json", json_text(SERVICE | {"name": self._learner.words["title"]}).encode())
         elif path.startswith("/recordings/"):
             self._recording(path.removeprefix("/recordings/"))
         else:

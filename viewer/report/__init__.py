@@ -1,20 +1,23 @@
-"""The report of a trace: one self-contained HTML file that an engineer can read, print and file."""
+"""The reports of a trace and of a fit, each one self-contained HTML file that an engineer can read, print and file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from incsvr.errors import BadInput
+from incsvr.learning.pictures import Learned
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
 from service.extras import how_to_install
 
-__all__ = ["write"]
+__all__ = ["write", "write_fit"]
 
 
 def write(found: Trace, path: Path, axis: Axis = YAW, made: Mapping[str, str] | None = None) -> None:
-    """Writes the report of `found` to `path`, in the words and units of an axis.
+    """Writes the report of a trace to `path`, in the words and units of an axis.
 
     Args:
         made: what it was made of and how, by what to call it: recordings, command, software, date.
@@ -22,11 +25,31 @@ def write(found: Trace, path: Path, axis: Axis = YAW, made: Mapping[str, str] | 
     Raises:
         BadInput: the drawing library is not installed, or the file cannot be written.
     """
-    try:
+    with _needs_libraries():
         from viewer.report.page import page
+    _write(path, page(found, axis, made))
+
+
+def write_fit(
+    result: Mapping[str, Any], pictures: Learned, path: Path, axis: Axis = YAW, made: Mapping[str, str] | None = None
+) -> None:
+    """Writes the report of a fit: `result` is what `incsvr fit --json` writes; otherwise as `write`."""
+    with _needs_libraries():
+        from viewer.report.fit_page import fit_page
+    _write(path, fit_page(result, pictures, axis, made))
+
+
+@contextmanager
+def _needs_libraries() -> Iterator[None]:
+    """Says which package is missing, and how it is installed."""
+    try:
+        yield
     except ModuleNotFoundError as missing:
         raise BadInput(f"the report needs {missing.name}: {how_to_install(missing.name or '')}") from missing
+
+
+def _write(path: Path, text: str) -> None:
     try:
-        path.write_text(page(found, axis, made), encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --report") from error

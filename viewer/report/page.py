@@ -1,21 +1,21 @@
-"""The page: what was found, in plain sentences and tables, around the charts."""
+"""The page of a trace: what was found, in plain sentences and tables, around the charts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from incsvr.learning.coefficients import negative_drag
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
-from incsvr.tracing.sentences import chance
-from viewer.report.charts import damping_curves, free_runs, residual_against, told_apart, torque_split
-from viewer.report.derivatives import derivatives
+from incsvr.tracing.sentences import chance, headline_clauses, left_of_torque
+from viewer.report.charts import damping_curves, free_runs, hint, residual_against, told_apart, torque_split
+from viewer.report.derivatives import Derivative, derivatives
+from viewer.report.figures import between, capital, number, rendered
 
 # The unit stands at the end of a parameter's name (CONTRACT, Section 5); the longest suffix wins.
 SUFFIXES = (
@@ -32,10 +32,6 @@ ERRORS = (
     ("torque_rmse", "torque, root mean square error", "N m"),
     ("free_run_rmse", "yaw rate in free run, root mean square error", "rad/s"),
 )
-HEADLINES = {
-    "none": "Nothing is missing that these recordings could show",
-    "unexplained": "Something is missing that no effect of the catalogue explains",
-}
 
 
 def page(found: Trace, axis: Axis = YAW, made: Mapping[str, str] | None = None) -> str:
@@ -44,66 +40,60 @@ def page(found: Trace, axis: Axis = YAW, made: Mapping[str, str] | None = None) 
     def told(text: str) -> str:
         return said(axis, text)
 
-    environment = Environment(
-        loader=PackageLoader("viewer.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    pictures = found.pictures
-    environment.filters["told"] = told
-    rate = pictures.depends["yaw_rate"]
+    pictures, error = found.pictures, found.error
     coefficients, driven = derivatives(found, axis)
-    seen, flat = told_apart(pictures.depends, pictures.residual_before, pictures.residual_after)
-    return environment.get_template("page.html.j2").render(
+    before, after = pictures.residual_before, pictures.residual_after
+    seen, flat = told_apart(pictures.depends, before, after)
+    left = left_of_torque(error)
+    in_use = "" if found.inertia_in_force == found.inertia else f", {found.inertia_in_force:.3g} kg m² in use"
+    return rendered(
+        "trace.html.j2",
+        axis,
+        made,
+        title="Trace",
+        kicker=told(f"Yaw motion model, declared inertia {found.inertia:g} kg m²{in_use}"),
+        headline=[capital(told(clause).replace("_", " ")) for clause in headline_clauses(found)],
         found=found,
-        headline=_headline(found),
-        summary=told(_summary(found.error)),
+        summary=told(_summary(error)),
         findings=[_finding(finding, axis) for finding in found.effects],
-        errors=_error_rows(found.error, axis),
-        trivial={name: number(errors["free_run_rmse"]) for name, errors in found.error["trivial"].items()},
+        errors=_error_rows(error, axis),
+        trivial={name: number(errors["free_run_rmse"]) for name, errors in error["trivial"].items()},
         horizons=[
-            (horizon, *(number(errors[name]) for name in ("before", "after", "hold", "zero")))
-            for horizon, errors in found.error["horizons"].items()
+            (
+                horizon,
+                f"{float(horizon) * found.model.scale:.2g}",
+                *(number(errors[name]) for name in ("before", "after", "hold", "zero")),
+            )
+            for horizon, errors in error["horizons"].items()
         ],
-        floor=number(found.error["floor"]["torque_rmse"]),
+        floor=number(error["floor"]["torque_rmse"]),
+        left=None if left is None else f"{number(100.0 * left)} %",
         validated_on=_validated_on(found),
-        made=made or {},
         derivatives=[
-            (each.symbol, number(each.value), _between(each.interval), told(each.unit)) for each in coefficients
+            (each.symbol, number(each.value), between(each.interval), told(each.unit)) for each in coefficients
         ],
+        flags=[flag for each in coefficients if (flag := _flag(each)) is not None],
         driven=[number(each) for each in driven],
         flat=[name.replace("_", " ") for name in flat],
-        residual=Markup(residual_against(seen, pictures.residual_before, pictures.residual_after, axis)),
-        free_run=Markup(free_runs(pictures.before, pictures.after, found.model.scale, axis)),
-        damping=Markup(damping_curves(found.declared_model, found.model, rate[np.isfinite(rate)], axis)),
+        residuals=[
+            (Markup(residual_against(name, x, before, after, axis)), told(hint(name))) for name, x in seen.items()
+        ],
+        free_runs=[Markup(each) for each in free_runs(pictures.before, pictures.after, found.model.scale, axis)],
+        damping=Markup(damping_curves(found.declared_model, found.model, pictures, axis)),
         split=Markup(torque_split(pictures.ledger, axis)),
-        number=number,
         chance=chance,
         probability=probability,
     )
 
 
-def _headline(found: Trace) -> str:
-    if not found.beats_zero:
-        return "The model predicts no better than a rate of zero"
-    return HEADLINES.get(found.verdict) or f"The model lacks {_listed([f.effect for f in found.effects])}"
-
-
-def _between(interval: tuple[float, float] | None) -> str:
-    return "declared" if interval is None else f"{number(interval[0])} to {number(interval[1])}"
-
-
-def number(value: float, sign: str = "") -> str:
-    """Three significant digits, with a true minus sign; with `sign` "+", a plus before what is positive."""
-    return f"{value:{sign}.3g}".replace("-", "−")
+def _flag(derivative: Derivative) -> str | None:
+    """What is to be known of a derivative whose interval holds a negative drag."""
+    return None if derivative.interval is None else negative_drag(derivative.symbol, *derivative.interval)
 
 
 def probability(p_value: float) -> str:
     """A p-value for a table, three significant digits, never zero."""
     return chance(p_value, 3).removeprefix("= ").replace("-", "−")
-
-
-def _listed(names: list[str]) -> str:
-    plain = [name.replace("_", " ") for name in names]
-    return plain[0] if len(plain) == 1 else f"{', '.join(plain[:-1])} and {plain[-1]}"
 
 
 def _validated_on(found: Trace) -> str:
@@ -121,8 +111,11 @@ def _summary(error: Mapping[str, Any]) -> str:
     )
     if after == before:
         return f"On unseen data the free-run error of the yaw rate is {number(before)} rad/s. Nothing was added."
-    certain = change["high"] < 0.0 or change["low"] > 0.0
-    doubt = "" if certain else " This interval includes zero: the gain is not proven."
+    doubt = ""
+    if change["low"] > 0.0:
+        doubt = " The error grew beyond chance."
+    elif not change["high"] < 0.0:
+        doubt = " This interval includes zero: the gain is not proven."
     return (
         f"{said}: {number(100.0 * (after / before - 1.0), '+')} % "
         f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} rad/s).{doubt}"
@@ -157,8 +150,9 @@ def _error_rows(error: Mapping[str, Any], axis: Axis) -> list[dict[str, str]]:
                 "unit": said(axis, unit),
                 "before": number(error["before"][key]),
                 "after": number(error["after"][key]),
-                "change": number(change["estimate"]) if change else "",
-                "interval": f"{number(change['low'])} to {number(change['high'])}" if change else "",
+                "change": f"{number(change['estimate'], '+')} ({number(change['low'])} to {number(change['high'])})"
+                if change
+                else "",
             }
         )
     return rows

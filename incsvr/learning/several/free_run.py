@@ -17,18 +17,18 @@ AWAY = 1e3
 """Times the first rate, or one, beyond which a run has run away."""
 
 
-def free_run_rmse(
+def free_run_errors(
     runs: Sequence[tuple[Motion, Mapping[str, tuple[Array, Array]]]], inertia: float, model: Model
-) -> float | None:
-    """RMSE of the free runs [rad/s]; None where there is none, or one runs away.
+) -> list[Array]:
+    """(m,) simulated minus measured yaw rate of each run [rad/s], NaN from where it runs away.
 
     Args:
         runs: each with the streams of its recording, name → (stamps [s], values).
         inertia: I [kg m²].
         model: trained over several velocities.
     """
-    if not runs or model.several is None:
-        return None
+    if model.several is None:
+        return []
     errors = []
     for motion, streams in runs:
         others = [streams[name] for name in model.several.others]
@@ -45,8 +45,7 @@ def free_run_rmse(
             return free_run(time, torque, first, beside, linear, inertia, model)
 
         errors.append(motion.error(simulate))
-    value = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
-    return value if np.isfinite(value) else None
+    return errors
 
 
 def free_run(
@@ -60,7 +59,7 @@ def free_run(
         first: the first rate [rad/s].
         beside: (n, d − 1) the other velocities, likewise.
         linear: (n,) b [N m s]; None for none.
-        inertia, model: as of `free_run_rmse`.
+        inertia, model: as of `free_run_errors`.
     """
     several = model.several
     assert several is not None

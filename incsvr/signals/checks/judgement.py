@@ -149,6 +149,8 @@ def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) 
 
 
 def _sign(vehicle: Vehicle, batch: Samples) -> Saw:
+    if vehicle.sign_known:
+        return Saw([], False)
     return Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
 
 
@@ -156,7 +158,7 @@ def _unmoved(vehicle: Vehicle, batch: Samples, learned: Learned | None) -> list[
     """By what the first batches taught already: of the curve only its size counts."""
     if learned is None:
         return []
-    return unmoved(batch, vehicle.largest_rate, learned(batch.yaw_rate).largest)
+    return unmoved(batch, vehicle.largest_rate, learned(batch.yaw_rate).largest, vehicle.inertia)
 
 
 def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:

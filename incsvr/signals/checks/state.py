@@ -30,12 +30,14 @@ class Vehicle:
         rate_range: the lowest and highest yaw rate [rad/s].
         smoothing: standard deviation of the filter [s].
         believed: the range was configured; else it is what the recording shows, be it water that turns a vehicle.
+        sign_known: somebody knows that torque and yaw rate count in the same direction, whatever the motion says.
     """
 
     inertia: float
     rate_range: tuple[float, float]
     smoothing: float
     believed: bool = True
+    sign_known: bool = False
 
     @property
     def largest_rate(self) -> float:

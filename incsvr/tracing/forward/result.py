@@ -68,6 +68,7 @@ def result_of(
         loop="closed",
         proven=bool(found.best.parts) and proven(error, closed_loop=True),
         spans=spell_spans,
+        one_clock=s.one_clock,
         declared_model=declared,
         model=model,
         pictures=Pictures(

@@ -110,6 +110,7 @@ def weak_trace(
         loop="closed" if problem.closed_loop else "open",
         proven=bool(findings) and proven(error, problem.closed_loop),
         spans=both,
+        one_clock=problem.signals.one_clock,
     )
 
 

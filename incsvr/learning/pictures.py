@@ -1,0 +1,28 @@
+"""What a report of a fit draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from incsvr.learning.model import Model
+from incsvr.learning.motion import FreeRun
+from incsvr.samples import Samples
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """A learned curve with what it was learned from and what it is judged by.
+
+    Attributes:
+        model: the final one.
+        samples: all that the recordings gave.
+        free_runs: of the model, each of a stretch without a gap.
+        where: the recordings that these are of.
+        unseen: whether these were not learned from.
+    """
+
+    model: Model
+    samples: Samples
+    free_runs: list[FreeRun]
+    where: str
+    unseen: bool

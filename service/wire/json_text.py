@@ -1,0 +1,46 @@
+"""The one place that writes JSON: valid by RFC 8259, which has no NaN and no infinity; what is no number is null.
+
+Payloads of the bus are pydantic's (`encode`), which write null in the same places.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def json_text(value: Any, *, indent: int | None = None) -> str:
+    """A value as JSON, floats to the last bit; NumPy's arrays and numbers are written as lists and numbers."""
+    try:
+        return json.dumps(value, indent=indent, allow_nan=False, ensure_ascii=False, default=_plain)
+    except ValueError:  # somewhere in it is what is no number
+        return json.dumps(_finite(value), indent=indent, allow_nan=False, ensure_ascii=False)
+
+
+def write_json(path: Path, value: Any, *, indent: int | None = None) -> None:
+    """Writes a value as a file of JSON that ends its last line."""
+    path.write_text(json_text(value, indent=indent) + "\n", encoding="utf-8")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in JSON")
+
+
+def _finite(value: Any) -> Any:
+    """The same with None in the place of each number that is none."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return value

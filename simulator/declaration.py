@@ -1,0 +1,169 @@
+"""What is declared of a log (inertia, unit and sign of the torque) against what its motion shows, before it is learned
+from or traced."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.apparent_inertia import ApparentInertia, apparent_inertia
+from incsvr.learning.torque_sign import DELAYS, torque_sign
+from incsvr.samples import Array
+from incsvr.signals import TORQUE
+from incsvr.signals.settings import TorqueKind
+from incsvr.signals.smoothing import smooth
+from simulator.fit_refusals import OF_SIGN
+from simulator.online import samples_of, signals_for
+from simulator.recordings import Recording, from_streams, sequence
+
+SCALE = "--column torque=…*SCALE"
+DOUBTED = "the declared inertia and the torque do not fit each other by a factor, see the note"
+"""What a headline says of a declaration that is doubted."""
+PULSES, NEUTRAL = (800.0, 2200.0), 1500.0
+"""Between which a servo's pulse is, and where it asks for nothing [µs]."""
+PER_CENT, LEAST_PER_CENT, HALF_PULSE = 100.0, 20.0, 500.0
+"""The largest per cent; what a log in per cent reaches at least; the farthest that a pulse is from its neutral [µs]."""
+MILLISECONDS = 300.0, 3000.0
+"""Between which factors the inertia seems too small where stamps in ms are taken for s: a thousand, and what hides."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """What the motion says of the declaration.
+
+    Attributes:
+        runs, unseen: the recordings as they are to be taken: where the torque acts late, with the torque put on time.
+        doubt: a sentence where inertia or unit of the torque is wrong by a factor; None where none is.
+        note: a sentence on a torque that acts late; None where none does.
+        sign: why nothing can be learned, where the vehicle seems to turn against its torque; None where it does not.
+    """
+
+    runs: list[Recording]
+    unseen: list[Recording]
+    doubt: str | None = None
+    note: str | None = None
+    sign: str | None = None
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        return tuple(each for each in (self.doubt, self.note) if each is not None)
+
+
+def add_sign_argument(parser: argparse.ArgumentParser) -> None:
+    """Adds `--assume-sign`, the way past a sign that is doubted."""
+    parser.add_argument(
+        "--assume-sign", action="store_true", help="the torque's sign is right, whatever the motion seems to say"
+    )
+
+
+def declared(
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
+    inertia: float,
+    torque: TorqueKind | None,
+    assume_sign: bool,
+) -> Declaration:
+    """Judges what is declared of recordings by the `runs`.
+
+    Args:
+        inertia: as declared [kg m²].
+        torque: what it is, as in SignalSettings.
+        assume_sign: the sign of the torque is taken as it is.
+
+    Raises:
+        BadInput: the torque is a servo's pulse.
+    """
+    for recording in (*runs, *unseen):
+        _refuse_pulses(recording)
+    nothing = Declaration(list(runs), list(unseen))
+    try:
+        signals = signals_for(runs, inertia, runs[0].axis.fastest, torque)
+        joined = sequence(runs)
+        samples, _ = samples_of(joined, signals, None)
+    except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
+        return nothing
+    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia))
+    time, values = joined.streams()[TORQUE]
+    counts = torque_sign(
+        samples,
+        inertia,
+        lambda at: smooth(time, values, at, smoothing=signals.smoothing, gap=2.0 * signals.smoothing).value,
+    )
+    if counts is None:
+        return found
+    if counts.late or (assume_sign and counts.may_be_late):
+        note = (
+            f"the torque acts {counts.delay:.2g} s after its stamps and was taken as late: without that the vehicle "
+            "would seem to turn against its torque; check the clocks of the two streams, or the thrusters' dead time"
+        )
+        on_time, unseen_on_time = ([_later(each, counts.delay) for each in of] for of in (runs, unseen))
+        return replace(found, runs=on_time, unseen=unseen_on_time, note=note)
+    if assume_sign:
+        known = "torque and yaw rate count in opposite directions, and no delay up to"
+        return replace(
+            found, sign=f"{known} {DELAYS[-1]:g} s explains it; leave out --assume-sign to see what mends it"
+        )
+    either = f", or the torque acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
+    return replace(
+        found,
+        sign=f"torque and yaw rate count in opposite directions{either}; turn the sign of one of them ({OF_SIGN})",
+    )
+
+
+def _doubt(shown: ApparentInertia | None, declared: float) -> str | None:
+    """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor."""
+    if shown is None or not shown.contradicts(declared):
+        return None
+    asks = (
+        f"the inertia asks for {shown.asked:.2g} times the torque in this log ({declared:.4g} kg m² declared, about "
+        f"{shown.middle:.2g} kg m² shown by the motion)"
+    )
+    unit, own = _unit(shown, declared), "declare the vehicle's own with --inertia"
+    if MILLISECONDS[0] <= shown.middle / declared <= MILLISECONDS[1]:
+        return f"{asks}, as where stamps in milliseconds are taken for seconds: give `--column t=t:ms`, or {own}"
+    if unit is not None:
+        return f"{unit}: scale it with `{SCALE}`; {asks}: if the torque is in N m, {own}"
+    return f"{asks}: check the inertia, or the torque's unit with `{SCALE}`; {own}"
+
+
+def _unit(shown: ApparentInertia, declared: float) -> str | None:
+    """What a torque that does not fit the inertia looks like, by the values that it has; None where like a torque."""
+    reach = max(abs(shown.largest), abs(shown.smallest))
+    too_small = declared > shown.middle
+    if too_small and reach <= 1.0:
+        return "the torque looks like a share of full thrust (all within ±1)"
+    if not too_small and LEAST_PER_CENT <= reach <= PER_CENT:
+        return f"the torque may be in per cent of full thrust (all within ±{PER_CENT:g})"
+    if not too_small and PER_CENT < reach <= HALF_PULSE:
+        return f"the torque may be a servo's pulse beside its neutral in µs (all within ±{HALF_PULSE:g})"
+    return None
+
+
+def _refuse_pulses(recording: Recording) -> None:
+    """Raises BadInput where the torque never changes its sign and has the values of a servo's pulse, while the vehicle
+    turns both ways."""
+    streams = recording.streams()
+    torque, rate = streams[TORQUE][1], streams["yaw_rate"][1]
+    low, high = float(torque.min()), float(torque.max())
+    if not (PULSES[0] <= low < NEUTRAL < high <= PULSES[1] and rate.min() < 0.0 < rate.max()):
+        return
+    raise BadInput(
+        f"{recording.name}: the torque looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about {NEUTRAL:g}): "
+        "give the moment in N m in its place, or describe the thrusters in a --config FILE (inputs.thrusters)"
+    )
+
+
+def _later(recording: Recording, delay: float) -> Recording:
+    """The recording with its torque so much later [s]; what other axes displaced goes with the rest."""
+    beside = {f"{name} ": values for name, values in recording.displaced.items()}
+    whole = replace(recording, columns={**recording.columns, **beside}, displaced={})
+    streams: Mapping[str, tuple[Array, Array]] = whole.streams()
+    time, torque = streams[TORQUE]
+    moved = from_streams(recording.name, {**streams, TORQUE: (np.round(time + delay, 9), torque)})
+    columns = {name: values for name, values in moved.columns.items() if name not in beside}
+    displaced = {name: moved.columns[f"{name} "] for name in recording.displaced}
+    return replace(recording, time=moved.time, columns=columns, displaced=displaced)

@@ -1,0 +1,115 @@
+"""One attempt to learn from recordings under some signal settings: the samples, the iterations, and the free runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from incsvr.compensation import Compensation
+from incsvr.errors import BadInput
+from incsvr.learning import guarded
+from incsvr.learning.learner import Iteration, Settings
+from incsvr.learning.model import Model
+from incsvr.learning.motion import FreeRun, free_run_errors, motions, rmse
+from incsvr.learning.several.free_run import free_run_errors as over_several
+from incsvr.plant.body import Coupled
+from incsvr.samples import Array, Samples
+from incsvr.signals import SignalSettings
+from incsvr.signals.checks import Vehicle, Verdict
+from incsvr.signals.coupled import freed
+from incsvr.traced_motion import traced_free_run_errors
+from service.effects import TracedEffects
+from simulator.online import learner_for, samples_of, wanted_streams
+from simulator.recordings import Recording
+
+EFFECTS_OVER_ONE = (
+    "with traced effects damping is learned over one velocity, over which they were traced; leave out --effects, or "
+    "the further inputs"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What every attempt on the same recordings has in common.
+
+    Attributes:
+        learner: its settings; None scales the paper's to the samples.
+        policy: which samples are kept; None as the settings say.
+        effects: traced ones that the samples are freed of.
+        coupled: the axis in its body, where its mass matrix is declared.
+        inputs: the further velocities that damping is learned over.
+        sign_known: the torque's sign is taken as it is.
+    """
+
+    learner: Settings | None = None
+    policy: str | None = None
+    effects: TracedEffects | None = None
+    coupled: Coupled | None = None
+    inputs: tuple[str, ...] = ()
+    sign_known: bool = False
+
+    @property
+    def compensation(self) -> Compensation | None:
+        return None if self.effects is None else self.effects.compensation
+
+    def samples(self, recording: Recording, signals: SignalSettings) -> tuple[Samples, Mapping[str, int]]:
+        """The samples of a recording under these settings, and refused messages by reason."""
+        return samples_of(recording, signals, self.compensation, self.coupled, self.inputs)
+
+    def settings(self, recording: Recording, samples: Samples) -> Settings:
+        """The learner's settings, scaled to the samples where none are given."""
+        chosen: dict[str, Any] = {} if self.policy is None else {"policy": self.policy}
+        chosen |= {"own": recording.axis.rate, "others": self.inputs} if self.inputs else {}
+        return learner_for(samples, **chosen) if self.learner is None else Settings(**asdict(self.learner) | chosen)
+
+    def learned(
+        self,
+        samples: Samples,
+        signals: SignalSettings,
+        settings: Settings,
+        each: Callable[[Iteration | None], None] = lambda _: None,
+    ) -> tuple[list[Verdict], list[Iteration]]:
+        """The verdicts on the full batches, and the iterations; `each` is called after every batch."""
+        vehicle = Vehicle(
+            signals.inertia, settings.rate_range, signals.smoothing, self.learner is not None, self.sign_known
+        )
+        verdicts: list[Verdict] = []
+        iterations: list[Iteration] = []
+        for verdict, iteration in guarded.follow(settings, vehicle, samples):
+            verdicts.append(verdict)
+            if iteration is not None:
+                iterations.append(iteration)
+            each(iteration)
+        return verdicts, iterations
+
+    def free_runs(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> list[FreeRun]:
+        """The stretches of recordings simulated from their first yaw rates."""
+        compensation, coupled = self.compensation, self.coupled
+        if compensation is not None and self.inputs:
+            raise BadInput(EFFECTS_OVER_ONE)
+        pieces = []
+        for one in runs:
+            streams: Mapping[str, tuple[Array, Array]] = one.streams()
+            if compensation is not None:
+                streams = wanted_streams(one, signals, True)
+                streams = streams if coupled is None else freed(coupled, streams, signals.smoothing)[0]
+            found = motions(streams, signals.longest_pause)
+            if coupled is not None and compensation is None:
+                found = [motion.among(coupled, streams, signals.smoothing) for motion in found]
+            pieces += [(motion, streams) for motion in found]
+        driven = [motion for motion, _ in pieces]
+        if compensation is not None:
+            errors = traced_free_run_errors(pieces, compensation, lambda rate: model.predict(rate).damping)
+        elif self.inputs:
+            errors = over_several(pieces, signals.inertia, model)
+        else:
+            errors = free_run_errors(driven, signals.inertia, lambda rate: model.predict(rate).damping)
+        return [
+            FreeRun(motion.rate_time, motion.yaw_rate, motion.yaw_rate + error)
+            for motion, error in zip(driven, errors, strict=True)
+        ]
+
+    def free_run(self, runs: Sequence[Recording], signals: SignalSettings, model: Model) -> float | None:
+        """The root mean square error of free runs over recordings [rad/s]; None where the model runs away."""
+        return rmse([run.error for run in self.free_runs(runs, signals, model)])

@@ -1,0 +1,97 @@
+"""Why too little can be learned from recordings, each in one sentence with its cure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from incsvr.errors import BadInput
+from incsvr.learning.excitation import MANOEUVRE, Excitation
+from incsvr.learning.model import Model
+from incsvr.samples import Samples
+from incsvr.signals import TORQUE, SignalSettings
+from incsvr.signals.checks import YOUNG, Finding, Verdict
+from incsvr.signals.settings import COMMANDED, MEASURED
+from simulator import coupling
+from simulator.fit_attempt import Terms
+from simulator.online import signals_for
+from simulator.recordings import Recording, sequence
+
+SIGN = "sign"
+"""The kind of a finding that torque and yaw rate count in opposite directions."""
+OF_SIGN = "`--column torque=-torque` turns the torque's, --assume-sign takes both as they are"
+
+
+def told(finding: Finding) -> str:
+    """The sentence of a finding, with what mends it at a command line."""
+    return f"{finding.sentence} ({OF_SIGN})" if finding.kind == SIGN else finding.sentence
+
+
+def too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
+    """The refusal of recordings that give `count` samples."""
+    because = of_a_command(runs, signals, terms, count, batch)
+    return because or BadInput(
+        f"{sequence(runs).name}: {count} damping samples, but one batch needs {batch}; give more or longer "
+        f"recordings (a sample every {signals.sample_period:g} s)"
+    )
+
+
+def of_a_command(
+    runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int
+) -> BadInput | None:
+    """The refusal where a torque that is said to be a command is the reason for so few samples, which is tried; None
+    where it is not."""
+    if signals.torque != COMMANDED:
+        return None
+    joined = sequence(runs)
+    try:
+        otherwise = signals_for(runs, signals.inertia, signals.rate_limit, MEASURED)
+        measured = len(terms.samples(joined, otherwise)[0])
+    except BadInput:
+        return None
+    if measured < batch:
+        return None
+    return BadInput(
+        f"{joined.name}: {count} damping samples, because the torque is said to be a command: a sample needs one that "
+        f"holds through {2.0 * signals.reach:.2g} s, and here it seldom does; without `--torque commanded` "
+        f"(signals.torque in a configuration) there are {measured}"
+    )
+
+
+def refuse_wrong(name: str, verdicts: Sequence[Verdict]) -> None:
+    """Refuse recordings of which most is wrong from beginning to end: no curve that is learned of them is right."""
+    aside = [verdict for verdict in verdicts if not verdict.learn]
+    if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG:
+        raise BadInput(f"{name}: {told(aside[0].findings[0])}")
+
+
+def refuse_unlearned(
+    joined: Recording,
+    samples: Samples,
+    signals: SignalSettings,
+    model: Model,
+    excitation: Excitation,
+    terms: Terms,
+    verdicts: Sequence[Verdict],
+    batch: int,
+    doubt: str | None,
+) -> None:
+    """Refuse recordings from which too little can be learned, with why, and what to drive.
+
+    Args:
+        doubt: what speaks against the declared inertia, or the torque's unit or sign: then no manoeuvre helps.
+    """
+    idle = not joined.streams()[TORQUE][1].any()
+    little = idle or 2 * excitation.driven < batch
+    if model.is_trained and not little:
+        return
+    if doubt is not None:
+        raise BadInput(f"{joined.name}: {doubt}")
+    undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
+    made = (undriven_at_all if idle else excitation).sentence
+    pushed = None if idle or terms.coupled is not None else coupling.decoupled(joined, samples, signals)
+    besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {coupling.CURE}"
+    doubted = next((each.findings[0] for each in verdicts if each.findings), None)
+    why = f"too little motion to learn from: {made}; {MANOEUVRE}"
+    if doubted is not None and not little:
+        why = f"nothing is left to learn from: {told(doubted)}"
+    raise BadInput(f"{joined.name}: {why}{besides}")

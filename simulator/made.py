@@ -1,0 +1,23 @@
+"""What a report was made of and how, for who finds it in a folder."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+REPORT_WRITER = "viewer.report"
+"""Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
+
+
+def made(args: argparse.Namespace) -> dict[str, str]:
+    """Recordings, command line, software and date, each by what to call it."""
+    named = {"recordings": args.recordings, "validated on": args.validate}
+    return {
+        **{name: ", ".join(path.name for path in paths) for name, paths in named.items() if paths},
+        "command": shlex.join(["incsvr", *sys.argv[1:]]),
+        "software": f"incsvr {version('incsvr')}, numpy {version('numpy')}, scipy {version('scipy')}",
+        "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    }

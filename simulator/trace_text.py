@@ -1,0 +1,80 @@
+"""What `incsvr trace` tells people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.sentences import chance, headline
+
+
+def text(found: Trace) -> str:
+    """The findings for people."""
+    traced = "" if found.inertia_in_force == found.inertia else f" ({found.inertia_in_force:.3g} kg m² in use)"
+    lines = [f"declared inertia {found.inertia:g} kg m²{traced}: {headline(found)}"]
+    for finding in found.effects:
+        lines.append(f"  {finding.sentence}")
+        if finding.cannot_tell_from:
+            rivals = ", ".join(finding.cannot_tell_from)
+            lines.append(f"    these recordings cannot tell it from: {rivals} (either, or both at once)")
+        if finding.next_manoeuvre:
+            lines.append(f"    next: {finding.next_manoeuvre}")
+    lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in found.unexplained]
+    error = found.error
+    where = (
+        "the validation recordings" if error["validated_on"] == "recordings" else "held-out pieces of the recordings"
+    )
+    lines.append(f"  on {where}:            before       after    change (95 %)")
+    for key, unit in (("torque_rmse", "N m"), ("free_run_rmse", "rad/s")):
+        change = error["change"][key]
+        lines.append(
+            f"    {key:14s} [{unit:5s}]   {_figure(error['before'][key]):>10s}  {_figure(error['after'][key]):>10s}    "
+            f"{_change(change['estimate'])} ({_change(change['low'])} to {_change(change['high'])})"
+        )
+    lines += _beside(error, found.model.scale)
+    if found.effects or found.loop == "closed":
+        lines.append(f"  {_proof(found)}")
+    lines.append(f"    noise floor of the torque {_figure(error['floor']['torque_rmse'])} N m")
+    left = error["disturbance"]
+    share = f"{100.0 * left['share_of_torque']:.1f} % of the torque, " if "share_of_torque" in left else ""
+    lines.append(
+        f"    what is left: {left['torque_rmse']:.3g} N m (RMS), {share}"
+        f"correlated over {left['correlation_time_s']:.2g} s"
+    )
+    lines += [f"  not added: {r.effect}: {r.reason}" for r in found.rejected if "free run" in r.reason]
+    lines += [f"  ignored channel {name}: {reason}" for name, reason in found.ignored_channels.items()]
+    lines += [f"  note: {note}" for note in found.notes]
+    return "\n".join(lines)
+
+
+def _beside(error: Mapping[str, Any], scale: float) -> list[str]:
+    """The trivial models, and the errors a few time scales ahead, each of so many seconds."""
+    zero, hold = (_figure(error["trivial"][name]["free_run_rmse"]) for name in ("zero", "hold"))
+    lines = [f"    beside it [rad/s]: a rate of zero {zero}, the first rate held {hold}"]
+    for horizon, errors in error["horizons"].items():
+        said = ", ".join(f"{name} {_figure(errors[name])}" for name in ("before", "after", "hold", "zero"))
+        lines.append(f"    {horizon:>4s} time scales ({float(horizon) * scale:.2g} s) ahead [rad/s]: {said}")
+    return lines
+
+
+def _figure(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+def _change(value: float) -> str:
+    return f"{value:+.3g}" if math.isfinite(value) else "–"
+
+
+def _proof(found: Trace) -> str:
+    """What the errors on unseen data are worth."""
+    if not found.beats_zero:
+        return "a free run that errs more than a rate of zero proves nothing"
+    better = "lower beyond chance" if found.proven else "not lower beyond chance"
+    if found.loop == "closed":
+        return (
+            "closed loop: the free run is no proof, the torque answers to the water; the predicted torque's error on "
+            f"unseen data is {better}"
+        )
+    return f"open loop: the free run on unseen data is the proof; its error is {better}"

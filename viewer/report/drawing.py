@@ -1,0 +1,103 @@
+"""How the report draws: colours, fonts and the way to SVG, and samples in bins."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from incsvr.samples import Array
+
+# Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
+BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"
+PARTS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#8a6d00", "#56b4e9", "#555555", "#e69f00")
+STYLE: dict[Any, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#888888",
+    "axes.labelcolor": "#333333",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e7eb",
+    "grid.linewidth": 0.7,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "incsvr",  # the same trace gives the same file
+}
+BINS, FEWEST = 24, 8
+"""Bins of samples at most, and the samples that one has at least in the mean."""
+LONGEST_POLYLINE = 1500
+"""Points of a line: more than a page can show, few enough for a small file."""
+MOST_DOTS = 900
+"""Samples that are drawn one by one, for the same reason."""
+NEAR = 1.0 / 30.0
+"""Part of the range of rates within which there is a sample where a curve is drawn: elsewhere nothing was driven."""
+
+
+def edges(x: Array) -> Array:
+    """Bins of equal count, but none narrower than a fiftieth of the range: held commands pile up at few values."""
+    bins = int(np.clip(np.isfinite(x).sum() // FEWEST, 1, BINS))
+    quantiles = np.nanquantile(x, np.linspace(0.0, 1.0, bins + 1))
+    narrowest = 0.02 * (quantiles[-1] - quantiles[0])
+    found = [quantiles[0]]
+    for edge in quantiles[1:]:
+        if edge - found[-1] >= narrowest:
+            found.append(edge)
+    return np.array(found)
+
+
+def binned(x: Array, y: Array, bounds: Array, middle: float = 0.5) -> tuple[Array, Array, Array, Array]:
+    """Centre of each bin, and the low end, median and high end of the `middle` part of y in it; sparse bins are left
+    out."""
+    bin_of = np.digitize(x, bounds[1:-1])
+    rows = []
+    for k in range(max(bounds.size - 1, 1)):
+        here = (bin_of == k) & np.isfinite(x)
+        if np.count_nonzero(here) >= 5:
+            low, high = np.quantile(y[here], [0.5 - 0.5 * middle, 0.5 + 0.5 * middle])
+            rows.append((np.median(x[here]), low, np.median(y[here]), high))
+    columns = np.array(rows).reshape(-1, 4).T
+    return columns[0], columns[1], columns[2], columns[3]
+
+
+def driven(rate: Array, samples: Array) -> NDArray[np.bool_]:
+    """(n,) whether there is a sample (m,) near each of some rates (n,)."""
+    ordered = np.sort(samples)
+    place = np.clip(np.searchsorted(ordered, rate), 1, ordered.size - 1)
+    nearest = np.minimum(np.abs(rate - ordered[place - 1]), np.abs(ordered[place] - rate))
+    return np.asarray(nearest <= NEAR * float(np.ptp(ordered)))
+
+
+def line(axes: Axes, x: Array, y: Array, **style: Any) -> None:
+    """A line, thinned to what can be seen."""
+    every = max(1, x.size // LONGEST_POLYLINE)
+    axes.plot(x[::every], y[::every], **style)
+
+
+def dots(axes: Axes, x: Array, y: Array, **style: Any) -> None:
+    """Samples, thinned to what can be seen."""
+    every = max(1, -(-x.size // MOST_DOTS))
+    axes.plot(x[::every], y[::every], ".", **style)
+
+
+def svg(draw: Callable[[Figure], None], width: float, height: float) -> str:
+    """What `draw` puts on a figure of so many inches, as an <svg> element that scales with the page."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        draw(figure)
+        text = io.StringIO()
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    found = text.getvalue()
+    found = found[found.index("<svg") :]
+    return re.sub(r'<svg ([^>]*?)height="[^"]+"([^>]*?)width="[^"]+"', r"<svg \1\2", found, count=1)

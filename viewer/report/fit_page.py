@@ -1,0 +1,156 @@
+"""The page of a fit: what was learned, how sure it is, and how far it carries on recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from incsvr.learning.motion import FreeRun
+from incsvr.learning.pictures import Learned
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
+from viewer.report.damping_chart import Curve, damping_chart
+from viewer.report.drawing import AFTER, BEFORE, MEASURED, line, svg
+from viewer.report.figures import between, capital, number, rendered
+
+PIECES, SECONDS = 4, 30.0
+"""Of the free runs that are drawn, the longest, each at most so long [s]."""
+NORMAL_95 = 1.96
+UNITS = {"N_r": "N m s/rad", "N_r|r|": "N m s²/rad²"}
+
+
+def fit_page(
+    result: Mapping[str, Any], pictures: Learned, axis: Axis = YAW, made: Mapping[str, str] | None = None
+) -> str:
+    """The whole document, in the words and units of an axis.
+
+    Args:
+        result: what `incsvr fit --json` writes.
+        pictures: what is drawn.
+        made: what it was made of, and how.
+    """
+
+    def told(text: str) -> str:
+        return said(axis, text)
+
+    declared, inertia = result["declared"]["inertia"], result["inertia"]
+    in_use = "" if inertia == declared else f", {inertia:.3g} kg m² in use"
+    return rendered(
+        "fit.html.j2",
+        axis,
+        made,
+        title="Fit",
+        kicker=told(f"Yaw damping, declared inertia {declared:g} kg m²{in_use}"),
+        headline=[told(clause) for clause in _headline(result, pictures)],
+        remarks=[capital(remark) for remark in result["remarks"]],
+        coefficients=[
+            (told(name), number(each["estimate"]), between((each["low"], each["high"])), told(UNITS[name]))
+            for name, each in result["coefficients"].items()
+        ],
+        flags=[told(note) for note in result["coefficient_notes"]],
+        range=[number(end) for end in result["trained_range"]],
+        settings=_settings(result, axis),
+        damping=Markup(_damping(pictures, axis)),
+        errors=Markup(_errors(result, axis)),
+        free_runs=[Markup(_free_run(run, axis)) for run in _longest(pictures.free_runs)],
+        where=f"{pictures.where}, {'which was not learned from' if pictures.unseen else 'which was learned from'}",
+    )
+
+
+def _headline(result: Mapping[str, Any], pictures: Learned) -> list[str]:
+    """What was learned, then what limits it."""
+    low, high = (number(end) for end in result["trained_range"])
+    clauses = [f"The damping was learned from {result['samples']} samples, from {low} to {high} rad/s"]
+    runs = pictures.free_runs
+    if runs:
+        measured = np.concatenate([run.measured for run in runs])
+        error = float(np.sqrt(np.mean(np.concatenate([run.error for run in runs]) ** 2)))
+        zero = float(np.sqrt(np.mean(measured**2)))
+        seen = "unseen" if pictures.unseen else "the same"
+        ran = f"errs by {number(error)} rad/s" if np.isfinite(error) else "runs away"
+        clauses.append(f"On {seen} recordings the free run {ran}, where a rate of zero errs by {number(zero)} rad/s")
+        if not error < zero:
+            clauses.append("So it predicts no better than a rate of zero: check inertia, units and signs")
+    if result["remarks"]:
+        count = len(result["remarks"])
+        which = "the remark" if count == 1 else f"the {count} remarks"
+        clauses.append(f"Read {which} below before the curve is used")
+    return clauses
+
+
+def _settings(result: Mapping[str, Any], axis: Axis) -> list[tuple[str, str]]:
+    signals, learner = result["settings"]["signals"], result["settings"]["learner"]
+    rows = [
+        ("a sample every", f"{number(signals['sample_period'])} s, smoothed over {number(signals['smoothing'])} s"),
+        ("the torque is taken for", str(signals["torque"] or "told from the data")),
+        ("policy", f"{learner['policy']}, {result['support_vectors']} vectors"),
+        (
+            "γ, C, ε",
+            f"{number(learner['gamma'])} s²/rad², {number(learner['C'])} N m, {number(learner['epsilon'])} N m",
+        ),
+        ("batches", f"{result['iterations']} learned, {result['put_aside']} put aside"),
+    ]
+    return [(said(axis, name), said(axis, value)) for name, value in rows]
+
+
+def _damping(pictures: Learned, axis: Axis) -> str:
+    model, samples = pictures.model, pictures.samples
+    rate = np.linspace(*(model.trained_range or (0.0, 0.0)), 201)
+    learned = model.predict(rate)
+    curve = Curve("learned, with its 95 %", rate, learned.damping, AFTER, "-", NORMAL_95 * learned.curve_sigma)
+    return damping_chart([curve], samples.yaw_rate, samples.damping, axis)
+
+
+def _errors(result: Mapping[str, Any], axis: Axis) -> str:
+    """The mean absolute error of each batch before it is learned, and on unseen recordings after it."""
+    iterations = np.arange(1, result["iterations"] + 1)
+    before = np.array([np.nan if each is None else each for each in result["progressive_mae"]], dtype=np.float64)
+    unseen = np.array(
+        [np.nan if each is None else each["mae"] for each in result["validation_per_iteration"]], dtype=np.float64
+    )
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        axes.plot(
+            iterations,
+            before,
+            "s--",
+            color=BEFORE,
+            markersize=4,
+            linewidth=1.4,
+            label="the batch, before it is learned",
+        )
+        if unseen.size:
+            axes.plot(iterations, unseen, "o-", color=AFTER, markersize=4, linewidth=1.6, label="unseen recordings")
+        axes.set_ylim(bottom=0.0)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlabel("iteration")
+        axes.set_ylabel(said(axis, "mean absolute error [N m]"))
+        axes.legend(loc="upper right")
+
+    return svg(draw, 4.7, 3.2)
+
+
+def _longest(runs: Sequence[FreeRun]) -> list[FreeRun]:
+    found = sorted(runs, key=lambda run: -run.time.size)[:PIECES]
+    return sorted((run for run in found if run.time.size > 1), key=lambda run: float(run.time[0]))
+
+
+def _free_run(run: FreeRun, axis: Axis) -> str:
+    here = run.time <= run.time[0] + SECONDS
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        line(axes, run.time[here], run.measured[here], color=MEASURED, linewidth=1.1, label="measured")
+        line(axes, run.time[here], run.simulated[here], color=AFTER, linewidth=1.5, label="simulated")
+        axes.set_ylabel(said(axis, "yaw rate r [rad/s]"))
+        axes.set_xlabel("time t [s]")
+        axes.margins(x=0.01)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+
+    return svg(draw, 4.7, 2.5)
