@@ -19,6 +19,9 @@ class BiasDrift(Effect):
     acts = "outside"
     needs_clock = True
 
+    def width(self, inner: tuple[float, ...]) -> int:
+        return 2
+
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(-(s.time - s.origin[0]), -np.ones(len(s)))
 

@@ -12,18 +12,12 @@ from incsvr.effects.signals import Array, Signals
 CREEP = {"": (0.01, 0.03), "sharp": (0.001, 0.003)}
 """r_c, in parts of the fastest turn."""
 
-AT_REST = 5.0
-"""r_c below which the vehicle may be held."""
-
 
 class Coulomb(Effect):
     """N_c sgn(r), made continuous as tanh(r/r_c): dry friction of a test rig, a tether dragged over the ground.
 
     Where it holds the vehicle at rest, too wide an r_c takes that for a far larger friction, and a narrow one, where
     the turn but reverses, sees the gyro's noise: both forms are tried.
-
-    A turn reverses within a sample or two, so that the column is the mean of the tanh over the rates that the vehicle
-    passes between the samples; the free run takes the friction itself, which can hold the vehicle.
     """
 
     name = "coulomb"
@@ -41,21 +35,10 @@ class Coulomb(Effect):
         return [(part * fastest,) for part in CREEP[self.variant]]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        before, after = s.midpoints(s.rate)
-        return stack(0.5 * (_swept(before, s.rate, inner[-1]) + _swept(s.rate, after, inner[-1])))
+        return stack(np.tanh(s.rate / inner[-1]))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"moment_nm": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "the friction would drive the turn" if term.coefficients[0] <= 0.0 else ""
-
-
-def _swept(a: Array, b: Array, width: float) -> Array:
-    """Mean of tanh(x/width) for x from a to b."""
-    span = b - a
-    still = np.abs(span) < 1e-3 * width
-    # ln 2 cosh x, without overflow
-    high, low = (x + np.log1p(np.exp(-2.0 * x)) for x in (np.abs(b) / width, np.abs(a) / width))
-    swept: Array = np.where(still, np.tanh(0.5 * (a + b) / width), width * (high - low) / np.where(still, 1.0, span))
-    return swept

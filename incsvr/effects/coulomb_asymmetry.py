@@ -20,7 +20,9 @@ class CoulombAsymmetry(Coulomb):
 
     name = "coulomb_asymmetry"
     sentence = "dry (Coulomb) friction that differs with the direction of the turn"
-    core = 2
+
+    def width(self, inner: tuple[float, ...]) -> int:
+        return 2
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         both = super().columns(s, inner, coefficients)[:, 0]

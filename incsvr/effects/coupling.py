@@ -30,6 +30,9 @@ class Coupling(Effect):
         low, high = (float(q) for q in np.quantile(values, [0.01, 0.99]))
         return [(0.0,)] if low <= 0.0 <= high else [(float(np.mean(values)),)]
 
+    def width(self, inner: tuple[float, ...]) -> int:
+        return 1 if inner[-1] == 0.0 else 2
+
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         away = s.channels[self.channels[0]] - inner[-1]
         return stack(-away) if inner[-1] == 0.0 else stack(-away, -np.ones_like(away))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
 
 
@@ -17,8 +17,8 @@ class DragDrift(Effect):
     acts = "damping"
     needs_clock = True
 
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.damping * s.progress)
+    def small(self, s: Signals, term: Term) -> float:
+        return 0.02
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0]}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
 
 
@@ -27,8 +27,11 @@ class DragStep(Effect):
         begin, end = s.origin
         return begin + 0.04 * (end - begin), end - 0.04 * (end - begin)
 
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.damping * self._after(s, inner[-1]))
+    def small(self, s: Signals, term: Term) -> float:
+        return 0.02
+
+    def nudge(self, s: Signals, k: int) -> float:
+        return 0.5 * s.block if k == 1 else 0.0
 
     def _after(self, s: Signals, at: float) -> Array:
         # one block wide, so that the search over the instant is smooth

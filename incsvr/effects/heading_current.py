@@ -17,11 +17,13 @@ class HeadingCurrent(Effect):
     sentence = "a moment that depends on heading: a current's drag (once a turn) or its Munk moment (twice a turn)"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (ocean currents)"
     acts = "motion"
-    core = 2
 
     def __init__(self, harmonic: int) -> None:
         self.harmonic = harmonic
         self.variant = str(harmonic)
+
+    def width(self, inner: tuple[float, ...]) -> int:
+        return 2
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         angle = self.harmonic * s.heading

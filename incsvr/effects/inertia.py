@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from incsvr.effects.effect import Effect, Term, stack
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.effect import Effect, Term
+from incsvr.effects.signals import Signals
 
 KNOWN = 0.05
 """Of the declared inertia: no pendulum test or added mass by strip theory is closer."""
@@ -19,9 +19,10 @@ class Inertia(Effect):
     sentence = "the moment of inertia with its added mass, I_z − N_ṙ, differs from the declared one"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (added mass)"
     acts = "inertia"
+    ties = ("thrust_efficiency",)
 
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.acceleration)
+    def coefficient_bounds(self, s: Signals) -> tuple[float, float]:
+        return -0.95 * s.inertia, 50.0 * s.inertia
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"inertia_kg_m2": inertia + term.coefficients[0]}

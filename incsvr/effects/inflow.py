@@ -27,15 +27,11 @@ class Inflow(Effect):
         self.variant = variant
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.rate * s.over_jumps(s.applied, np.abs if self.variant else _root))
+        size = np.abs(s.applied)
+        return stack(s.rate * (size if self.variant else np.sqrt(size)))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"coefficient": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         return "motion along the thrust would add to it" if term.coefficients[0] <= 0.0 else ""
-
-
-def _root(thrust: Array) -> Array:
-    root: Array = np.sqrt(np.abs(thrust))
-    return root

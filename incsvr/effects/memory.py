@@ -9,30 +9,22 @@ import numpy as np
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
-SHORTEST = 1.5
-"""Blocks: what is forgotten within one is, in its means, an inertia."""
-
-REACH = 4.0
-"""Blocks: what is forgotten within the reach of an AR(3) is told from the noise's colour by the free run alone."""
-
-LASTING = 0.75
-"""T_c: but what lasts as long is no inertia, however long the blocks are."""
+SHORTEST_SCALES, LONGEST_SCALES = 0.5, 10.0
+"""Time constants in time scales of the motion: water that follows sooner is told from an inertia, and from the colour of
+the disturbance, by nothing."""
 
 EDGE = 1.02
-"""Of the shortest memory that is tried: a search that ends there would go on."""
-
-CARRIED = 0.2
-"""β at first: of the hull's rate, what the water that it drags in seems to take on."""
+"""Times the shortest memory that is tried: a search that ends there would go on."""
 
 LEAST, MOST = 0.01, 0.9
-"""β of which the secant is taken."""
+"""β, of the hull's rate what the water that it drags in takes on, of which the secant is taken."""
 
 
 class Memory(Effect):
     """With T m' = r − m, the rate of the water m: a moment −g m, or drag in water that turns along, d(r − β m).
 
     Co-rotating water gives g > 0, unsteady flow either sign. Of the drag, g is β times the drag's mean slope between
-    ±r̄, the root mean square rate; what it takes, d(r − β m) − d(r), is written as the secant up to the last pass's β.
+    ±r̄, the root mean square rate; what it takes, d(r − β m) − d(r), is written as the secant up to β.
     """
 
     name = "memory"
@@ -48,23 +40,18 @@ class Memory(Effect):
         self.curved = variant == "co-rotating"
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        low, high = self.bounds(s)
         usual = float(np.sqrt(np.mean(s.rate**2)))
-        return [(usual, float(constant)) for constant in np.geomspace(low, high, 7)]
+        return [(usual, float(constant)) for constant in np.geomspace(*self.bounds(s), 7)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        return max(0.1 * s.scale, SHORTEST * s.block), 10.0 * s.scale
-
-    def must_prove(self, term: Term, s: Signals) -> bool:
-        return term.inner[-1] < max(0.3 * s.scale, min(REACH * s.block, LASTING * s.scale))
+        return SHORTEST_SCALES * s.scale, LONGEST_SCALES * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])
         if self.variant == "linear":
             return stack(water)
         slope = s.drag_slope(inner[0])
-        # of several free runs at once each has a slope and a coefficient of its own
-        carried = np.minimum(np.maximum(-coefficients[0] / slope, LEAST), MOST) if coefficients else CARRIED
+        carried = min(max(-coefficients[0] / slope, LEAST), MOST) if coefficients else LEAST
         return stack((s.damping - s.drag_at(s.rate - carried * water)) / (carried * slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:

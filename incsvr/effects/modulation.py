@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
+
+LEAST, MOST, LEAST_DAMPING = 0.2, 3.0, 0.05
+"""Least and largest factor on the thrust, and least on the damping, whatever the channel does."""
 
 
 class _Modulation(Effect):
@@ -14,11 +17,21 @@ class _Modulation(Effect):
         self.channels = (channel,)
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(float(np.mean(s.channels[self.channels[0]])),)]
+        return [(float(np.mean(self.value(s))),)]
+
+    def value(self, s: Signals) -> Array:
+        """(n,) what the factor follows."""
+        return s.channels[self.channels[0]]
 
     def away(self, s: Signals, inner: tuple[float, ...]) -> Array:
-        away: Array = s.channels[self.channels[0]] - inner[0]
-        return away
+        """(n,) by how much that differs from its reference."""
+        return np.asarray(self.value(s) - inner[0])
+
+    def small(self, s: Signals, term: Term) -> float:
+        return 0.02 / max(float(np.std(self.away(s, term.inner))), 1e-300)
+
+    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
+        return {"coefficient": term.coefficients[0], "reference": term.inner[0]}
 
 
 class ThrustModulation(_Modulation):
@@ -29,56 +42,13 @@ class ThrustModulation(_Modulation):
     source = "A. J. Healey et al., IEEE J. Oceanic Eng. 20(4), 1995 (motor voltage and thrust)"
     acts = "thrust"
     stage = 4
-    curved = True
-
-    def gain(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        if not coefficients:
-            return np.ones(len(s))
-        return np.clip(1.0 + coefficients[0] * self.away(s, inner), 0.2, 3.0)
-
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
-        return stack(-self.away(s, inner) * seen)
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"coefficient": term.coefficients[0], "reference": term.inner[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
         gain = 1.0 + term.coefficients[0] * self.away(s, term.inner)
         return "the thrust would change its sign" if float(np.quantile(gain, 0.01)) <= 0.1 else ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        thrust: Array = command * self.gain(s, term.inner, term.coefficients)
-        return thrust
-
-
-class LevelledThrustModulation(ThrustModulation):
-    """The same where the thrust table holds at another level of the channel than its mean (the second column)."""
-
-    variant = "thrust, own level"
-
-    def gain(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        if not coefficients:
-            return np.ones(len(s))
-        return np.clip(1.0 + coefficients[1] + coefficients[0] * self.away(s, inner), 0.2, 3.0)
-
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
-        return stack(-self.away(s, inner) * seen, -seen)
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        slope, level = term.coefficients
-        return {"coefficient": slope, "reference": term.inner[0] - level / slope if slope else term.inner[0]}
-
-    def implausible(self, term: Term, s: Signals) -> str:
-        values = s.channels[self.channels[0]]
-        low, high = (float(q) for q in np.quantile(values, [0.01, 0.99]))
-        reference = self.parameters(term, 1.0)["reference"]
-        if abs(term.coefficients[1]) > 0.5:
-            return "at the channel's mean the thrust would already be far from its table: that is another inertia"
-        if not low - 0.5 * (high - low) <= reference <= high + 0.5 * (high - low):
-            return f"the thrust table would hold at {reference:.3g}, far from what the channel ever was"
-        return super().implausible(term, s)
+        return np.asarray(command * np.clip(1.0 + term.coefficients[0] * self.away(s, term.inner), LEAST, MOST))
 
 
 class DampingModulation(_Modulation):
@@ -89,15 +59,9 @@ class DampingModulation(_Modulation):
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 6 (damping)"
     acts = "damping"
 
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(self.away(s, inner) * s.damping)
-
-    def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        return {"coefficient": term.coefficients[0], "reference": term.inner[0]}
-
     def implausible(self, term: Term, s: Signals) -> str:
         factor = 1.0 + term.coefficients[0] * self.away(s, term.inner)
         return "the damping would change its sign" if float(np.quantile(factor, 0.01)) <= 0.0 else ""
 
     def factor(self, s: Signals, term: Term) -> Array:
-        return np.maximum(1.0 + term.coefficients[0] * self.away(s, term.inner), 0.05)
+        return np.maximum(1.0 + term.coefficients[0] * self.away(s, term.inner), LEAST_DAMPING)

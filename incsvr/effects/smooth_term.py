@@ -24,7 +24,6 @@ class SmoothTerm(Effect):
         self.needs_clock = channel == "time"
         self._channel = channel
         self.acts = "motion" if channel == "heading" else "outside"
-        self.core = INTERVALS + 2
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         """Knots at quantiles: every interval holds data."""
@@ -38,6 +37,9 @@ class SmoothTerm(Effect):
             wrapped: Array = np.mod(s.heading, 2.0 * np.pi)
             return wrapped
         return s.channels[self._channel]
+
+    def width(self, inner: tuple[float, ...]) -> int:
+        return INTERVALS + 3
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])

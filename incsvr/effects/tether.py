@@ -11,10 +11,10 @@ from incsvr.effects.signals import Array, Signals
 
 
 class Tether(Effect):
-    """I ṙ + d(r) + k (ψ − ψ₀) = τ, untwisted at ψ₀: where the recording began, or at heading zero.
+    """I ṙ + d(r) + k (ψ − ψ₀) = τ, untwisted at a ψ₀ that the data place.
 
-    Any other ψ₀ is, in the equation, the same tether beside a constant moment. A `slack` one gives nothing up to a
-    twist of s to either side, and k (|ψ − ψ₀| − s) beyond.
+    A `slack` one gives nothing up to a twist of s to either side of where the recording began or of heading zero, and
+    k (|ψ − ψ₀| − s) beyond.
     """
 
     name = "tether"
@@ -26,25 +26,32 @@ class Tether(Effect):
     def __init__(self, variant: Literal["", "slack"]) -> None:
         self.variant = variant
         self.searched = variant == "slack"
-        self.looks = 6.0 if self.searched else 2.0
+        self.looks = 6.0 if self.searched else 1.0
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        neutral = (float(s.heading[0]), 0.0)
         if not self.searched:
-            return [(angle,) for angle in neutral]
+            return [(float(np.mean(s.heading)),)]
         low, high = self.bounds(s)
+        neutral = (float(s.heading[0]), 0.0)
         return [(angle, float(slack)) for angle in neutral for slack in np.linspace(low, high, 4)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         twist = float(np.quantile(np.abs(s.heading - s.heading[0]), 0.99))
         return 0.1 * twist, 0.7 * twist
 
+    def width(self, inner: tuple[float, ...]) -> int:
+        return 1 if self.searched else 2
+
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         twist = s.heading - inner[0]
-        return stack(twist if not self.searched else twist - np.clip(twist, -inner[1], inner[1]))
+        if self.searched:
+            return stack(twist - np.clip(twist, -inner[1], inner[1]))
+        return stack(twist, -np.ones_like(twist))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
-        found = {"stiffness_nm_per_rad": term.coefficients[0], "neutral_rad": term.inner[0]}
+        stiffness, *moment = term.coefficients
+        neutral = term.inner[0] + (moment[0] / stiffness if moment and stiffness else 0.0)
+        found = {"stiffness_nm_per_rad": stiffness, "neutral_rad": neutral}
         return found | ({"slack_rad": term.inner[1]} if self.searched else {})
 
     def implausible(self, term: Term, s: Signals) -> str:

@@ -6,40 +6,32 @@ from abc import abstractmethod
 
 import numpy as np
 
-from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
 
 LEAST, MOST = 0.1, 3.0
-"""Of the thrust that the table says: what is left at least, and at most."""
+"""Part of the thrust that the table says: what is left at least, and at most."""
 
 KNOWN = 0.05
-"""Of the thrust: no table is better known, and what its error leaves of any effect looks like a change this small."""
+"""Part of the thrust: no table is better known, and what its error leaves of any effect looks like a change so small."""
+
+EDGE = 0.04
+"""Part of the recordings at either end within which no step is sought."""
 
 
 class _ThrustOfTime(Effect):
-    """a = (1 + f p) τ with p from 0 to 1 over time; seen from the rate side τ − a = −f p a/(1 + f p).
-
-    A change of thrust and one of the damping differ in the acceleration: (I ṙ + d)/(1 + f p) against I ṙ + (1 + f p) d.
-    """
+    """a = (1 + f p) τ with p from 0 to 1 over time."""
 
     acts = "thrust"
     stage = 4
-    curved = True
     needs_clock = True
 
     @abstractmethod
     def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
         """(n,) p, from 0 to 1."""
 
-    def gain(self, s: Signals, term_inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        """(n,) factor on the thrust."""
-        if not coefficients:
-            return np.ones(len(s))
-        return np.clip(1.0 + coefficients[0] * self.progress(s, term_inner), LEAST, MOST)
-
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        seen = s.applied / self.gain(s, inner, coefficients) if s.from_rate else s.command
-        return stack(-self.progress(s, inner) * seen)
+    def small(self, s: Signals, term: Term) -> float:
+        return 0.02
 
     def implausible(self, term: Term, s: Signals) -> str:
         left = 1.0 + term.coefficients[0]
@@ -51,8 +43,7 @@ class _ThrustOfTime(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        thrust: Array = command * self.gain(s, term.inner, term.coefficients)
-        return thrust
+        return np.asarray(command * np.clip(1.0 + term.coefficients[0] * self.progress(s, term.inner), LEAST, MOST))
 
 
 class ThrustStep(_ThrustOfTime):
@@ -65,17 +56,17 @@ class ThrustStep(_ThrustOfTime):
     looks = 25.0
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        low, high = self.bounds(s)
-        return [(float(at),) for at in np.linspace(low, high, 25)]
+        return [(float(at),) for at in np.linspace(*self.bounds(s), 25)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         begin, end = s.origin
-        return begin + 0.04 * (end - begin), end - 0.04 * (end - begin)
+        return begin + EDGE * (end - begin), end - EDGE * (end - begin)
+
+    def nudge(self, s: Signals, k: int) -> float:
+        return 0.5 * s.block if k == 1 else 0.0
 
     def progress(self, s: Signals, inner: tuple[float, ...]) -> Array:
-        # one block wide, so that the search over the instant is smooth
-        after: Array = np.clip((s.time - inner[-1]) / s.block + 0.5, 0.0, 1.0)
-        return after
+        return np.asarray(np.clip((s.time - inner[-1]) / s.block + 0.5, 0.0, 1.0))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"fraction": term.coefficients[0], "at_s": term.inner[-1]}

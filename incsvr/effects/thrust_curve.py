@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
 
 STARTS = (0.5, 0.65, 0.8, 1.25, 1.5, 1.75, 2.0, 2.5)
@@ -37,21 +37,8 @@ class ThrustCurve(Effect):
     def bounds(self, s: Signals) -> tuple[float, float]:
         return 0.4, 3.0
 
-    def lost(self, command: Array, inner: tuple[float, ...]) -> Array:
-        top, exponent = inner
-        lost: Array = command - top * np.sign(command) * np.abs(command / top) ** exponent
-        return lost
-
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        return stack(s.over_jumps(s.predicted_torque, lambda command: self.lost(command, inner)))
-
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"exponent": term.inner[-1]}
-
-    def implausible(self, term: Term, s: Signals) -> str:
-        if not 0.6 < term.coefficients[0] < 1.5:
-            return f"{term.coefficients[0]:.0%} of what a curve of this power takes would be taken"
-        return ""
 
     def slight(self, term: Term, s: Signals) -> str:
         if abs(term.inner[-1] - 1.0) < KNOWN:
@@ -59,4 +46,6 @@ class ThrustCurve(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return command - term.coefficients[0] * s.over_jumps(command, lambda c: self.lost(c, term.inner))
+        top, exponent = term.inner
+        bent = top * np.sign(command) * np.abs(command / top) ** exponent
+        return np.asarray(command + term.coefficients[0] * (bent - command))

@@ -23,13 +23,6 @@ class ThrustSpeed(ThrustModulation):
         self.variant = f"{channel} {variant}"
         self._square = variant == "square"
 
-    def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(float(np.mean(self._speed(s))),)]
-
-    def _speed(self, s: Signals) -> Array:
+    def value(self, s: Signals) -> Array:
         speed = s.channels[self.channels[0]]
         return speed**2 if self._square else np.abs(speed)
-
-    def away(self, s: Signals, inner: tuple[float, ...]) -> Array:
-        away: Array = self._speed(s) - inner[0]
-        return away

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.effects.effect import Effect, Term, stack
+from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
 
 KNOWN = 0.03
-"""Of the thrust: no thrust table is closer."""
+"""Part of the thrust: no thrust table is closer."""
 
 
 class TorqueAsymmetry(Effect):
-    """a = e τ for τ < 0: seen from the rate side τ − a = (1/e − 1) min(a, 0); θ = 1/e − 1."""
+    """a = e τ for τ < 0; the coefficient is θ = 1/e − 1."""
 
     name = "torque_asymmetry"
     sentence = "the thrust efficiency of the negative (reverse) direction differs from that of the positive one"
     source = "J. Carlton, Marine Propellers and Propulsion, 2018, ch. 6 (four-quadrant characteristics)"
     acts = "thrust"
     stage = 3
-    curved = True
 
-    def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
-        if s.from_rate:
-            return stack(_reverse(s.applied))
-        theta = max(coefficients[0], -0.8) if coefficients else 0.0
-        return stack(s.over_jumps(s.command, _reverse) / (1.0 + theta))
+    def coefficient_bounds(self, s: Signals) -> tuple[float, float]:
+        return -0.8, 5.0
+
+    def small(self, s: Signals, term: Term) -> float:
+        return 0.02
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"reverse_efficiency": 1.0 / (1.0 + term.coefficients[0])}
@@ -42,21 +41,4 @@ class TorqueAsymmetry(Effect):
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        backward = 1.0 / (1.0 + term.coefficients[0])
-        return s.over_jumps(command, lambda c: np.where(c < 0.0, backward * c, c))
-
-
-class CommandedAsymmetry(TorqueAsymmetry):
-    """The same before a limit: what is asked of the thruster in reverse is less, and is cut at the same moment."""
-
-    variant = "before a limit"
-    sentence = (
-        "the thrust efficiency of the negative (reverse) direction differs from that of the positive one, before a "
-        "limit that cuts either at the same moment"
-    )
-    stage = 1
-    beside = "torque_saturation"
-
-
-def _reverse(thrust: Array) -> Array:
-    return np.minimum(thrust, 0.0)
+        return np.where(command < 0.0, command / (1.0 + term.coefficients[0]), command)

@@ -17,7 +17,6 @@ class Wave(Effect):
     sentence = "a periodic moment acts that depends on time alone, as of regular waves"
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (wave moments)"
     acts = "outside"
-    core = 2
     searched = True
     looks = 300.0
     needs_clock = True
@@ -50,10 +49,8 @@ class Wave(Effect):
         length = max(float(s.time[run][-1] - s.time[run][0]) for run in s.runs())
         return 2.5 * s.block, max(length / 4.0, 5.0 * s.block)
 
-    def bracket(self, s: Signals, inner: tuple[float, ...]) -> tuple[float, float]:
-        half = 0.6 * inner[-1] ** 2 / (s.origin[1] - s.origin[0])  # about the width of the spectrum's peak
-        low, high = self.bounds(s)
-        return max(inner[-1] - half, low), min(inner[-1] + half, high)
+    def width(self, inner: tuple[float, ...]) -> int:
+        return 2
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         phase = 2.0 * np.pi / inner[-1] * (s.time - s.origin[0])

@@ -11,7 +11,7 @@ from incsvr.plant.words import said
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Array
-from incsvr.tracing.skill import beats_zero
+from incsvr.tracing.held_out import beats_zero
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,14 +1,33 @@
-"""Errors on data that a model was not fitted to, piece by piece."""
+"""Errors on data that a model was not fitted to, piece by piece, and beside those of trivial models."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from incsvr.tracing.run import Array
-from incsvr.tracing.skill import Ahead
 from incsvr.tracing.statistics import rms
+
+HORIZONS = (0.5, 1.0, 2.0, 5.0)
+"""In time scales of the motion: how far ahead the multi-step errors look."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ahead:
+    """Predictions over one horizon, each from a measured yaw rate, (m,) each [rad/s].
+
+    Attributes:
+        error: of the model at the end of the horizon.
+        change: by how much the yaw rate changed, the error of holding the last one.
+        rate: measured at the end, the error of zero.
+    """
+
+    error: Array
+    change: Array
+    rate: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,45 +37,67 @@ class Errors:
     Attributes:
         time: stamps of the free run [s].
         measured: yaw rate there [rad/s].
-        simulated: free run of the hypothesis [rad/s].
-        free_run: simulated − measured.
-        slope: of the simulated [rad/s²].
-        block_time: stamps of the block residuals [s].
-        block_rate: mean yaw rate of each block [rad/s].
-        block_error: mean free-run error of each block [rad/s].
-        block_slope: mean slope of each block [rad/s²].
-        mistimed: of each block, as `Blocks` has it.
-        torque: (n_b,) block residuals [N m]; of no piece where only the free runs were asked for.
-        ahead: multi-step predictions, for each of `skill.HORIZONS`; likewise.
+        simulated: free run [rad/s].
+        torque: what the model lacks of the torque, means over blocks [N m].
+        ahead: multi-step predictions, for each of HORIZONS.
     """
 
     time: tuple[Array, ...]
     measured: tuple[Array, ...]
     simulated: tuple[Array, ...]
-    free_run: tuple[Array, ...]
-    slope: tuple[Array, ...]
-    block_time: tuple[Array, ...]
-    block_rate: tuple[Array, ...]
-    block_error: tuple[Array, ...]
-    block_slope: tuple[Array, ...]
-    mistimed: tuple[Array, ...]
     torque: tuple[Array, ...]
     ahead: tuple[Ahead, ...] = ()
 
-    def free_run_rmse(self) -> float:
-        """[rad/s]."""
-        return rms(self.free_run)
+    @property
+    def free_run(self) -> tuple[Array, ...]:
+        """Simulated minus measured [rad/s]."""
+        return tuple(simulated - rate for simulated, rate in zip(self.simulated, self.measured, strict=True))
 
-    def late(self, most: float = np.inf) -> float:
-        """By how much the free run comes late as a whole, in least squares, within ± `most` [s]; negative if early."""
-        error, slope = np.concatenate(self.free_run), np.concatenate(self.slope)
-        late = -float(error @ slope) / max(float(slope @ slope), 1e-300)
-        return min(max(late, -most), most)
+    def to_dict(self) -> dict[str, float]:
+        """The contract's errors."""
+        flat = np.concatenate(self.torque)
+        mae, rmse = float(np.mean(np.abs(flat))), float(np.sqrt(np.mean(flat**2)))
+        return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": rms(self.free_run)}
 
-    def moved(self, by: float) -> Errors:
-        """The errors with the free run moved to an earlier time by so many seconds."""
-        error, block_error = (
-            tuple(error + by * slope for error, slope in zip(errors, slopes, strict=True))
-            for errors, slopes in ((self.free_run, self.slope), (self.block_error, self.block_slope))
-        )
-        return replace(self, free_run=error, block_error=block_error)
+
+def joined(parts: Sequence[Errors]) -> Errors:
+    """The errors on several held-out sets as one."""
+    ahead = tuple(
+        Ahead(*(np.concatenate([getattr(each, name) for each in same]) for name in ("error", "change", "rate")))
+        for same in zip(*(part.ahead for part in parts), strict=True)
+    )
+    pieces = ("time", "measured", "simulated", "torque")
+    together = {name: tuple(piece for part in parts for piece in getattr(part, name)) for name in pieces}
+    return Errors(**together, ahead=ahead)
+
+
+def horizons(before: Sequence[Ahead], after: Sequence[Ahead]) -> dict[str, Any]:
+    """The contract's `horizons`: root mean square multi-step errors [rad/s], keys in time scales of the motion."""
+    return {
+        f"{horizon:g}": {
+            "before": rms([declared.error]),
+            "after": rms([traced.error]),
+            "hold": rms([traced.change]),
+            "zero": rms([traced.rate]),
+        }
+        for horizon, declared, traced in zip(HORIZONS, before, after, strict=True)
+        if declared.error.size
+    }
+
+
+def trivial(measured: Sequence[Array]) -> dict[str, Mapping[str, float]]:
+    """The contract's `trivial`: free-run errors of a rate of zero, and of the first one held, over each piece."""
+    held = [piece - piece[0] for piece in measured if piece.size]
+    return {"zero": {"free_run_rmse": rms(measured)}, "hold": {"free_run_rmse": rms(held)}}
+
+
+def proven(error: Mapping[str, Any], closed_loop: bool) -> bool:
+    """Whether the errors on unseen data got better beyond chance, of free runs in open loop, of predictions else; and
+    the model beats a rate of zero: one that does not proves nothing."""
+    change = error["change"]["torque_rmse" if closed_loop else "free_run_rmse"]
+    return float(change["high"]) < 0.0 and beats_zero(error)
+
+
+def beats_zero(error: Mapping[str, Any]) -> bool:
+    """Whether the free run with what was found errs less than saying that the vehicle does not turn."""
+    return float(error["after"]["free_run_rmse"]) < float(error["trivial"]["zero"]["free_run_rmse"])

@@ -1,10 +1,4 @@
-"""From recordings to what the declared model lacks: which way answers, and the answer.
-
-Where the torque is a command and a controller closed the loop, the forward form leads: there it alone is free of the
-bias that a torque brings which answers the water. Elsewhere the weak form proposes, which allows for noise in a
-measured torque, and in open loop the free run proves; of a command's effects that it does not prove, those stay that
-pay in the forward form.
-"""
+"""From recordings to what the declared model lacks, and the proof on unseen data: the method in the order of its steps."""
 
 from __future__ import annotations
 
@@ -13,22 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.signals.settings import COMMANDED, TorqueKind
+from incsvr.signals.settings import TorqueKind
 from incsvr.tracing.channels import usable
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.forward.equations import Part
-from incsvr.tracing.forward.fit import Fit, fit
-from incsvr.tracing.forward.forward_trace import forward_trace, read
-from incsvr.tracing.forward.grid import Grid, cells
-from incsvr.tracing.forward.loop import loop_of
-from incsvr.tracing.forward.question import Question
-from incsvr.tracing.forward.refusals import refuse_opposite_signs, refuse_too_little_motion
-from incsvr.tracing.forward.search import gain_of
-from incsvr.tracing.forward.thresholds import REQUIRED_GAIN
-from incsvr.tracing.output_error import identified
+from incsvr.tracing import innovations, windows
+from incsvr.tracing.candidates import admissible, residual
+from incsvr.tracing.cells import cut
+from incsvr.tracing.errors import Problem
+from incsvr.tracing.fit import fit
+from incsvr.tracing.refusals import refuse_too_little_motion
+from incsvr.tracing.result import result_of
+from incsvr.tracing.search import Search
+from incsvr.tracing.torque_nature import TorqueNature, answers, as_told
 from incsvr.tracing.run import Run, check
-from incsvr.tracing.weak.redeclared import traced_anew
-from incsvr.tracing.weak.weak_trace import weak_trace
 
 __all__ = ["Run", "Trace", "trace"]
 
@@ -42,8 +33,7 @@ def trace(
         runs: the recordings to fit.
         inertia: I₀, declared [kg m²].
         validate: recordings for the proof alone; without them pieces of `runs` are held out.
-        torque: whether the torque is what was commanded, or a measurement with noise of its own; told from the data
-            where it is not given.
+        torque: whether the torque is what was commanded, or a measurement with noise of its own; None where nobody says.
 
     Raises:
         BadInput: where the recordings cannot answer.
@@ -51,8 +41,14 @@ def trace(
     check(runs)
     if validate:
         check(validate)
+    names, ignored = usable([*runs, *(validate or [])])
     try:
-        return _trace(runs, inertia, validate, torque)
+        problem, how = posed(runs, inertia, _read(runs, names), torque)
+        other = cut(validate, inertia, [*problem.cells.signals.channels, *_heading(runs)], how) if validate else None
+        search = Search.of(problem, admissible(names, problem.cells))
+        nothing = search.tried(problem.start)
+        refuse_too_little_motion(problem, nothing.fitted)
+        return result_of(search, *search.run(), other, ignored)
     except np.linalg.LinAlgError as error:
         raise BadInput(
             f"the equations of these recordings have no solution ({error}): the vehicle hardly moves, or a channel "
@@ -60,38 +56,23 @@ def trace(
         ) from error
 
 
-def _trace(runs: Sequence[Run], inertia: float, validate: Sequence[Run] | None, torque: TorqueKind | None) -> Trace:
-    names, ignored = usable([*runs, *(validate or [])])
-    grid = cells(runs, inertia, read(runs, names))
-    base = fit(grid)
-    refuse_too_little_motion(grid, base)
-    loop = loop_of(grid, base)
-    commanded = loop.commanded if torque is None else torque == COMMANDED
-    if commanded and loop.closed:
-        refuse_opposite_signs(grid)
-        return forward_trace(runs, inertia, validate, names, ignored)
-    holds = None if torque is None else torque == COMMANDED
-    shown = identified(grid.signals)
-    if shown is not None and shown.contradicts(inertia):
-        return traced_anew(runs, inertia, shown, validate, names, ignored, {}, holds)
-    found = weak_trace(runs, inertia, validate, names, ignored, {}, holds)
-    if commanded and not found.proven:
-        unsupported = _unsupported(grid, base, found)
-        if unsupported:
-            return weak_trace(runs, inertia, validate, names, ignored, unsupported, holds)
-    return found
+def posed(runs: Sequence[Run], inertia: float, names: Sequence[str], torque: TorqueKind | None):  # type: ignore[no-untyped-def]
+    """The predictions by which the recordings are judged: windows in open loop, innovations of commands in closed loop."""
+    nature = as_told(runs, torque)
+    problem = windows.pose(runs, inertia, names, nature)
+    fitted = fit(problem, problem.start, problem.colour)
+    cells = problem.cells
+    closed = answers(residual(fitted.response.dynamics), cells.signals.torque, cells.start)
+    if not closed or torque == "measured":
+        return problem, windows.cutting(runs, inertia, nature)
+    commands = TorqueNature(held=True, noisy=False, closed=True)
+    return innovations.pose(runs, inertia, names, commands), innovations.cutting(runs, inertia, commands)
 
 
-def _unsupported(grid: Grid, base: Fit, found: Trace) -> dict[str, str]:
-    """The effects that no free run proves and that do not pay in the forward form either, and why."""
-    parts = [Part(*pair) for pair in zip(found.model.effects(), found.model.terms, strict=True)]
-    question = Question.of(grid, [part.effect for part in parts], base)
-    parts = [part for part in parts if part.effect.key in question.prices]
-    fitted = fit(grid, parts, base)
-    gains = {part.name: gain_of(question, fitted, k) for k, part in enumerate(parts)}
-    return {
-        name: f"predicting each rise of the rate from what is known before it, it brings {gain:.3g} of the "
-        f"{REQUIRED_GAIN:g} that are asked, and no free run proves it"
-        for name, gain in gains.items()
-        if gain < REQUIRED_GAIN
-    }
+def _heading(runs: Sequence[Run]) -> list[str]:
+    return ["heading"] * all("heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 5 for run in runs)
+
+
+def _read(runs: Sequence[Run], names: Sequence[str]) -> list[str]:
+    """The channels that are read: the candidates', and the heading where every run has one."""
+    return [*names, *_heading(runs)]

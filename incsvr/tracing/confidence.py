@@ -1,0 +1,61 @@
+"""Intervals of the effects' parameters: the sandwich estimator over blocks, by the delta method."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.tracing.errors import Problem
+from incsvr.tracing.fit import Fit, precision
+from incsvr.tracing.folds import slopes
+from incsvr.tracing.hypothesis import Part
+from incsvr.tracing.run import Array
+from incsvr.tracing.statistics import NORMAL_95
+
+SLOPE = 0.1
+"""Deviations of a free number over which the slope of a parameter is taken."""
+
+
+def intervals(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> list[dict[str, tuple[float, float]]]:
+    """95 % interval of every parameter of every part of the fit."""
+    covariance = covariance_of(problem, fitted, blocks)
+    declared = problem.cells.signals.inertia
+    places = fitted.hypothesis.positions()
+    return [
+        _of_part(part, covariance[place, place], declared)
+        for part, place in zip(fitted.hypothesis.parts, places, strict=True)
+    ]
+
+
+def covariance_of(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> Array:
+    """(p, p) of the free numbers, whatever the correlation of errors within a block is (H. White, Econometrica 50, 1982).
+
+    Where there are hardly more blocks than numbers, the plain information is the safer one of the two.
+    """
+    information, sums = slopes(fitted, blocks)
+    information = information + precision(problem, fitted.hypothesis, fitted.colour)
+    inverse = np.linalg.pinv(information, hermitian=True)
+    count = sums.shape[1]
+    sandwich = inverse @ (sums @ sums.T) @ inverse * (count / max(count - information.shape[0], 1))
+    return np.asarray(sandwich if count > 2 * information.shape[0] else inverse)
+
+
+def _of_part(part: Part, covariance: Array, declared: float) -> dict[str, tuple[float, float]]:
+    """Of the contract's parameters, whose slopes are taken numerically."""
+    values, vector = part.effect.parameters(part.term, declared), part.vector
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+    def moved(k: int, by: float) -> dict[str, float]:
+        changed = vector.copy()
+        changed[k] += by
+        return part.effect.parameters(part.moved(changed).term, declared)
+
+    found = {}
+    for name, value in values.items():
+        slope = np.zeros(vector.size)
+        for k, deviation in enumerate(deviations):
+            step = SLOPE * float(deviation) or 1e-9
+            slope[k] = (moved(k, step)[name] - moved(k, -step)[name]) / (2.0 * step)
+        half = NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
+        found[name] = (value - half, value + half)
+    return found

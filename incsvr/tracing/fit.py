@@ -1,0 +1,187 @@
+"""Gauss–Newton on whitened errors of prediction under Student's t: one fit for windows and for innovations.
+
+The errors of a window are nearly one number, its root mean square, and count as one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaln
+
+from incsvr.tracing.errors import Colour, Problem
+from incsvr.tracing.hypothesis import Hypothesis
+from incsvr.tracing.response import Response
+from incsvr.tracing.thresholds import DEGREES
+from incsvr.tracing.run import Array
+
+MAX_ROUNDS, REFIT_ROUNDS = 12, 2
+"""Gauss–Newton steps of a fit, and of one without a fold, which begins at the whole."""
+TOLERANCE = 1e-4
+"""Fall of the objective a window below which a fit has settled."""
+ATTEMPTS, FIRST_DAMPING, LEAST_DAMPING = 6, 1e-3, 1e-6
+"""Steps that are tried in a round, and Levenberg and Marquardt's damping."""
+MAX_COLOUR_STEP = 2.0
+"""Change of the colour's unbounded numbers in a step at most."""
+COLOUR_PRIOR = 1e-6
+"""Precision of the colour's numbers: keeps the equations solvable where there is no colour to find."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A fitted hypothesis.
+
+    Attributes:
+        hypothesis: with its values.
+        colour: of the errors, with its values.
+        sigma: scale of the whitened errors.
+        errors: (length, w) whitened.
+        jacobian: (p, length, w) of these, with the hypothesis' free numbers, then the colour's.
+        weight: (w,) by which Student's t weighs each window.
+        score: (w,) log density of each window.
+        response: of the windows to further changes.
+    """
+
+    hypothesis: Hypothesis
+    colour: Colour
+    sigma: float
+    errors: Array
+    jacobian: Array
+    weight: Array
+    score: Array
+    response: Response
+
+    @property
+    def variance(self) -> float:
+        """By which sums of squares over all errors are divided."""
+        return self.sigma**2 * self.errors.shape[0]
+
+
+def fit(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    colour: Colour,
+    rounds: int = MAX_ROUNDS,
+    use: NDArray[np.bool_] | None = None,
+) -> Fit:
+    """The free numbers of greatest posterior likelihood, begun where they are.
+
+    Args:
+        use: (w,) the windows that are fitted; all if not given.
+    """
+    windows = problem.windows
+    if use is not None and not problem.of_innovations:
+        windows, use = windows.take(use), None
+    used = np.ones(windows.first.size, dtype=bool) if use is None else use
+    size = hypothesis.vector.size
+    low, high = hypothesis.bounds(problem.cells.signals)
+    prior = precision(problem, hypothesis, colour)
+    errors, response = problem.errors(hypothesis, windows)
+    errors = problem.looked_at(errors)
+    white, damping = colour.whiten(errors), FIRST_DAMPING
+    for _ in range(rounds):
+        theta, squares = hypothesis.vector, mean_squares(white)
+        sigma = scale_of(squares[used])
+        root = np.sqrt(used * student_weight(squares, sigma))
+        rows = _jacobian(problem, hypothesis, colour, errors, response)
+        flat, wide = (rows * root).reshape(rows.shape[0], -1), prior * (sigma**2 * white.shape[0])
+        information = flat @ flat.T + wide
+        pull = flat @ (white * root).ravel() + wide[:, :size] @ theta
+        before = _objective(squares[used], sigma, float(theta @ prior[:size, :size] @ theta))
+        for _ in range(ATTEMPTS):
+            diagonal = np.diag(information)
+            step = -np.linalg.solve(information + np.diag(damping * diagonal + 1e-12 * diagonal.max()), pull)
+            moved = np.clip(theta + step[:size], low, high)
+            tried = hypothesis.moved(moved)
+            tried_colour = colour.moved(colour.vector + np.clip(step[size:], -MAX_COLOUR_STEP, MAX_COLOUR_STEP))
+            tried_errors, tried_response = problem.errors(tried, windows)
+            tried_errors = problem.looked_at(tried_errors)
+            tried_white = tried_colour.whiten(tried_errors)
+            penalty = float(moved @ prior[:size, :size] @ moved)
+            after = _objective(mean_squares(tried_white)[used], sigma, penalty)
+            if after < before:
+                break
+            damping = 10.0 * max(damping, 1e-2)
+        else:
+            break
+        damping = max(0.1 * damping, LEAST_DAMPING)
+        hypothesis, colour, errors, white, response = tried, tried_colour, tried_errors, tried_white, tried_response
+        if before - after < TOLERANCE * white.shape[1]:
+            break
+    squares = mean_squares(white)
+    sigma = scale_of(squares[used])
+    rows = _jacobian(problem, hypothesis, colour, errors, response)
+    weight = used * student_weight(squares, sigma)
+    return Fit(hypothesis, colour, sigma, white, rows, weight, log_densities(squares, sigma), response)
+
+
+def unseen(problem: Problem, fitted: Fit, folds: NDArray[np.intp]) -> Array:
+    """(w,) log density of each window by a fit to all windows but those of its fold, begun at the whole fit.
+
+    Args:
+        folds: (w,) number of the fold of each window.
+    """
+    score = np.empty(folds.size)
+    for fold in np.unique(folds):
+        out = folds == fold
+        left = fit(problem, fitted.hypothesis, fitted.colour, REFIT_ROUNDS, ~out)
+        score[out] = score_on(problem, left, out)
+    return score
+
+
+def score_on(problem: Problem, fitted: Fit, which: NDArray[np.bool_]) -> Array:
+    """(k,) log density of some windows by a fit to others."""
+    every = problem.of_innovations  # innovations follow from those before them
+    windows = problem.windows if every else problem.windows.take(which)
+    errors, _ = problem.errors(fitted.hypothesis, windows)
+    squares = mean_squares(fitted.colour.whiten(problem.looked_at(errors)))
+    return log_densities(squares[which] if every else squares, fitted.sigma)
+
+
+def precision(problem: Problem, hypothesis: Hypothesis, colour: Colour) -> Array:
+    """(p, p) precision of the prior of the free numbers, the hypothesis' first."""
+    size, count, more = hypothesis.basis.size, hypothesis.vector.size, colour.vector.size
+    found = np.zeros((count + more, count + more))
+    found[:size, :size] = hypothesis.basis.precision
+    found[size, size] = problem.offset_deviation**-2.0
+    found[count:, count:] = COLOUR_PRIOR * np.eye(more)
+    return found
+
+
+def mean_squares(errors: Array) -> Array:
+    """(w,) mean square of each window's errors."""
+    return np.asarray(np.mean(errors**2, axis=0))
+
+
+def scale_of(squares: Array) -> float:
+    """σ under Student's t of windows with these mean squares (w,)."""
+    variance = max(float(np.median(squares)), 1e-300)
+    for _ in range(50):
+        new = max(float(np.mean(student_weight(squares, np.sqrt(variance)) * squares)), 1e-300)
+        if abs(new - variance) < 1e-6 * variance:
+            break
+        variance = new
+    return float(np.sqrt(variance))
+
+
+def student_weight(squares: Array, sigma: float) -> Array:
+    """(w,) by which Student's t weighs windows."""
+    return np.asarray((DEGREES + 1.0) / (DEGREES + squares / sigma**2))
+
+
+def log_densities(squares: Array, sigma: float) -> Array:
+    """(w,) log density of windows under Student's t of scale σ."""
+    constant = gammaln(0.5 * (DEGREES + 1.0)) - gammaln(0.5 * DEGREES) - 0.5 * np.log(np.pi * DEGREES)
+    return np.asarray(constant - np.log(sigma) - 0.5 * (DEGREES + 1.0) * np.log1p(squares / (sigma**2 * DEGREES)))
+
+
+def _objective(squares: Array, sigma: float, penalty: float) -> float:
+    return 0.5 * penalty - float(np.sum(log_densities(squares, sigma)))
+
+
+def _jacobian(problem: Problem, hypothesis: Hypothesis, colour: Colour, errors: Array, response: Response) -> Array:
+    """(p, length, w) slopes of the whitened errors."""
+    own = colour.whiten(problem.looked_at(response.jacobian(hypothesis)))
+    return np.concatenate([own, *colour.slopes(errors)])

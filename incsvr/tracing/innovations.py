@@ -1,0 +1,57 @@
+"""Innovations: errors one cell ahead, exact where a controller closes the loop with commands.
+
+A cell is the time between two commands, so that nothing in it answers what happens in it; everything on the right of the
+equation is known at its beginning, and a controller that answers the rate does no harm (U. Forssell, L. Ljung,
+Automatica 35, 1999).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from incsvr.tracing.cells import Cut, cut, settling_time, time_scale
+from incsvr.tracing.dynamics import Windows
+from incsvr.tracing.errors import Colour, Problem, pieces_of
+from incsvr.tracing.thresholds import BLOCK_SCALES, MAX_INNOVATIONS, MAX_SUBSTEPS, OFFSET_PRIOR, SUBSTEP
+from incsvr.tracing.torque_nature import TorqueNature
+from incsvr.tracing.windows import nothing
+from incsvr.tracing.run import Run, sample_period
+
+ALIKE = (0.6, 1.6)
+"""Period of the torque over that of the gyro between which cells begin with commands, else with samples of the gyro."""
+STRETCH_SCALES = 10.0 * BLOCK_SCALES
+"""Length in time scales of the stretches that are kept of long recordings."""
+GYRO_NOISE = (-0.8, 0.0)
+"""Reflections from which the colour is searched: much of the gyro's noise."""
+
+
+def cutting(runs: Sequence[Run], inertia: float, nature: TorqueNature) -> Cut:
+    """Cells between two commands, cut once more where the vehicle settles far in one."""
+    period, commands = sample_period(runs, "yaw_rate"), sample_period(runs, "torque")
+    by_command = ALIKE[0] < commands / period < ALIKE[1]
+    step, scale = commands if by_command else period, time_scale(runs)
+    divide = int(np.clip(np.ceil(step / (SUBSTEP * settling_time(runs, inertia))), 1, MAX_SUBSTEPS))
+    return Cut(step, nature, scale, "torque" if by_command else "yaw_rate", divide)
+
+
+def pose(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: TorqueNature) -> Problem:
+    """The recordings as cells that are predicted one by one, each from the rate at its beginning.
+
+    Raises:
+        BadInput: yaw rate and torque never overlap in time.
+    """
+    how = cutting(runs, inertia, nature)
+    cells = cut(runs, inertia, names, how)
+    slices = pieces_of(cells)
+    total, length = len(cells) // how.divide, max(round(STRETCH_SCALES * how.scale / how.step), 1)
+    if total > MAX_INNOVATIONS:
+        stretches = [slice(a, min(a + length * how.divide, s.stop)) for s in slices for a in range(s.start, s.stop, length * how.divide)]
+        kept = np.unique(np.linspace(0, len(stretches) - 1, max(int(len(stretches) * MAX_INNOVATIONS / total), 1)).astype(int))
+        slices = [stretches[k] for k in kept]
+    windows = Windows.tiled(slices, how.divide)
+    starts = np.cumsum([0, *((s.stop - s.start) // how.divide for s in slices)])
+    colour = Colour(tuple(starts.tolist()), float(np.exp(-how.step / how.scale)), GYRO_NOISE)
+    ahead = Windows.tiled(pieces_of(cells), max(round(how.scale / cells.step), how.divide))
+    return Problem(cells, windows, 0.5 * OFFSET_PRIOR * cells.torque_period, nothing(cells), colour, ahead)

@@ -1,0 +1,46 @@
+"""Streams between their stamps: integrals of a held or linear course, samples that are no measurement."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.tracing.run import Array
+
+SPIKE_RATIO, SPIKE_BEND = 6.0, 12.0
+"""A single sample is a spike beyond so many times what its neighbours differ, and so many usual bends of the stream."""
+EVEN = 0.25
+"""Part of a period that stamps may be off an even grid before they are no longer taken for its edges."""
+
+
+def integral(at: Array, values: Array, until: Array, held: bool) -> Array:
+    """(m,) integral of a stream (n,) from its first stamp to each instant (m,) [s], exact for a held or linear course."""
+    steps = (values[:-1] if held else 0.5 * (values[1:] + values[:-1])) * np.diff(at)
+    total = np.concatenate([[0.0], np.cumsum(steps)])
+    index = np.clip(np.searchsorted(at, until, side="right") - 1, 0, at.size - 1)
+    past, after = until - at[index], np.minimum(index + 1, at.size - 1)
+    rise = 0.0 if held else (values[after] - values[index]) / np.maximum(at[after] - at[index], 1e-300)
+    return np.asarray(total[index] + past * (values[index] + 0.5 * rise * past))
+
+
+def without_spikes(values: Array) -> Array:
+    """(n,) the values, single samples replaced that stand out of neighbours which lie on a line.
+
+    The top of a fast turn stays, and so does everything of a stream that stands still most of the time.
+    """
+    if values.size < 5:
+        return values
+    middle = 0.5 * (values[1:-3] + values[3:-1])
+    away = np.abs(values[2:-2] - middle)
+    slope = 0.5 * (values[3:-1] - values[1:-3])
+    beside = np.maximum(np.abs(values[1:-3] - values[:-4] - slope), np.abs(values[4:] - values[3:-1] - slope))
+    usual = float(np.median(away))
+    spike = (away > SPIKE_RATIO * beside) & (away > SPIKE_BEND * usual) & (usual > 0.0)
+    out = values.copy()
+    out[2:-2][spike] = middle[spike]
+    return out
+
+
+def snapped(edges: Array, stamps: Array, step: float) -> Array:
+    """(m,) the edges, or the stamps (n,) themselves where these are as even as a grid of `step` [s]."""
+    nearest = stamps[np.clip(np.searchsorted(stamps, edges - 0.5 * step), 0, stamps.size - 1)]
+    return nearest if float(np.max(np.abs(nearest - edges))) < EVEN * step else edges

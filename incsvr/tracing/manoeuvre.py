@@ -1,0 +1,134 @@
+"""What to drive next: the shortest manoeuvre that tells two explanations apart, found by simulating it under both.
+
+The found model moves without noise; the alternative explains that motion as well as it can, all its numbers free. What it
+leaves, in the recordings' own errors, is the evidence to expect (the noncentrality of the likelihood ratio; F. Pukelsheim,
+Optimal Design of Experiments, 2006, ch. 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from incsvr.effects import Signals
+from incsvr.tracing import windows
+from incsvr.tracing.cells import cut, plain
+from incsvr.tracing.dynamics import Dynamics, Windows
+from incsvr.tracing.errors import Colour, Problem, motion_model, pieces_of
+from incsvr.tracing.fit import fit
+from incsvr.tracing.search import Tried
+from incsvr.tracing.torque_nature import TorqueNature
+from incsvr.tracing.run import Array, Run
+
+ENOUGH = 10.0
+"""Expected logarithm of the likelihood ratio with which a manoeuvre is worth driving."""
+LITTLE = 0.5
+"""The same below which it tells nothing."""
+LENGTHS = (12.0, 48.0)
+"""Time scales of the motion that a manoeuvre lasts."""
+STAIRS = (0.25, 0.0, -0.25, 0.5, 0.0, -0.5, 1.0, 0.0, -1.0, 0.75, 0.1, -0.75, -0.1)
+"""Parts of the largest torque, one after the other."""
+BEYOND = 1.3
+"""Times the fastest rate that was driven, beyond which nothing is known of the damping."""
+
+
+@dataclass(frozen=True, slots=True)
+class Manoeuvre:
+    """A command in yaw: what to drive, in words, and the torque (n,) [N m] on the gyro's grid."""
+
+    words: str
+    torque: Array
+
+
+def separate(problem: Problem, found: Tried, alternative: Tried) -> str:
+    """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none."""
+    other = alternative.hypothesis.parts[-1].name
+    if float(np.ptp(problem.cells.signals.torque)) == 0.0:
+        return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
+    most, best = 0.0, ""
+    for manoeuvre in _manoeuvres(problem):
+        expected = _evidence(problem, found, alternative, manoeuvre)
+        if expected >= ENOUGH:
+            read = sorted({c for p in (*found.hypothesis.parts, *alternative.hypothesis.parts) for c in p.effect.channels})
+            beside = f" while {', '.join(read)} sweeps its range" if read else ""
+            return f"to tell it from {other}, drive {manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {2 * expected:.0f}"
+        if expected > most:
+            most, best = expected, manoeuvre.words
+    if most < LITTLE:
+        return (
+            f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
+            "other means (a bollard pull, a pendulum test)"
+        )
+    return f"to tell it from {other}, drive {best}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
+
+
+def _manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
+    """Candidates within the torque that the recordings held, shortest first."""
+    s, step = problem.cells.signals, problem.cells.resolution
+    top = float(np.quantile(np.abs(s.torque), 0.98))
+    for scales in LENGTHS:
+        length = scales * s.scale
+        t = np.arange(0.0, length, step)
+        for period in (2.0 * s.scale, 8.0 * s.scale):
+            turning = np.where(np.mod(t, period) < 0.5 * period, 1.0, -1.0)
+            words = f"steps between ±{top:.3g} N m every {0.5 * period:.3g} s for {length:.0f} s"
+            yield Manoeuvre(words, top * turning)
+        hold = length / len(STAIRS)
+        words = f"stairs of 25, 50, 75 and 100 % of {top:.3g} N m both ways, with rests, {hold:.3g} s each"
+        yield Manoeuvre(words, top * np.array(STAIRS)[np.minimum((t / hold).astype(int), len(STAIRS) - 1)])
+        sweep = 0.5 * t**2 / length * (1.95 / s.scale) + 0.05 / s.scale * t
+        words = f"a sweep of {top:.3g} N m from {20.0 * s.scale:.3g} s to {0.5 * s.scale:.3g} s period in {length:.0f} s"
+        yield Manoeuvre(words, top * np.sin(2.0 * np.pi * sweep))
+
+
+def _evidence(problem: Problem, found: Tried, alternative: Tried, manoeuvre: Manoeuvre) -> float:
+    run = _driven(problem, found, manoeuvre)
+    if float(np.max(np.abs(run.yaw_rate))) > BEYOND * float(np.max(np.abs(problem.cells.signals.rate))):
+        return 0.0
+    s = problem.cells.signals
+    how = replace(windows.cutting([run], s.inertia, TorqueNature(held=True, noisy=False)), scale=s.scale)
+    cells = cut([run], s.inertia, sorted(run.channels), how)
+    spans = Windows.tiled(pieces_of(cells), how.steps)
+    if not spans.first.size:
+        return 0.0
+    cells = replace(cells, signals=replace(cells.signals, origin=s.origin), fine=replace(cells.fine, origin=s.origin))
+    sigma = found.fitted.sigma if not problem.of_innovations else _sigma_ahead(problem, found)
+    missed, own = (_left(cells_problem, each) for each, cells_problem in ((t, _posed(problem, cells, spans)) for t in (alternative, found)))
+    return max(missed - 1.5 * own, 0.0) / (2.0 * sigma**2)  # what its own model leaves is the error of integration
+
+
+def _posed(problem: Problem, cells: object, spans: Windows) -> Problem:
+    return replace(problem, cells=cells, windows=spans, colour=Colour(), ahead=None)  # type: ignore[arg-type]
+
+
+def _sigma_ahead(problem: Problem, found: Tried) -> float:
+    """Deviation of the errors a time scale ahead [rad/s]."""
+    errors, _ = problem.errors(found.hypothesis, problem.ahead)
+    return float(np.sqrt(np.median(np.mean(errors**2, axis=0))))
+
+
+def _left(problem: Problem, tried: Tried) -> float:
+    """Squared errors of windows that a hypothesis leaves of a noiseless motion, all its numbers free [rad²/s²]."""
+    fitted = fit(problem, tried.hypothesis, Colour(), rounds=4)
+    return float(np.sum(np.mean(fitted.errors**2, axis=0)))
+
+
+def _driven(problem: Problem, found: Tried, manoeuvre: Manoeuvre) -> Run:
+    """The manoeuvre as the found model drives it, the channels going up and down their range."""
+    s, step, n = problem.cells.signals, problem.cells.resolution, manoeuvre.torque.size
+    channels = {}
+    for k, (name, values) in enumerate(sorted(s.channels.items())):
+        low, high = (float(q) for q in np.quantile(values, [0.02, 0.98]))
+        phase = 2.0 * np.pi * np.arange(n) / n * (1.37 + 0.61 * k)
+        channels[name] = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase)
+    time, still = s.origin[1] + step * np.arange(n), np.zeros(n)
+    grid = Signals(
+        step=step, start=np.array([0, n], dtype=np.intp), time=time, rate=still, heading=still, torque=manoeuvre.torque,
+        channels=channels, inertia=s.inertia, scale=s.scale, block=step, origin=s.origin, rate_name=s.rate_name,
+    )  # fmt: skip
+    model = motion_model(problem.cells, found.hypothesis)
+    course = Dynamics(plain(grid), model).simulate(Windows.of([slice(0, n)]))
+    heading = course.heading[:n, 0]
+    return Run(manoeuvre.words, time, course.rate[:n, 0], manoeuvre.torque, {**channels, "heading": heading}, s.rate_name)

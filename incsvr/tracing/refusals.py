@@ -1,0 +1,47 @@
+"""What recordings cannot answer, refused in one sentence with its cure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.signals.scales import white_noise
+from incsvr.tracing.errors import Problem
+from incsvr.tracing.fit import Fit, precision
+from incsvr.tracing.thresholds import IDLE_SHARE, MAX_GAIN_ERROR, MIN_IDLE_TURN, MIN_TURN
+
+NEXT_TO_NOTHING = 0.02
+"""Part of the largest torque below which a torque is next to nothing."""
+
+
+def refuse_too_little_motion(problem: Problem, nothing: Fit) -> None:
+    """Raises BadInput where the vehicle hardly moves, or its torque hardly moves it: there anything explains
+    everything."""
+    s = problem.cells.signals
+    if float(np.ptp(s.torque)) == 0.0:
+        return  # what turns a vehicle whose thrusters stand still is another question
+    fastest = float(np.quantile(np.abs(s.rate), 0.99))
+    scatter = white_noise(np.diff(s.rate, 3))
+    unsure = _gain_error(problem, nothing)
+    idle = float(np.mean(np.abs(s.torque) < NEXT_TO_NOTHING * max(float(np.max(np.abs(s.torque))), 1e-300)))
+    least = MIN_IDLE_TURN if idle > IDLE_SHARE else MIN_TURN
+    if unsure > MAX_GAIN_ERROR or fastest < least * scatter:
+        raise BadInput(
+            f"too little motion: 99 % of the yaw rates are below {fastest:.2g} rad/s where the gyro scatters by "
+            f"{scatter:.1g}, the torque is next to zero for {idle:.0%} of the time, and what it does would leave the "
+            f"inertia uncertain by {min(unsure, 9.99):.0%}; drive turns both ways with steps of a quarter, half and "
+            f"all of the torque, each held for {max(2.0 * s.scale, 5.0):.0f} s, for ten minutes"
+        )
+
+
+def _gain_error(problem: Problem, nothing: Fit) -> float:
+    """Relative standard error of the thrust's gain beside a free damping."""
+    response, root = nothing.response, np.sqrt(nothing.weight)
+    d = response.dynamics
+    pushes = (d.thrust[response.cell] / d.inertia).reshape(1, *response.shape)
+    column = (nothing.colour.whiten(problem.looked_at(response.of(pushes))) * root).ravel()
+    base = (nothing.jacobian * root).reshape(nothing.jacobian.shape[0], -1)
+    information = base @ base.T + precision(problem, nothing.hypothesis, nothing.colour) * nothing.variance
+    beside = base @ column
+    left = float(column @ column - beside @ np.linalg.lstsq(information, beside)[0])
+    return float(np.sqrt(nothing.variance / max(left, 1e-300)))

@@ -1,0 +1,122 @@
+"""What a search found, as the result that everybody reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from incsvr.tracing.disturbance import disturbance
+from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
+from incsvr.tracing.adequacy import smooth_terms, uneven
+from incsvr.tracing.candidates import leads, residual
+from incsvr.tracing.cells import Cells
+from incsvr.tracing.confidence import intervals
+from incsvr.tracing.equivalence import alternatives
+from incsvr.tracing.held_out import proven
+from incsvr.tracing.manoeuvre import separate
+from incsvr.tracing.model import model_of
+from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.validation import block_means, block_size, validate
+from incsvr.tracing.sentences import of_clocks, sentence, streams
+from incsvr.tracing.statistics import p_value
+
+MAX_REJECTED = 12
+"""Candidates that are listed as looked at and not added."""
+
+
+def result_of(search: Search, nothing: Tried, best: Tried, other: Cells | None, ignored: Mapping[str, str]) -> Trace:
+    """The findings with their errors on unseen data.
+
+    Args:
+        search: what was asked and tried.
+        nothing, best: nothing added, and the best that was found.
+        other: recordings that were not fitted; without them pieces are held out.
+        ignored: why some channels were no candidates.
+    """
+    problem = search.problem
+    cells, s = problem.cells, problem.cells.signals
+    channels = [name for name in s.channels if name not in ignored]
+    complete, unexplained = smooth_terms(search, best, channels)
+    validation = validate(problem, nothing.fitted, complete.fitted, other)
+    size = block_size(cells)
+    left, before = (residual(each.fitted.response.dynamics) for each in (complete, nothing))
+    spread = uneven(problem, complete.fitted, left)
+    model = model_of(problem, complete.fitted, float(np.std(block_means(left, size))))
+    declared = model_of(problem, nothing.fitted, float(np.std(block_means(before, size))))
+    error = validation.to_dict(model.sigma) | {"disturbance": disturbance(block_means(left, size), size * cells.step, s.torque)}
+    closed = problem.of_innovations
+    depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
+    return Trace(
+        inertia=s.inertia,
+        verdict="effects" if best.names else "unexplained" if unexplained or spread.spans else "none",
+        effects=tuple(_findings(search, nothing, best)),
+        rejected=tuple(_rejected(search, best)),
+        unexplained=unexplained,
+        error=error,
+        ignored_channels=dict(ignored),
+        notes=(*of_clocks(s), *spread.notes),
+        loop="closed" if closed else "open",
+        proven=bool(best.names) and proven(error, closed),
+        spans=spread.spans,
+        one_clock=s.one_clock,
+        declared_model=declared,
+        model=model,
+        pictures=Pictures(
+            before=validation.before,
+            after=validation.after,
+            ledger_time=s.time,
+            ledger=model.parts(_moving(cells)),
+            residual_before=block_means(before, size),
+            residual_after=block_means(left, size),
+            depends={name: block_means(values, size) for name, values in depends.items()},
+        ),
+    )
+
+
+def _moving(cells: Cells):  # type: ignore[no-untyped-def]
+    """The signals with the measured acceleration of each cell."""
+    return replace(cells.signals, acceleration=(cells.end - cells.signals.rate) / cells.step)
+
+
+def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
+    problem, declared = search.problem, search.problem.cells.signals.inertia
+    spans = intervals(problem, best.fitted, search.blocks)
+    without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
+    losses = [max(search.better(best, rest).total, 0.0) for rest in without]
+    total, looked_at = max(sum(losses), 1e-300), len({effect.name for effect in search.effects})
+    findings = []
+    for k, part in enumerate(best.hypothesis.parts):
+        parameters = part.effect.parameters(part.term, declared)
+        gain = float(np.sum(best.fitted.score - without[k].fitted.score)) / best.inflation
+        others = alternatives(search, best, k)
+        share = losses[k] / total
+        findings.append(
+            Finding(
+                effect=part.name,
+                channels=streams(part.effect),
+                parameters=parameters,
+                interval=spans[k],
+                p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.looks),
+                share=share,
+                cannot_tell_from=tuple(other.hypothesis.parts[-1].name for other in others),
+                next_manoeuvre=separate(problem, best, others[0]) if others else "",
+                sentence=sentence(part.effect, parameters, spans[k], share),
+            )
+        )
+    return findings
+
+
+def _rejected(search: Search, best: Tried) -> list[Rejected]:
+    """What was looked at and not added, the most telling first."""
+    found, looked_at = dict[str, Rejected](), len(search.effects)
+    for lead in leads(search.problem, best.fitted, search.effects, MAX_REJECTED, 0):
+        name = lead.part.name
+        if name not in found:
+            p = p_value(2.0 * lead.gain / best.inflation, lead.part.vector.size, looked_at * lead.part.effect.looks)
+            found[name] = Rejected(name, p, search.refused.get(name, "beside what was found it brings too little"))
+    for name, why in search.refused.items():
+        if name not in found and name not in best.names:
+            found[name] = Rejected(name, 1.0, why)
+    return sorted(found.values(), key=lambda rejected: rejected.p_value)

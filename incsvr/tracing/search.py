@@ -1,0 +1,216 @@
+"""Which effects a model lacks: the best candidates are fitted, unseen data decide, and what no longer pays leaves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.effects import Effect
+from incsvr.tracing.candidates import leads
+from incsvr.tracing.dynamics import Dynamics
+from incsvr.tracing.errors import Problem, blocks_of
+from incsvr.tracing.fit import Fit, fit, log_densities, mean_squares, scale_of, unseen
+from incsvr.tracing.folds import Difference, difference, folds_of, inflation
+from incsvr.tracing.hypothesis import Hypothesis, Part
+from incsvr.tracing.response import Response
+from incsvr.tracing.thresholds import (
+    ALIKE,
+    BLOCK_SCALES,
+    BLOCK_WINDOWS,
+    EVIDENCE,
+    LEADS,
+    MAX_EFFECTS,
+    MIN_BLOCKS,
+    PAIRS,
+    RELEVANT_ERROR,
+    RELEVANT_TORQUE,
+    STEADY_INNOVATIONS,
+    STEADY_WINDOWS,
+)
+from incsvr.tracing.run import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A fitted hypothesis, and how well it predicts what it did not see.
+
+    Attributes:
+        fitted: to all windows.
+        score: (w,) log density of each window by a fit without its fold.
+        inflation: as `folds.inflation`.
+    """
+
+    fitted: Fit
+    score: Array
+    inflation: float
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        return self.fitted.hypothesis
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.hypothesis.names
+
+    @property
+    def size(self) -> int:
+        """How many free numbers its effects have."""
+        return sum(part.vector.size for part in self.hypothesis.parts)
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What is asked of a problem, and what was tried.
+
+    Attributes:
+        problem: the recordings.
+        effects: that may be named.
+        folds, blocks: (w,) which windows are left out together, and which count as one.
+        memory: hypotheses that were tried, by the keys of their effects.
+        refused: name of an effect → why it was not added when it was last tried.
+    """
+
+    problem: Problem
+    effects: tuple[Effect, ...]
+    folds: NDArray[np.intp]
+    blocks: NDArray[np.intp]
+    memory: dict[tuple[str, ...], Tried] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+
+    @staticmethod
+    def of(problem: Problem, effects: Sequence[Effect]) -> Search:
+        """A search among these effects."""
+        cells, windows = problem.cells, problem.windows
+        if problem.of_innovations:
+            length = cells.signals.scale
+        else:
+            length = min(BLOCK_WINDOWS, max(windows.first.size / MIN_BLOCKS, 1.0)) * windows.length * cells.step
+        return Search(problem, tuple(effects), folds_of(problem), blocks_of(cells, windows, length))
+
+    def tried(self, hypothesis: Hypothesis, beside: Fit | None = None) -> Tried:
+        """The hypothesis, fitted; `beside` is a fit from whose colour it begins."""
+        key = tuple(sorted(part.effect.key for part in hypothesis.parts))
+        if key not in self.memory:
+            fitted = fit(self.problem, hypothesis, self.problem.colour if beside is None else beside.colour)
+            score = unseen(self.problem, fitted, self.folds)
+            self.memory[key] = Tried(fitted, score, inflation(fitted, self.blocks))
+        return self.memory[key]
+
+    def run(self) -> tuple[Tried, Tried]:
+        """Nothing added, and the best that was found."""
+        nothing = best = self.tried(self.problem.start)
+        for _ in range(2 * MAX_EFFECTS):
+            grown = self._grown(best)
+            if grown is None or len(grown.names) > MAX_EFFECTS:
+                break
+            pruned = self._pruned(grown)
+            if set(pruned.names) == set(best.names):
+                break
+            best = pruned
+        return nothing, best
+
+    def better(self, new: Tried, old: Tried) -> Difference:
+        """By how much the new one predicts unseen data better."""
+        return difference(new.score, old.score, self.blocks, new.inflation)
+
+    def why_not(self, new: Tried, old: Tried) -> str:
+        """Why what the new hypothesis has more than the old one is not to be named; empty if it is."""
+        found = self.better(new, old)
+        added = [part for part in new.hypothesis.parts if part.name not in old.names]
+        looks = sum(math.log(part.effect.looks) for part in added)
+        if self.problem.of_innovations:
+            asked = EVIDENCE * max(len(added), 1) + looks
+            if found.evidence < asked or found.deviations < STEADY_INNOVATIONS:
+                return f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked"
+            if self._ahead(new, old) <= 0.0:
+                return "a time scale ahead it predicts no better"
+        elif found.deviations < STEADY_WINDOWS:
+            return f"it predicts unseen data better by {found.deviations:.2g} of the {STEADY_WINDOWS:g} deviations asked"
+        elif found.share < RELEVANT_ERROR:
+            return f"it takes away {found.share:.2%} of the unseen squared error, less than matters"
+        return self.objection(new)
+
+    def objection(self, tried: Tried) -> str:
+        """Why physics or relevance forbid one of the effects; empty if they do not."""
+        response, cells = tried.fitted.response, self.problem.cells
+        d = response.dynamics
+        usual = float(np.mean(cells.signals.torque**2))
+        seen = replace(d.seen, acceleration=np.gradient(cells.signals.rate, cells.step))
+        for part in tried.hypothesis.parts:
+            why = part.effect.implausible(part.term, seen) or part.effect.slight(part.term, seen)
+            if why:
+                return why
+            if part.effect.lingers and part.effect.acts == "thrust" and part.vector[0] < cells.resolution:
+                return "it is less than a sample of the streams"
+            moved = float(np.mean(_moment(response, part) ** 2))
+            if part.effect.acts != "inertia" and moved < RELEVANT_TORQUE**2 * usual:
+                return f"it moves less than {RELEVANT_TORQUE:.0%} of the torque, less than a thrust table is known"
+        return ""
+
+    def _ahead(self, new: Tried, old: Tried) -> float:
+        """By how many standard errors the new one predicts a time scale ahead better."""
+        windows, cells = self.problem.ahead, self.problem.cells
+        assert windows is not None
+        squares = [mean_squares(self.problem.errors(each.hypothesis, windows)[0]) for each in (new, old)]
+        sigma = scale_of(squares[0])
+        blocks = blocks_of(cells, windows, BLOCK_SCALES * cells.signals.scale)
+        better, worse = (log_densities(each, sigma) for each in squares)
+        found = difference(better, worse, blocks)
+        return found.total / max(found.error, 1e-300)
+
+    def _grown(self, best: Tried) -> Tried | None:
+        """With the one candidate more that predicts best; None where none may be named.
+
+        What is not told apart from the best is no worse for having fewer free numbers.
+        """
+        passed = list[Tried]()
+        for lead in leads(self.problem, best.fitted, self.effects, LEADS, PAIRS):
+            hypothesis = best.hypothesis
+            for part in lead.parts:
+                hypothesis = hypothesis.with_part(part)
+            new = self.tried(hypothesis, best.fitted)
+            why = self.why_not(new, best)
+            if why:
+                self.refused.setdefault(lead.part.name, why)
+            else:
+                passed.append(new)
+        if not passed:
+            return None
+        most = max(passed, key=lambda each: float(each.score.sum()))
+        alike = [each for each in passed if self.better(most, each).evidence < ALIKE]
+        chosen = min([most, *alike], key=lambda each: (each.size, -float(each.score.sum())))
+        for name in chosen.names:
+            self.refused.pop(name, None)
+        return chosen
+
+    def _pruned(self, best: Tried) -> Tried:
+        """Without what does not pay beside the others."""
+        while len(best.names) > 1:
+            without = [self.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
+            reasons = [self.why_not(best, rest) for rest in without]
+            if not any(reasons):
+                return best
+            worst = min(
+                (k for k, why in enumerate(reasons) if why), key=lambda k: self.better(best, without[k]).evidence
+            )
+            self.refused[best.names[worst]] = reasons[worst]
+            best = without[worst]
+        return best
+
+
+
+def _moment(response: Response, part: Part) -> Array:
+    """(n,) what an effect of the model takes of the torque along the trajectory [N m]."""
+    d = response.dynamics
+    if part.effect.acts == "thrust":
+        others = tuple(each for each in d.model.parts if each is not part)
+        without = Dynamics(d.cells, replace(d.model, parts=others))
+        return np.asarray((without.thrust - d.thrust)[response.cell])
+    if part.effect.acts == "damping":
+        factor = part.effect.factor(d.seen, part.term)
+        return np.asarray((d.factor * (1.0 - 1.0 / factor))[response.cell] * d.drag(response.rate))
+    return response.push(part) * d.inertia
