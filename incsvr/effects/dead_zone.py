@@ -11,6 +11,8 @@ from incsvr.effects.signals import Array, Signals
 
 STARTS = {"shifted": 9, "step": 16}
 """Half widths that are tried; past a step's edge little of a command that stays about it is explained."""
+NOISY = 3.0
+"""Deviations of a measured torque's noise: a dead band within them predicts better because it silences the noise."""
 
 
 class DeadZone(Effect):
@@ -43,7 +45,16 @@ class DeadZone(Effect):
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"half_width_nm": term.inner[-1]}
 
+    def slight(self, term: Term, s: Signals) -> str:
+        if term.inner[-1] < NOISY * s.torque_noise:
+            return "the dead band would lie within the noise of the measured torque, which it takes away"
+        return ""
+
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         width = term.inner[-1]
-        lost = np.clip(command, -width, width) if self.variant == "shifted" else np.where(np.abs(command) < width, command, 0.0)
+        lost = (
+            np.clip(command, -width, width)
+            if self.variant == "shifted"
+            else np.where(np.abs(command) < width, command, 0.0)
+        )
         return command - term.coefficients[0] * lost

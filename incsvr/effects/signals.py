@@ -45,6 +45,7 @@ class Signals:
         scale: T_c, the time in which the yaw rate forgets itself [s].
         block: time within which a step of thrust or damping is smoothed, so that the search over its instant is [s].
         origin: first and last stamp of the fitted recordings, to which drifts refer [s].
+        torque_noise: deviation of a measured torque's own white noise [N m]; 0 for a command.
         rate_name: what the recordings call the velocity that is traced: `yaw_rate` here stands for any axis's.
     """
 
@@ -64,6 +65,7 @@ class Signals:
     scale: float = 1.0
     block: float = 1.0
     origin: tuple[float, float] = (0.0, 1.0)
+    torque_noise: float = 0.0
     rate_name: str = "yaw_rate"
 
     @property

@@ -10,9 +10,9 @@ import numpy as np
 from incsvr.effects import SmoothTerm
 from incsvr.plant.axes import YAW
 from incsvr.tracing import local_gain
-from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.errors import Problem
+from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.search import Search, Tried
 from incsvr.tracing.spells import sentence, spans, spells

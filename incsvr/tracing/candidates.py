@@ -15,8 +15,8 @@ from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.hypothesis import Part, starts
-from incsvr.tracing.thresholds import MIN_GAIN, PAIR_GAIN
 from incsvr.tracing.run import Array
+from incsvr.tracing.thresholds import MIN_GAIN, PAIR_GAIN
 
 TIED = (0.5, 1.5)
 """Parts of a start within which its effect is believed to go on as it begins: a lag of half a second says nothing of a

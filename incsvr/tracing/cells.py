@@ -15,8 +15,8 @@ from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.signals import scales
 from incsvr.tracing.interpolation import integral, snapped, without_spikes
-from incsvr.tracing.torque_nature import TorqueNature
 from incsvr.tracing.run import Array, Run, pieces, sample_period, stream
+from incsvr.tracing.torque_nature import TorqueNature
 
 MIN_CELLS = 6
 """Cells of a piece below which it is left out."""
@@ -145,6 +145,7 @@ def cut(runs: Sequence[Run], inertia: float, names: Sequence[str], how: Cut) -> 
         step=step, start=start, time=time, rate=joined["rate"], torque=joined["torque"], channels=channels,
         heading=heading, inertia=inertia, scale=how.scale, block=step,
         origin=(float(time.min()), float(time.max()) + step), rate_name=runs[0].rate_name,
+        torque_noise=_torque_noise(runs) if how.nature.noisy else 0.0,
     )  # fmt: skip
     within = np.tile(np.arange(parts) * (step / parts), count)
     fine = replace(
@@ -153,6 +154,11 @@ def cut(runs: Sequence[Run], inertia: float, names: Sequence[str], how: Cut) -> 
         channels={name: np.repeat(values, parts) for name, values in channels.items()},
     )  # fmt: skip
     return Cells(signals, fine, parts, joined["end"], np.array(number, dtype=np.intp), rate_period, torque_period)
+
+
+def _torque_noise(runs: Sequence[Run]) -> float:
+    """Deviation of the white noise of the torque's samples [N m]."""
+    return scales.white_noise(np.concatenate([np.diff(stream(run, run.torque)[1], 3) for run in runs]))
 
 
 def plain(signals: Signals) -> Cells:

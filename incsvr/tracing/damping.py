@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from incsvr.tracing.thresholds import KNOTS, SLOPE_PRIOR
 from incsvr.tracing.run import Array
+from incsvr.tracing.thresholds import KNOTS, SLOPE_PRIOR
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,6 +89,7 @@ class Problem:
         start: the hypothesis of nothing, from which fits begin.
         colour: of the errors, as fits begin.
         ahead: windows of a time scale, where `windows` look one cell ahead: what predicts them worse is no effect.
+        share: part of the recordings that is fitted; long ones are thinned.
     """
 
     cells: Cells
@@ -97,6 +98,7 @@ class Problem:
     start: Hypothesis
     colour: Colour
     ahead: Windows | None = None
+    share: float = 1.0
 
     @property
     def of_innovations(self) -> bool:

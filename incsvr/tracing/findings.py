@@ -8,10 +8,9 @@ from typing import Any
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.inertia import inertia_in_force
 from incsvr.plant.words import said
-from incsvr.tracing.held_out import Errors
+from incsvr.tracing.held_out import Errors, beats_zero
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Array
-from incsvr.tracing.held_out import beats_zero
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ from scipy.special import gammaln
 from incsvr.tracing.errors import Colour, Problem
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
-from incsvr.tracing.thresholds import DEGREES
 from incsvr.tracing.run import Array
+from incsvr.tracing.thresholds import DEGREES
 
 MAX_ROUNDS, REFIT_ROUNDS = 12, 2
 """Gauss–Newton steps of a fit, and of one without a fold, which begins at the whole."""

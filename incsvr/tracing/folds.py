@@ -10,8 +10,8 @@ from scipy.special import ndtri, stdtr
 
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
-from incsvr.tracing.thresholds import FOLDS, MIN_RUNS
 from incsvr.tracing.run import Array
+from incsvr.tracing.thresholds import FOLDS, MIN_RUNS
 
 TURNS = 3
 """Turns in which each fold is visited: a fold is in so many places of a recording."""

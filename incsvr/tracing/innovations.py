@@ -14,10 +14,10 @@ import numpy as np
 from incsvr.tracing.cells import Cut, cut, settling_time, time_scale
 from incsvr.tracing.dynamics import Windows
 from incsvr.tracing.errors import Colour, Problem, pieces_of
+from incsvr.tracing.run import Run, sample_period
 from incsvr.tracing.thresholds import BLOCK_SCALES, MAX_INNOVATIONS, MAX_SUBSTEPS, OFFSET_PRIOR, SUBSTEP
 from incsvr.tracing.torque_nature import TorqueNature
 from incsvr.tracing.windows import nothing
-from incsvr.tracing.run import Run, sample_period
 
 ALIKE = (0.6, 1.6)
 """Period of the torque over that of the gyro between which cells begin with commands, else with samples of the gyro."""
@@ -47,11 +47,18 @@ def pose(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: Torq
     slices = pieces_of(cells)
     total, length = len(cells) // how.divide, max(round(STRETCH_SCALES * how.scale / how.step), 1)
     if total > MAX_INNOVATIONS:
-        stretches = [slice(a, min(a + length * how.divide, s.stop)) for s in slices for a in range(s.start, s.stop, length * how.divide)]
-        kept = np.unique(np.linspace(0, len(stretches) - 1, max(int(len(stretches) * MAX_INNOVATIONS / total), 1)).astype(int))
+        stretches = [
+            slice(a, min(a + length * how.divide, s.stop))
+            for s in slices
+            for a in range(s.start, s.stop, length * how.divide)
+        ]
+        kept = np.unique(
+            np.linspace(0, len(stretches) - 1, max(int(len(stretches) * MAX_INNOVATIONS / total), 1)).astype(int)
+        )
         slices = [stretches[k] for k in kept]
     windows = Windows.tiled(slices, how.divide)
     starts = np.cumsum([0, *((s.stop - s.start) // how.divide for s in slices)])
     colour = Colour(tuple(starts.tolist()), float(np.exp(-how.step / how.scale)), GYRO_NOISE)
     ahead = Windows.tiled(pieces_of(cells), max(round(how.scale / cells.step), how.divide))
-    return Problem(cells, windows, 0.5 * OFFSET_PRIOR * cells.torque_period, nothing(cells), colour, ahead)
+    share = windows.first.size / max(total, 1) if total > MAX_INNOVATIONS else 1.0
+    return Problem(cells, windows, 0.5 * OFFSET_PRIOR * cells.torque_period, nothing(cells), colour, ahead, share)

@@ -18,9 +18,9 @@ from incsvr.tracing.cells import cut, plain
 from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Colour, Problem, motion_model, pieces_of
 from incsvr.tracing.fit import fit
+from incsvr.tracing.run import Array, Run
 from incsvr.tracing.search import Tried
 from incsvr.tracing.torque_nature import TorqueNature
-from incsvr.tracing.run import Array, Run
 
 ENOUGH = 10.0
 """Expected logarithm of the likelihood ratio with which a manoeuvre is worth driving."""
@@ -51,9 +51,13 @@ def separate(problem: Problem, found: Tried, alternative: Tried) -> str:
     for manoeuvre in _manoeuvres(problem):
         expected = _evidence(problem, found, alternative, manoeuvre)
         if expected >= ENOUGH:
-            read = sorted({c for p in (*found.hypothesis.parts, *alternative.hypothesis.parts) for c in p.effect.channels})
+            read = sorted(
+                {c for p in (*found.hypothesis.parts, *alternative.hypothesis.parts) for c in p.effect.channels}
+            )
             beside = f" while {', '.join(read)} sweeps its range" if read else ""
-            return f"to tell it from {other}, drive {manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {2 * expected:.0f}"
+            return (
+                f"to tell it from {other}, drive {manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {2 * expected:.0f}"
+            )
         if expected > most:
             most, best = expected, manoeuvre.words
     if most < LITTLE:
@@ -79,7 +83,9 @@ def _manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
         words = f"stairs of 25, 50, 75 and 100 % of {top:.3g} N m both ways, with rests, {hold:.3g} s each"
         yield Manoeuvre(words, top * np.array(STAIRS)[np.minimum((t / hold).astype(int), len(STAIRS) - 1)])
         sweep = 0.5 * t**2 / length * (1.95 / s.scale) + 0.05 / s.scale * t
-        words = f"a sweep of {top:.3g} N m from {20.0 * s.scale:.3g} s to {0.5 * s.scale:.3g} s period in {length:.0f} s"
+        words = (
+            f"a sweep of {top:.3g} N m from {20.0 * s.scale:.3g} s to {0.5 * s.scale:.3g} s period in {length:.0f} s"
+        )
         yield Manoeuvre(words, top * np.sin(2.0 * np.pi * sweep))
 
 
@@ -95,7 +101,10 @@ def _evidence(problem: Problem, found: Tried, alternative: Tried, manoeuvre: Man
         return 0.0
     cells = replace(cells, signals=replace(cells.signals, origin=s.origin), fine=replace(cells.fine, origin=s.origin))
     sigma = found.fitted.sigma if not problem.of_innovations else _sigma_ahead(problem, found)
-    missed, own = (_left(cells_problem, each) for each, cells_problem in ((t, _posed(problem, cells, spans)) for t in (alternative, found)))
+    missed, own = (
+        _left(cells_problem, each)
+        for each, cells_problem in ((t, _posed(problem, cells, spans)) for t in (alternative, found))
+    )
     return max(missed - 1.5 * own, 0.0) / (2.0 * sigma**2)  # what its own model leaves is the error of integration
 
 
@@ -131,4 +140,6 @@ def _driven(problem: Problem, found: Tried, manoeuvre: Manoeuvre) -> Run:
     model = motion_model(problem.cells, found.hypothesis)
     course = Dynamics(plain(grid), model).simulate(Windows.of([slice(0, n)]))
     heading = course.heading[:n, 0]
-    return Run(manoeuvre.words, time, course.rate[:n, 0], manoeuvre.torque, {**channels, "heading": heading}, s.rate_name)
+    return Run(
+        manoeuvre.words, time, course.rate[:n, 0], manoeuvre.torque, {**channels, "heading": heading}, s.rate_name
+    )

@@ -1,6 +1,6 @@
 """The model with its effects as one value: it predicts, simulates, is saved, and splits every prediction into parts.
 
-    I₀ ṙ + d(r) + Σ effects = τ
+I₀ ṙ + d(r) + Σ effects = τ
 """
 
 from __future__ import annotations
@@ -83,7 +83,9 @@ class TracedModel:
         """
         damping = self.damping_at(signals.rate)
         parts = {"declared inertia": self.inertia * signals.acceleration, "damping": damping}
-        seen = replace(signals, damping=damping, drag=self.drag(), inertia=self.inertia, scale=self.scale, block=self.block)
+        seen = replace(
+            signals, damping=damping, drag=self.drag(), inertia=self.inertia, scale=self.scale, block=self.block
+        )
         command = signals.torque
         pairs = list(zip(self.effects(), self.terms, strict=True))
         for effect, term in sorted(pairs, key=lambda pair: pair[0].stage):

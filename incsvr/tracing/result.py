@@ -7,26 +7,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.tracing.disturbance import disturbance
-from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.adequacy import smooth_terms, uneven
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.confidence import intervals
+from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.equivalence import alternatives
+from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.held_out import proven
 from incsvr.tracing.manoeuvre import separate
 from incsvr.tracing.model import model_of
 from incsvr.tracing.search import Search, Tried
-from incsvr.tracing.validation import block_means, block_size, validate
-from incsvr.tracing.sentences import of_clocks, sentence, streams
+from incsvr.tracing.sentences import of_clocks, of_loop, of_share, sentence, streams
 from incsvr.tracing.statistics import p_value
+from incsvr.tracing.torque_nature import Loop
+from incsvr.tracing.validation import block_means, block_size, validate
 
 MAX_REJECTED = 12
 """Candidates that are listed as looked at and not added."""
 
 
-def result_of(search: Search, nothing: Tried, best: Tried, other: Cells | None, ignored: Mapping[str, str]) -> Trace:
+def result_of(
+    search: Search, nothing: Tried, best: Tried, other: Cells | None, ignored: Mapping[str, str], loop: Loop
+) -> Trace:
     """The findings with their errors on unseen data.
 
     Args:
@@ -34,6 +37,7 @@ def result_of(search: Search, nothing: Tried, best: Tried, other: Cells | None, 
         nothing, best: nothing added, and the best that was found.
         other: recordings that were not fitted; without them pieces are held out.
         ignored: why some channels were no candidates.
+        loop: how the torque follows the rate.
     """
     problem = search.problem
     cells, s = problem.cells, problem.cells.signals
@@ -45,8 +49,10 @@ def result_of(search: Search, nothing: Tried, best: Tried, other: Cells | None, 
     spread = uneven(problem, complete.fitted, left)
     model = model_of(problem, complete.fitted, float(np.std(block_means(left, size))))
     declared = model_of(problem, nothing.fitted, float(np.std(block_means(before, size))))
-    error = validation.to_dict(model.sigma) | {"disturbance": disturbance(block_means(left, size), size * cells.step, s.torque)}
-    closed = problem.of_innovations
+    error = validation.to_dict(model.sigma) | {
+        "disturbance": disturbance(block_means(left, size), size * cells.step, s.torque)
+    }
+    closed = loop is not Loop.OPEN
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     return Trace(
         inertia=s.inertia,
@@ -56,7 +62,7 @@ def result_of(search: Search, nothing: Tried, best: Tried, other: Cells | None, 
         unexplained=unexplained,
         error=error,
         ignored_channels=dict(ignored),
-        notes=(*of_clocks(s), *spread.notes),
+        notes=(*of_clocks(s), *of_loop(loop), *of_share(problem.share), *spread.notes),
         loop="closed" if closed else "open",
         proven=bool(best.names) and proven(error, closed),
         spans=spread.spans,
@@ -100,7 +106,7 @@ def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
                 interval=spans[k],
                 p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.looks),
                 share=share,
-                cannot_tell_from=tuple(other.hypothesis.parts[-1].name for other in others),
+                cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
                 next_manoeuvre=separate(problem, best, others[0]) if others else "",
                 sentence=sentence(part.effect, parameters, spans[k], share),
             )

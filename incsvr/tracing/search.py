@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect
-from incsvr.tracing.candidates import leads
+from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.dynamics import Dynamics
 from incsvr.tracing.errors import Problem, blocks_of
 from incsvr.tracing.fit import Fit, fit, log_densities, mean_squares, scale_of, unseen
 from incsvr.tracing.folds import Difference, difference, folds_of, inflation
 from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.response import Response
+from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import (
     ALIKE,
     BLOCK_SCALES,
@@ -28,10 +29,9 @@ from incsvr.tracing.thresholds import (
     PAIRS,
     RELEVANT_ERROR,
     RELEVANT_TORQUE,
-    STEADY_INNOVATIONS,
-    STEADY_WINDOWS,
+    STEADY,
+    VERY_STEADY,
 )
-from incsvr.tracing.run import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,15 +121,18 @@ class Search:
         """Why what the new hypothesis has more than the old one is not to be named; empty if it is."""
         found = self.better(new, old)
         added = [part for part in new.hypothesis.parts if part.name not in old.names]
-        looks = sum(math.log(part.effect.looks) for part in added)
+        asked = EVIDENCE * max(len(added), 1) + sum(math.log(part.effect.looks) for part in added)
+        telling = found.evidence >= asked and found.deviations >= STEADY
         if self.problem.of_innovations:
-            asked = EVIDENCE * max(len(added), 1) + looks
-            if found.evidence < asked or found.deviations < STEADY_INNOVATIONS:
+            if not telling:
                 return f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked"
             if self._ahead(new, old) <= 0.0:
                 return "a time scale ahead it predicts no better"
-        elif found.deviations < STEADY_WINDOWS:
-            return f"it predicts unseen data better by {found.deviations:.2g} of the {STEADY_WINDOWS:g} deviations asked"
+        elif not telling and found.deviations < VERY_STEADY:
+            return (
+                f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked, or "
+                f"{found.deviations:.2g} of {VERY_STEADY:g} standard errors"
+            )
         elif found.share < RELEVANT_ERROR:
             return f"it takes away {found.share:.2%} of the unseen squared error, less than matters"
         return self.objection(new)
@@ -139,7 +142,7 @@ class Search:
         response, cells = tried.fitted.response, self.problem.cells
         d = response.dynamics
         usual = float(np.mean(cells.signals.torque**2))
-        seen = replace(d.seen, acceleration=np.gradient(cells.signals.rate, cells.step))
+        seen = replace(d.seen, acceleration=np.gradient(cells.signals.rate, cells.step), residual=residual(d))
         for part in tried.hypothesis.parts:
             why = part.effect.implausible(part.term, seen) or part.effect.slight(part.term, seen)
             if why:
@@ -200,7 +203,6 @@ class Search:
             self.refused[best.names[worst]] = reasons[worst]
             best = without[worst]
         return best
-
 
 
 def _moment(response: Response, part: Part) -> Array:

@@ -8,6 +8,7 @@ from typing import Any
 
 from incsvr.effects import Effect, Signals
 from incsvr.tracing.findings import Finding, Trace
+from incsvr.tracing.torque_nature import Loop
 
 LABELS = {
     "moment_nm": ("moment", "N m"),
@@ -104,6 +105,24 @@ def of_clocks(signals: Signals) -> tuple[str, ...]:
         "the stamps of the recordings overlap, so each counts its own time: nothing was sought that begins or drifts "
         "at some time; recordings of one dive need stamps that go on from one to the next",
     )
+
+
+def of_loop(loop: Loop) -> tuple[str, ...]:
+    """The note on a controller whose gyro this log may not hold; empty where nothing is in doubt."""
+    if loop is not Loop.OTHER_GYRO:
+        return ()
+    return (
+        "the torque answers the rate, but this log's gyro does not tell what it will be: the controller reads another "
+        "gyro, or the torque is measured; what is named holds either way, and less can be found; log the controller's "
+        "own gyro, or say what the torque is with --torque",
+    )
+
+
+def of_share(share: float) -> tuple[str, ...]:
+    """The note that long recordings were thinned; empty where all of them was fitted."""
+    if share >= 1.0:
+        return ()
+    return (f"{share:.0%} of the recordings were fitted, in stretches spread evenly over them: they are long enough",)
 
 
 MUCH_LEFT = 0.25

@@ -41,11 +41,11 @@ BLOCK_WINDOWS, MIN_BLOCKS = 4.0, 24
 """Length of a block whose differences count as independent, in windows; less where so few blocks would be left."""
 BLOCK_SCALES = 4.0
 """The same of innovations, in time scales of the motion."""
-STEADY_WINDOWS, STEADY_INNOVATIONS = 3.7, 1.5
-"""Standard errors by which an effect must predict better. Windows are no likelihood, so that this is their proof: one
-false name in a hundred recordings for forty candidates. Innovations are: their evidence is asked for besides."""
+STEADY, VERY_STEADY = 2.0, 3.7
+"""Standard errors by which an effect must predict better beside its evidence; and without it, of windows: one false name
+in a hundred recordings for forty candidates."""
 EVIDENCE = 12.0
-"""Logarithm of the likelihood ratio on unseen innovations that an effect must bring, beyond that of its own search."""
+"""Logarithm of the likelihood ratio on unseen data that an effect must bring, beyond that of its own search."""
 RELEVANT_ERROR = 0.01
 """Part of the squared error of windows that an effect must take away."""
 RELEVANT_TORQUE = 0.02
@@ -71,9 +71,9 @@ REPEATED = 0.3
 LOOP_DEVIATIONS, LOOP_CORRELATION = 3.5, 0.03
 """A controller closes the loop where the torque of the next cell follows the rate's surprise by so many deviations, and
 with so large a correlation. Open-loop trials reached 2.9 and measured open loops 1.9, controllers 4 to 60."""
-OTHER_GYRO = 1.0
-"""Scatter of a controller's commands about what the log's gyro asks for, in that of the gyro's noise, from which the log
-may not hold the controller's gyro (0.04 with the same, 1.4 to 2.0 with another)."""
+OTHER_GYRO = 0.9
+"""Usual surprise of a changed torque to whom sees the log's gyro, in that to whom does not, beyond which the controller
+reads another gyro or the torque is measured (0.00 to 0.83 with the same, 0.91 to 1.00 else)."""
 
 # What recordings must show.
 MAX_GAIN_ERROR = 0.2

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from itertools import pairwise
 
 import numpy as np
@@ -15,14 +16,24 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from incsvr.signals.settings import COMMANDED, TorqueKind
-from incsvr.tracing.thresholds import LOOP_CORRELATION, LOOP_DEVIATIONS, REPEATED
 from incsvr.tracing.run import Array, Run, stream
+from incsvr.tracing.thresholds import LOOP_CORRELATION, LOOP_DEVIATIONS, OTHER_GYRO, REPEATED
 
 PAST, RUNNING, WHITENING = 9, (20.0, 100.0), 3
 """Cells of the torque's past, and lengths of its running means, from which it is predicted; past residuals
 that whiten the present one."""
+SAMPLES, MIN_CHANGES = 6, 200
+"""Samples of the gyro and changes of the torque that tell whether a controller reads this gyro; so many changes at least."""
 CLIP = 3.0
 """Usual deviations at which a surprise is cut: a turn that was asked for is no answer."""
+
+
+class Loop(Enum):
+    """How the torque follows the rate."""
+
+    OPEN = "nothing answers the rate"
+    CLOSED = "a controller answers the rate"
+    OTHER_GYRO = "a controller answers another gyro than the log's, or the torque is measured with noise of its own"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +90,52 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> bool:
     return deviations > LOOP_DEVIATIONS and correlation > LOOP_CORRELATION
 
 
+def of_this_gyro(runs: Sequence[Run]) -> bool:
+    """Whether the gyro of these recordings tells beforehand what the torque will be, as it does where a controller reads
+    it: not where the controller has another gyro, nor where the torque is measured with noise of its own."""
+    ratios = [ratio for run in runs if (ratio := _unforeseen_share(run)) is not None]
+    return bool(ratios) and float(np.median(ratios)) < OTHER_GYRO
+
+
+def _unforeseen_share(run: Run) -> float | None:
+    """The usual surprise of a changed torque to whom knows its past and the gyro before it, in that to whom lacks the
+    whole gyro, or its last samples; None where the torque hardly changes."""
+    (at, rate), (when, torque) = stream(run, run.yaw_rate), stream(run, run.torque)
+    changed = np.flatnonzero(np.diff(torque)) + 1
+    latest = np.searchsorted(at, when[changed], side="right") - 1
+    which = np.arange(SAMPLES, changed.size)
+    which = which[latest[which] >= SAMPLES]
+    if which.size < MIN_CHANGES:
+        return None
+    before = [torque[changed[which - k]] for k in range(1, SAMPLES)]
+    past = np.stack([*before, before[0] * np.abs(before[0]), np.ones(which.size)], axis=1)
+    seen = np.stack([rate[latest[which] - k] for k in range(SAMPLES)], axis=1)
+    if "heading" in run.channels:
+        stamps, heading = stream(run, run.channels["heading"])
+        angle = np.interp(when[changed[which]], stamps, np.unwrap(heading)) if stamps.size else np.zeros(which.size)
+        past = np.column_stack([past, np.sin(angle), np.cos(angle)])
+    wanted = torque[changed[which]]
+    full, late, none = (
+        _usual(_robust_residual(np.column_stack([past, seen[:, first:]]), wanted))
+        for first in (0, SAMPLES // 2, SAMPLES)
+    )
+    return full / max(min(late, none), 1e-300)
+
+
+def _robust_residual(columns: Array, values: Array) -> Array:
+    """(n,) values less a linear fit to those that are no outliers."""
+    left, usual = values, 0.0
+    for _ in range(3):
+        kept = np.abs(left) <= CLIP * usual if usual > 0.0 else np.ones(values.size, dtype=bool)
+        left = values - columns @ np.linalg.lstsq(columns[kept], values[kept])[0]
+        usual = _usual(left)
+    return np.asarray(left)
+
+
+def _usual(values: Array) -> float:
+    return float(1.4826 * np.median(np.abs(values)))
+
+
 def _whitened(residual: Array, starts: NDArray[np.intp]) -> Array:
     """(n,) the residual less what its own past tells, cut where it is an outlier."""
     past = np.stack([np.roll(residual, k) for k in range(1, WHITENING + 1)], axis=1)
@@ -92,11 +149,8 @@ def _whitened(residual: Array, starts: NDArray[np.intp]) -> Array:
 
 def _unforeseen(change: Array, past: Array) -> Array:
     """(n,) the change of the torque less what its past tells, fitted robustly, cut where it is an outlier."""
-    left, usual = change, 0.0
-    for _ in range(3):
-        kept = np.abs(left) <= CLIP * usual if usual > 0.0 else np.ones(change.size, dtype=bool)
-        left = change - past @ np.linalg.lstsq(past[kept], change[kept])[0]
-        usual = 1.4826 * float(np.median(np.abs(left))) or float(np.std(left))
+    left = _robust_residual(past, change)
+    usual = _usual(left) or float(np.std(left))
     cut = np.clip(left, -CLIP * usual, CLIP * usual)
     # a jump that was cut leads away from the level before it: that is its past, too
     return np.asarray(cut - past @ np.linalg.lstsq(past, cut)[0])

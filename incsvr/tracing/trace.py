@@ -6,20 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from incsvr.effects import Effect
 from incsvr.errors import BadInput
-from incsvr.signals.settings import TorqueKind
-from incsvr.tracing.channels import usable
-from incsvr.tracing.findings import Trace
+from incsvr.signals.settings import MEASURED, TorqueKind
 from incsvr.tracing import innovations, windows
 from incsvr.tracing.candidates import admissible, residual
-from incsvr.tracing.cells import cut
+from incsvr.tracing.cells import Cut, cut
+from incsvr.tracing.channels import usable
+from incsvr.tracing.equivalence import alternatives
 from incsvr.tracing.errors import Problem
+from incsvr.tracing.findings import Trace
 from incsvr.tracing.fit import fit
 from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
-from incsvr.tracing.search import Search
-from incsvr.tracing.torque_nature import TorqueNature, answers, as_told
 from incsvr.tracing.run import Run, check
+from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, of_this_gyro
 
 __all__ = ["Run", "Trace", "trace"]
 
@@ -42,13 +44,20 @@ def trace(
     if validate:
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
+    heading = ["heading"] * all(
+        "heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 5 for run in runs
+    )
     try:
-        problem, how = posed(runs, inertia, _read(runs, names), torque)
-        other = cut(validate, inertia, [*problem.cells.signals.channels, *_heading(runs)], how) if validate else None
-        search = Search.of(problem, admissible(names, problem.cells))
-        nothing = search.tried(problem.start)
-        refuse_too_little_motion(problem, nothing.fitted)
-        return result_of(search, *search.run(), other, ignored)
+        forms, loop = forms_of(runs, inertia, [*names, *heading], torque)
+        effects: tuple[Effect, ...] | None = None
+        for nature in forms:
+            problem, how = posed(runs, inertia, [*names, *heading], nature)
+            search = Search.of(problem, admissible(names, problem.cells) if effects is None else effects)
+            refuse_too_little_motion(problem, search.tried(problem.start).fitted)
+            nothing, best = search.run()
+            effects = _named(search, best)
+        other = cut(validate, inertia, [*problem.cells.signals.channels, *heading], how) if validate else None
+        return result_of(search, nothing, best, other, ignored, loop)
     except np.linalg.LinAlgError as error:
         raise BadInput(
             f"the equations of these recordings have no solution ({error}): the vehicle hardly moves, or a channel "
@@ -56,23 +65,31 @@ def trace(
         ) from error
 
 
-def posed(runs: Sequence[Run], inertia: float, names: Sequence[str], torque: TorqueKind | None):  # type: ignore[no-untyped-def]
-    """The predictions by which the recordings are judged: windows in open loop, innovations of commands in closed loop."""
+def posed(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: TorqueNature) -> tuple[Problem, Cut]:
+    """The predictions by which the recordings are judged: windows, or innovations of commands that answer the rate."""
+    form = innovations if nature.closed else windows
+    return form.pose(runs, inertia, names, nature), form.cutting(runs, inertia, nature)
+
+
+def forms_of(
+    runs: Sequence[Run], inertia: float, names: Sequence[str], torque: TorqueKind | None
+) -> tuple[tuple[TorqueNature, ...], Loop]:
+    """What the torque is, and how the loop is closed; two natures where the recordings cannot tell which it is: what is
+    named must hold for both, one after the other."""
     nature = as_told(runs, torque)
-    problem = windows.pose(runs, inertia, names, nature)
+    problem, _ = posed(runs, inertia, names, nature)
     fitted = fit(problem, problem.start, problem.colour)
-    cells = problem.cells
-    closed = answers(residual(fitted.response.dynamics), cells.signals.torque, cells.start)
-    if not closed or torque == "measured":
-        return problem, windows.cutting(runs, inertia, nature)
-    commands = TorqueNature(held=True, noisy=False, closed=True)
-    return innovations.pose(runs, inertia, names, commands), innovations.cutting(runs, inertia, commands)
+    if not answers(residual(fitted.response.dynamics), problem.cells.signals.torque, problem.cells.start):
+        return (nature,), Loop.OPEN
+    command = TorqueNature(held=True, noisy=False, closed=True)
+    if torque == MEASURED:
+        return (nature,), Loop.CLOSED
+    if of_this_gyro(runs):
+        return (command,), Loop.CLOSED
+    return (nature, command), Loop.OTHER_GYRO
 
 
-def _heading(runs: Sequence[Run]) -> list[str]:
-    return ["heading"] * all("heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 5 for run in runs)
-
-
-def _read(runs: Sequence[Run], names: Sequence[str]) -> list[str]:
-    """The channels that are read: the candidates', and the heading where every run has one."""
-    return [*names, *_heading(runs)]
+def _named(search: Search, best: Tried) -> tuple[Effect, ...]:
+    """The effects that were named, and those that cannot be told from them."""
+    alike = {other.names[-1] for k in range(len(best.names)) for other in alternatives(search, best, k)}
+    return tuple(effect for effect in search.effects if effect.name in alike.union(best.names))

@@ -137,7 +137,9 @@ def _halves(cells: Cells) -> tuple[list[slice], list[slice]]:
     for piece in pieces_of(cells):
         longest = (piece.stop - piece.start) * cells.step / (MIN_PIECE_SCALES * cells.signals.scale)
         count = min(max(int(longest), 1), PIECES)
-        slices += [slice(a, b) for a, b in pairwise(np.linspace(piece.start, piece.stop, count + 1).astype(int).tolist())]
+        slices += [
+            slice(a, b) for a, b in pairwise(np.linspace(piece.start, piece.stop, count + 1).astype(int).tolist())
+        ]
     if len(slices) == 1:
         (only,) = slices
         middle = (only.start + only.stop) // 2

@@ -11,6 +11,7 @@ from incsvr.tracing.damping import DampingBasis
 from incsvr.tracing.dynamics import Windows
 from incsvr.tracing.errors import Colour, Problem, pieces_of
 from incsvr.tracing.hypothesis import Hypothesis
+from incsvr.tracing.run import Run, sample_period
 from incsvr.tracing.thresholds import (
     CELLS_A_SETTLING,
     MAX_STEPS,
@@ -21,7 +22,6 @@ from incsvr.tracing.thresholds import (
     OFFSET_PRIOR,
 )
 from incsvr.tracing.torque_nature import TorqueNature
-from incsvr.tracing.run import Run, sample_period
 
 USUAL = 0.98
 """Quantile of rates and torques that counts as the largest usual one."""
@@ -49,7 +49,8 @@ def pose(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: Torq
     count = windows.first.size
     if count > MAX_WINDOWS:
         windows = windows.take(np.unique(np.linspace(0, count - 1, MAX_WINDOWS).astype(np.intp)))
-    return Problem(cells, windows, OFFSET_PRIOR * cells.resolution, nothing(cells), Colour())
+    share = windows.first.size / max(count, 1)
+    return Problem(cells, windows, OFFSET_PRIOR * cells.resolution, nothing(cells), Colour(), share=share)
 
 
 def nothing(cells: Cells) -> Hypothesis:
