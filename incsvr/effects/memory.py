@@ -9,7 +9,7 @@ import numpy as np
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
-SHORTEST_SCALES, LONGEST_SCALES = 0.5, 10.0
+SHORTEST_SCALES, LONGEST_SCALES = 1.0, 10.0
 """Time constants in time scales of the motion: water that follows sooner is told from an inertia, and from the colour of
 the disturbance, by nothing."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.search import Search, Tried
-from incsvr.tracing.thresholds import ALIKE, ALTERNATIVES
+from incsvr.tracing.thresholds import ALTERNATIVES
 
 
 def alternatives(search: Search, best: Tried, k: int) -> list[Tried]:
@@ -15,7 +15,6 @@ def alternatives(search: Search, best: Tried, k: int) -> list[Tried]:
         if lead.part.name == part.name:
             continue
         tried = search.tried(rest.hypothesis.with_part(lead.part), rest.fitted)
-        alike = search.better(best, tried).evidence < ALIKE
-        if alike and lead.part.name not in found and not search.why_not(tried, rest):
+        if search.alike(best, tried) and lead.part.name not in found and not search.why_not(tried, rest):
             found[lead.part.name] = tried
     return list(found.values())

@@ -13,7 +13,7 @@ from incsvr.tracing.fit import Fit
 from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import FOLDS, MIN_RUNS
 
-TURNS = 3
+TURNS = 8
 """Turns in which each fold is visited: a fold is in so many places of a recording."""
 
 

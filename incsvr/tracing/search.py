@@ -13,16 +13,16 @@ from incsvr.effects import Effect
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.dynamics import Dynamics
 from incsvr.tracing.errors import Problem, blocks_of
-from incsvr.tracing.fit import Fit, fit, log_densities, mean_squares, scale_of, unseen
+from incsvr.tracing.fit import Fit, fit, unseen
 from incsvr.tracing.folds import Difference, difference, folds_of, inflation
 from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.response import Response
 from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import (
     ALIKE,
-    BLOCK_SCALES,
     BLOCK_WINDOWS,
-    EVIDENCE,
+    EVIDENCE_INNOVATIONS,
+    EVIDENCE_WINDOWS,
     LEADS,
     MAX_EFFECTS,
     MIN_BLOCKS,
@@ -117,23 +117,26 @@ class Search:
         """By how much the new one predicts unseen data better."""
         return difference(new.score, old.score, self.blocks, new.inflation)
 
+    def alike(self, better: Tried, worse: Tried) -> bool:
+        """Whether unseen data hardly tell the two apart; for each free number more, as much again is asked of the better."""
+        more = max(better.size - worse.size, 0)
+        return self.better(better, worse).evidence < ALIKE * (1 + more)
+
     def why_not(self, new: Tried, old: Tried) -> str:
         """Why what the new hypothesis has more than the old one is not to be named; empty if it is."""
         found = self.better(new, old)
         added = [part for part in new.hypothesis.parts if part.name not in old.names]
-        asked = EVIDENCE * max(len(added), 1) + sum(math.log(part.effect.looks) for part in added)
-        telling = found.evidence >= asked and found.deviations >= STEADY
-        if self.problem.of_innovations:
-            if not telling:
+        each = EVIDENCE_INNOVATIONS if self.problem.of_innovations else EVIDENCE_WINDOWS
+        asked = each * max(len(added), 1) + sum(math.log(part.effect.looks) for part in added)
+        if found.evidence < asked or found.deviations < STEADY:
+            if self.problem.of_innovations:
                 return f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked"
-            if self._ahead(new, old) <= 0.0:
-                return "a time scale ahead it predicts no better"
-        elif not telling and found.deviations < VERY_STEADY:
-            return (
-                f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked, or "
-                f"{found.deviations:.2g} of {VERY_STEADY:g} standard errors"
-            )
-        elif found.share < RELEVANT_ERROR:
+            if found.deviations < VERY_STEADY:
+                return (
+                    f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked, or "
+                    f"{found.deviations:.2g} of {VERY_STEADY:g} standard errors"
+                )
+        if not self.problem.of_innovations and found.share < RELEVANT_ERROR:
             return f"it takes away {found.share:.2%} of the unseen squared error, less than matters"
         return self.objection(new)
 
@@ -154,17 +157,6 @@ class Search:
                 return f"it moves less than {RELEVANT_TORQUE:.0%} of the torque, less than a thrust table is known"
         return ""
 
-    def _ahead(self, new: Tried, old: Tried) -> float:
-        """By how many standard errors the new one predicts a time scale ahead better."""
-        windows, cells = self.problem.ahead, self.problem.cells
-        assert windows is not None
-        squares = [mean_squares(self.problem.errors(each.hypothesis, windows)[0]) for each in (new, old)]
-        sigma = scale_of(squares[0])
-        blocks = blocks_of(cells, windows, BLOCK_SCALES * cells.signals.scale)
-        better, worse = (log_densities(each, sigma) for each in squares)
-        found = difference(better, worse, blocks)
-        return found.total / max(found.error, 1e-300)
-
     def _grown(self, best: Tried) -> Tried | None:
         """With the one candidate more that predicts best; None where none may be named.
 
@@ -184,7 +176,7 @@ class Search:
         if not passed:
             return None
         most = max(passed, key=lambda each: float(each.score.sum()))
-        alike = [each for each in passed if self.better(most, each).evidence < ALIKE]
+        alike = [each for each in passed if self.alike(most, each)]
         chosen = min([most, *alike], key=lambda each: (each.size, -float(each.score.sum())))
         for name in chosen.names:
             self.refused.pop(name, None)
