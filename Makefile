@@ -6,7 +6,7 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table ablation missions live-missions bets-level several vehicles trouble calibration \
+.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
 	fleet sensor-faults soak hold recording pictures clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
@@ -46,9 +46,6 @@ trace-table: .venv/ready  ## a torque that is the command, one that is measured,
 	$(BIN)/python -m benchmarks.trace_table --noise measured
 	$(BIN)/python -m benchmarks.trace_table --noise torque
 
-ablation: .venv/ready  ## what each rule of the tracer earns
-	$(BIN)/python -m benchmarks.ablation
-
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
 	$(BIN)/python -m benchmarks.missions
 
@@ -63,9 +60,6 @@ several: .venv/ready  ## damping of several velocities beside least squares with
 
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles
-
-calibration: .venv/ready  ## whether the p-values are what they claim
-	$(BIN)/python -m benchmarks.calibration
 
 trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew
 	$(BIN)/python -m benchmarks.trouble

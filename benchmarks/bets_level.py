@@ -29,13 +29,11 @@ from benchmarks.tables import table
 from benchmarks.trace_judge import interval
 from incsvr.compensation import Compensation
 from incsvr.errors import BadInput
-from incsvr.shadow import as_run, compare
-from incsvr.tracing.forward.candidates import admissible, starts
-from incsvr.tracing.forward.fit import fit
-from incsvr.tracing.forward.grid import Grid, cells
-from incsvr.tracing.forward.projection import Projection
-from incsvr.tracing.forward.search import settled
-from incsvr.tracing.forward.validation import model_of
+from incsvr.shadow import COMMAND, as_run, compare
+from incsvr.tracing import innovations
+from incsvr.tracing.candidates import admissible, leads
+from incsvr.tracing.fit import fit
+from incsvr.tracing.model import model_of
 from service.config import Config
 from service.progress import progress
 from simulator.missions import play
@@ -82,18 +80,14 @@ def _bet(name: str, streams: Streams, config: Config) -> tuple[float, int]:
 
 def _fitted(name: str, streams: Streams, config: Config) -> Compensation:
     """The effect as it explains these data best."""
-    grid: Grid = cells([as_run(streams)], config.vehicle.inertia, [])
-    base = fit(grid)
-    view = Projection(grid, base)
-    leads = [
-        view.try_start(start)
-        for effect in admissible([], grid.signals)
-        if effect.name == name
-        for start in starts(effect, view.signals)
-    ]
-    if not leads:
-        raise BadInput(f"{name} has no start in these data")
-    return Compensation.of(model_of(grid, settled(grid, base, max(leads, key=lambda lead: lead.gain).part)))
+    problem = innovations.pose([as_run(streams)], config.vehicle.inertia, [], COMMAND)
+    base = fit(problem, problem.start, problem.colour)
+    effects = [effect for effect in admissible([], problem.cells) if effect.name == name]
+    found = leads(problem, base, effects, 1, 0)
+    if not found:
+        raise BadInput(f"{name} explains nothing of these data")
+    fitted = fit(problem, base.hypothesis.with_part(found[0].part), base.colour)
+    return Compensation.of(model_of(problem, fitted, 0.0))
 
 
 def report(document: Mapping[str, Any]) -> str:

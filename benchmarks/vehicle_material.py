@@ -13,9 +13,11 @@ from incsvr.effects import Signals
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array
+from incsvr.tracing import innovations
+from incsvr.tracing.cells import cut
 from incsvr.tracing.channels import usable
-from incsvr.tracing.forward.grid import cells
 from incsvr.tracing.model import TracedModel
+from incsvr.tracing.torque_nature import TorqueNature
 from simulator import coupling
 from simulator.recordings import Recording, read
 from simulator.trace import runs_of
@@ -58,7 +60,8 @@ class Material:
         runs, rest = runs_of(fitted), runs_of(unseen)
         names, _ = usable([*runs, *rest])
         names += ["heading"] * all("heading" in run.channels for run in (*runs, *rest))
-        there, here = (cells(each, split.inertia, names).signals for each in (runs, rest))
+        how = replace(innovations.cutting(runs, split.inertia, TorqueNature(held=True, noisy=False)), divide=1)
+        there, here = (cut(each, split.inertia, names, how).signals for each in (runs, rest))
         return Material(
             split.inertia, axis, fitted, unseen, there, replace(here, origin=there.origin),
             tuple(name for name in VELOCITIES if name in there.channels),

@@ -21,7 +21,7 @@ LAGS = 2
 class Motion(Protocol):
     """A model that simulates the velocity of an axis."""
 
-    def simulate(self, signals: Signals, step: float | None = None, spans: Sequence[slice] | None = None) -> Course:
+    def simulate(self, signals: Signals, spans: Sequence[slice] | None = None) -> Course:
         """As `incsvr.tracing.model.TracedModel.simulate`."""
 
 
@@ -35,7 +35,7 @@ class Trivial:
 
     kept: float
 
-    def simulate(self, signals: Signals, step: float | None = None, spans: Sequence[slice] | None = None) -> Course:
+    def simulate(self, signals: Signals, spans: Sequence[slice] | None = None) -> Course:
         pieces = signals.runs() if spans is None else spans
         held = [np.full(piece.stop - piece.start, self.kept * signals.rate[piece.start]) for piece in pieces]
         simulated = np.concatenate(held)
@@ -56,7 +56,7 @@ class Integrated:
     others: tuple[str, ...]
     limit: float
 
-    def simulate(self, signals: Signals, step: float | None = None, spans: Sequence[slice] | None = None) -> Course:
+    def simulate(self, signals: Signals, spans: Sequence[slice] | None = None) -> Course:
         pieces = signals.runs() if spans is None else spans
         first, size, h = _starts(pieces), _sizes(pieces), signals.step
         beside = columns(signals, self.others)
@@ -98,7 +98,7 @@ class Narx:
     hop: int
     limit: float
 
-    def simulate(self, signals: Signals, step: float | None = None, spans: Sequence[slice] | None = None) -> Course:
+    def simulate(self, signals: Signals, spans: Sequence[slice] | None = None) -> Course:
         pieces = signals.runs() if spans is None else spans
         first, size = _starts(pieces), _sizes(pieces)
         run = np.searchsorted(signals.start, first, side="right") - 1

@@ -27,7 +27,7 @@ from benchmarks.vehicle_motion import Motion, Trivial
 from benchmarks.vehicle_peers import frols, gaussian_process, sindy
 from benchmarks.vehicle_report import report
 from benchmarks.vehicle_splits import SPLITS, Split, skipped
-from incsvr.effects import Term
+from incsvr.effects import Signals, Term
 from incsvr.errors import BadInput
 from incsvr.learning.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
 from incsvr.plant.axes import VELOCITIES
@@ -36,7 +36,7 @@ from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.skill import HORIZONS, ahead_of
+from incsvr.tracing.held_out import HORIZONS
 from service.progress import progress
 from service.wire.json_text import json_text
 from simulator.fitted import Fit
@@ -115,21 +115,29 @@ def judged(learn: Callable[[Material], Motion], given: Material) -> dict[str, An
         model = learn(given)
         seconds = time.process_time() - begun
         here = given.here
-        index, simulated = model.simulate(here, here.step)
-        steps = ahead_of(
-            lambda spans: model.simulate(here, here.step, [span for own in spans for span in own]),
-            here, [here.runs()], given.there.scale,
-        )  # fmt: skip
+        _, simulated = model.simulate(here)
+        steps = [_ahead(model, here, horizon * given.there.scale) for horizon in HORIZONS]
     except BadInput as error:
         return {"failed": said(given.axis, str(error)), "seconds": time.process_time() - begun}
     except Exception as error:  # whatever a library says of a split that it cannot fit is the row's result
         return {"failed": f"{type(error).__name__}: {error}", "seconds": time.process_time() - begun}
-    errors = zip(HORIZONS, (each.error for each in steps), strict=True)
+    errors = zip(HORIZONS, steps, strict=True)
     return {
-        "free_run": _rms(simulated - here.rate[index]),
+        "free_run": _rms(simulated - here.rate),
         "ahead": {f"{horizon:g}": _rms(error) if error.size else None for horizon, error in errors},
         "seconds": seconds,
     }
+
+
+def _ahead(model: Motion, here: Signals, horizon: float) -> Array:
+    """(m,) errors at the end of runs of this length [s], side by side [rad/s]."""
+    steps = max(round(horizon / here.step), 1)
+    spans = [slice(a, a + steps + 1) for run in here.runs() for a in range(run.start, run.stop - steps, steps)]
+    if not spans:
+        return np.empty(0)
+    _, simulated = model.simulate(here, spans)
+    measured = np.concatenate([here.rate[span] for span in spans])
+    return np.asarray((simulated - measured)[steps :: steps + 1])
 
 
 def of_split(split: Split, folder: Path, advance: Callable[[], None] = lambda: None) -> dict[str, Any]:

@@ -9,7 +9,7 @@ bit, where a piece ends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -200,14 +200,6 @@ class _Seen(Signals):
 
     effect: str = ""
     filters: dict[str, float] = field(default_factory=dict)
-
-    def midpoints(self, values: Array) -> tuple[Array, Array]:
-        """The samples themselves: what a point says must not depend on which others came with it."""
-        return values, values
-
-    def over_jumps(self, values: Array, act: Callable[[Array], Array]) -> Array:
-        """Of the samples themselves, for the same reason."""
-        return act(values)
 
     def lowpass(self, values: Array, time_constant: float) -> Array:
         """As `Signals.lowpass`."""

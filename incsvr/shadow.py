@@ -10,26 +10,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.bets import evidence, score, standing
 from incsvr.compensation import HEADING, Compensation
+from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
 from incsvr.learning import learner
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
-from incsvr.tracing.forward.equations import Part
-from incsvr.tracing.forward.fit import Fit, fit
-from incsvr.tracing.forward.grid import Grid, cells
-from incsvr.tracing.forward.regression import log_densities
-from incsvr.tracing.forward.validation import model_of, residual
-from incsvr.tracing.model import TracedModel
+from incsvr.tracing import innovations
+from incsvr.tracing.cells import Cut, cut
+from incsvr.tracing.errors import Problem
+from incsvr.tracing.fit import Fit, fit, score_on
+from incsvr.tracing.hypothesis import Hypothesis, Part
+from incsvr.tracing.model import TracedModel, model_of
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import change_of_rms, rms
-from incsvr.tracing.weak.grid import on_fine_grid
-from incsvr.tracing.weak.weak_form import SUBSTEPS
+from incsvr.tracing.torque_nature import TorqueNature
 from incsvr.verdict import Comparison
 
 FEWEST_BEFORE = 100
@@ -43,6 +43,11 @@ FREE_BLOCK = 1.0
 """The same of the bets on free runs, whose errors last as long as the motion does."""
 BLOCK = 0.5
 """Time scales of the motion in a block of the bets: whitened water lasts for a few cells."""
+
+STEPS_A_SCALE = 20.0
+"""Steps of a free run in a time scale of the motion."""
+COMMAND = TorqueNature(held=True, noisy=False, closed=True)
+"""A torque that the vehicle is told to apply, which a controller may have made."""
 
 Streams = Mapping[str, tuple[Array, Array]]
 
@@ -80,7 +85,7 @@ def compare(
     better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
         raise BadInput("a channel that the effects read did not come with the fresh data")
-    length = max(round(SCALES * effects.model.scale / step), SUBSTEPS)
+    length = max(round(SCALES * effects.model.scale / step), 4)
     turned = float(np.std(stream(run, run.yaw_rate)[1])) >= STILL * float(np.std(before[YAW_RATE][1]))
     change = change_of_rms(plain, better, length)
     torque_without, torque_with = (
@@ -122,23 +127,28 @@ def _forecasts(streams: Streams, fresh: float, without: Compensation | None, eff
     run, model = as_run(streams), effects.model
     wanted = {*effects.channels, *(() if without is None else without.channels)}
     names = [name for name in run.channels if name in wanted or name == HEADING]
-    grid = cells([run], model.inertia, names)
-    ends = int(np.searchsorted(grid.signals.time, fresh))
-    if ends < FEWEST_BEFORE:
+    problem = innovations.pose([run], model.inertia, names, COMMAND, thinned=False)
+    time = problem.cells.signals.time[problem.windows.first]
+    before = time < fresh
+    if before.sum() < FEWEST_BEFORE:
+        period = float(np.median(np.diff(time)))
         raise BadInput(
-            f"{ends * grid.cell:.3g} s of data came before the fresh data, too few to learn the damping from: "
-            f"{FEWEST_BEFORE * grid.cell:.3g} s are needed"
+            f"{before.sum() * period:.3g} s of data came before the fresh data, too few to learn the damping from: "
+            f"{FEWEST_BEFORE * period:.3g} s are needed"
         )
-    known = [slice(a, min(b, ends)) for a, b in pairwise(grid.starts.tolist()) if a < ends]
-    before = grid.pieces(known)
-    bare = () if without is None else _parts(without)
-    # once more from where it ended, for so the other begins: else what its noise gains by that would pass for effects
-    plain = fit(before, bare, fit(before, bare))
-    better = fit(before, _parts(effects), plain)
-    gain = (_foretold(grid, better) - _foretold(grid, plain))[ends:]
-    block = np.floor((grid.signals.time[ends:] - fresh) / (BLOCK * model.scale)).astype(np.intp)
+    plain = _fitted(problem, () if without is None else without.pairs(), before)
+    better = _fitted(problem, effects.pairs(), before)
+    gain = score_on(problem, better, ~before) - score_on(problem, plain, ~before)
+    block = np.floor((time[~before] - fresh) / (BLOCK * model.scale)).astype(np.intp)
     gains = np.bincount(block, gain).astype(np.float64)
-    return _Forecasts(gains, model_of(before, plain), model_of(before, better))
+    return _Forecasts(gains, *(model_of(problem, each, model.sigma) for each in (plain, better)))
+
+
+def _fitted(problem: Problem, pairs: Sequence[tuple[Effect, Term]], before: NDArray[np.bool_]) -> Fit:
+    hypothesis: Hypothesis = problem.start
+    for pair in pairs:
+        hypothesis = hypothesis.with_part(Part(*pair))
+    return fit(problem, hypothesis, problem.colour, use=before)
 
 
 def _free_scores(plain: Sequence[Array], better: Sequence[Array], length: int) -> Array:
@@ -147,18 +157,6 @@ def _free_scores(plain: Sequence[Array], better: Sequence[Array], length: int) -
     block = np.arange(without.size) // length
     lost, left = np.bincount(block, without), np.bincount(block, with_them)
     return np.asarray((lost - left) / np.maximum(lost + left, 1e-300))
-
-
-def _parts(effects: Compensation) -> list[Part]:
-    return [Part(*pair) for pair in effects.pairs()]
-
-
-def _foretold(grid: Grid, fitted: Fit) -> Array:
-    """(n,) log-density of each cell, foretold by a fit to others."""
-    left = fitted.noise.whiten(residual(grid, fitted) - fitted.shift * grid.shift, grid.starts)
-    if fitted.surprises:
-        left = left - fitted.theta[-fitted.surprises :] @ grid.surprise
-    return log_densities(left, fitted.sigma)
 
 
 def as_run(streams: Streams) -> Run:
@@ -210,9 +208,8 @@ def _torque_error(
 def _free_run(run: Run, model: TracedModel) -> tuple[list[Array], float]:
     """The errors of each stretch without a pause [rad/s], and the time between two of them [s]."""
     sampled = float(np.median(np.diff(stream(run, run.yaw_rate)[0])))
-    step = max(model.block / SUBSTEPS, sampled)
-    signals = on_fine_grid([run], step, list(run.channels), zero_order_hold=False, inertia=model.inertia)
-    signals = replace(signals, inertia=model.inertia, scale=model.scale, block=model.block, origin=model.origin)
+    step = max(model.scale / STEPS_A_SCALE, sampled)
+    signals = cut([run], model.inertia, list(run.channels), Cut(step, COMMAND, model.scale)).signals
     index, simulated = model.simulate(signals)
     error, stretch = simulated - signals.rate[index], np.searchsorted(signals.start, index, side="right")
-    return [error[stretch == k] for k in np.unique(stretch)], float(np.median(np.diff(signals.time[index])))
+    return [error[stretch == k] for k in np.unique(stretch)], step

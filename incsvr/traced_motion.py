@@ -49,5 +49,5 @@ def _error(model: TracedModel, motion: Motion, streams: Streams) -> Array:
         torque=np.interp(time, motion.torque_time, motion.torque), heading=heading,
         channels={name: np.interp(time, *values) for name, values in streams.items()},
     )  # fmt: skip
-    index, simulated = model.simulate(signals, step)
+    index, simulated = model.simulate(signals)
     return np.asarray(np.interp(motion.rate_time, time[index], simulated) - motion.yaw_rate)

@@ -15,9 +15,7 @@ class CrossFlow(Effect):
     """
 
     sentence = "the damping grows with the size of another velocity: cross-flow drag, or damping by speed"
-    source = (
-        "O. M. Faltinsen, Sea Loads on Ships and Offshore Structures, 1990, ch. 6; T. I. Fossen, 2011, ch. 6 (N_|v|r)"
-    )
+    source = "O. M. Faltinsen, Sea Loads on Ships and Offshore Structures, 1990; T. I. Fossen, 2011, ch. 6 (N_|v|r)"
     acts = "motion"
 
     def __init__(self, channel: str) -> None:

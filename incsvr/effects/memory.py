@@ -10,8 +10,8 @@ from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Array, Signals
 
 SHORTEST_SCALES, LONGEST_SCALES = 1.0, 10.0
-"""Time constants in time scales of the motion: water that follows sooner is told from an inertia, and from the colour of
-the disturbance, by nothing."""
+"""Time constants in time scales of the motion: nothing tells water that follows sooner from an inertia, or from the
+colour of the disturbance."""
 
 EDGE = 1.02
 """Times the shortest memory that is tried: a search that ends there would go on."""

@@ -14,7 +14,8 @@ from incsvr.effects.even_table import EvenTable
 Array = NDArray[np.float64]
 
 MAX_SETTLING_SCALES = 2.0
-"""Longest settling time in time scales of the motion: a delay of two would be half a period of a loop that never does."""
+"""Longest settling time in time scales of the motion: a delay of two would be half a period of a loop that never
+does."""
 
 MIN_SLOPE = 1e-9
 """Slope of a drag that is hardly there [N m s]."""

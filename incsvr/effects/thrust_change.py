@@ -13,7 +13,7 @@ LEAST, MOST = 0.1, 3.0
 """Part of the thrust that the table says: what is left at least, and at most."""
 
 KNOWN = 0.05
-"""Part of the thrust: no table is better known, and what its error leaves of any effect looks like a change so small."""
+"""Part of the thrust: no table is better known, and what its error leaves of an effect looks like so small a change."""
 
 EDGE = 0.04
 """Part of the recordings at either end within which no step is sought."""

@@ -49,4 +49,4 @@ class TorqueLag(Effect):
         if self.variant == "moment":
             return s.lowpass(command, constant)
         speed = s.lowpass(np.sign(command) * np.sqrt(np.abs(command)), constant)
-        return speed * np.abs(speed)
+        return np.asarray(speed * np.abs(speed))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.effects import SmoothTerm
 from incsvr.plant.axes import YAW
@@ -14,6 +15,7 @@ from incsvr.tracing.candidates import leads
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.fit import Fit
+from incsvr.tracing.run import Array
 from incsvr.tracing.search import Search, Tried
 from incsvr.tracing.spells import sentence, spans, spells
 from incsvr.tracing.statistics import p_value
@@ -51,7 +53,7 @@ class Uneven:
     notes: tuple[str, ...]
 
 
-def uneven(problem: Problem, fitted: Fit, residual: np.ndarray) -> Uneven:  # type: ignore[type-arg]
+def uneven(problem: Problem, fitted: Fit, residual: Array) -> Uneven:
     """Spells of a fit's residual (n,) [N m] over the cells."""
     cells = problem.cells
     s = cells.signals
@@ -72,11 +74,11 @@ PAST = 3
 """Past values that whiten the present one."""
 
 
-def _whitened(values: np.ndarray, starts: np.ndarray, by: np.ndarray | None = None) -> np.ndarray:  # type: ignore[type-arg]
+def _whitened(values: Array, starts: NDArray[np.intp], by: Array | None = None) -> Array:
     """(n,) values through the autoregression that whitens `by`, or themselves; zero at the beginning of pieces."""
     by = values if by is None else by
 
-    def past(of: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    def past(of: Array) -> Array:
         return np.stack([np.roll(of, k) for k in range(1, PAST + 1)], axis=1)
 
     usable = np.ones(values.size, dtype=bool)

@@ -26,7 +26,7 @@ FORMS = 2
 
 
 def admissible(names: Sequence[str], cells: Cells) -> tuple[Effect, ...]:
-    """The catalogue's effects for these channels; of a vehicle whose torque never changes, those that turn it without."""
+    """The catalogue's effects for these channels; where the torque never changes, those that turn a vehicle without."""
     s = cells.signals
     every = candidates(names, s.rate_name, s.one_clock)
     if float(np.ptp(s.torque)) > 0.0:
@@ -63,9 +63,9 @@ def leads(problem: Problem, fitted: Fit, effects: Sequence[Effect], alone: int, 
         more = lead.gain - max(singly[part.effect.key] for part in lead.parts)
         if lead.gain < MIN_GAIN or (len(lead.parts) > 1 and more < PAIR_GAIN):
             continue
-        if len(same) < (alone if len(lead.parts) == 1 else pairs):
-            if sum(each.part.name == lead.part.name for each in same) < FORMS:
-                chosen.append(lead)
+        forms = sum(each.part.name == lead.part.name for each in same)
+        if forms < FORMS and len(same) < (alone if len(lead.parts) == 1 else pairs):
+            chosen.append(lead)
     return chosen
 
 
@@ -162,7 +162,7 @@ class _Beside:
             part = float(np.clip(-slope[0] / left[0, 0], *TIED))
             return -part * float(slope[0] + 0.5 * part * left[0, 0]), np.ones(1)
         step = -np.linalg.lstsq(left, slope)[0]
-        return -0.5 * float(slope @ step), step
+        return -0.5 * float(slope @ step), np.asarray(step, dtype=np.float64)
 
     def with_row(self, row: NDArray[np.bool_]) -> _Beside:
         """The same beside one more column."""

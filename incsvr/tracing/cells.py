@@ -199,7 +199,8 @@ def _piece(run: Run, inertia: float, names: Sequence[str], how: Cut, parts: int)
     }
     for name in names:
         stamps, values = stream(run, run.channels[name])
-        values = np.unwrap(values) if name == "heading" else values
-        middle = edges[:-1] if name == "heading" else 0.5 * (edges[:-1] + edges[1:])
-        cells[name] = np.interp(middle, stamps, values) if stamps.size else np.zeros(count)
+        of_heading = name == "heading"
+        middle = edges[:-1] if of_heading else 0.5 * (edges[:-1] + edges[1:])
+        course = np.asarray(np.unwrap(values) if of_heading else values, dtype=np.float64)
+        cells[name] = np.interp(middle, stamps, course) if stamps.size else np.zeros(count)
     return cells

@@ -28,7 +28,7 @@ def intervals(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> list[d
 
 
 def covariance_of(problem: Problem, fitted: Fit, blocks: NDArray[np.intp]) -> Array:
-    """(p, p) of the free numbers, whatever the correlation of errors within a block is (H. White, Econometrica 50, 1982).
+    """(p, p) of the free numbers, however errors within a block correlate (H. White, Econometrica 50, 1982).
 
     Where there are hardly more blocks than numbers, the plain information is the safer one of the two.
     """

@@ -3,15 +3,16 @@
     (I₀ + ΔI) ṙ = T(τ) − f d(r) − Σ moments(r, ψ, water, channels)
 
 Windows are spans of cells, simulated from the measured rate, heading and water at their beginning: of one cell
-(innovations), of a time scale (windows), or of a whole recording (a free run). Integrator: exponential Rosenbrock–Euler,
-second order (M. Hochbruck, A. Ostermann, Acta Numerica 19, 2010); dry friction by G. Strang's splitting (SIAM J. Numer.
-Anal. 5, 1968), because so steep a friction, linearised, would stall every reversal for a step.
+(innovations), of a time scale (windows), or of a whole recording (a free run). Integrator: exponential
+Rosenbrock–Euler, second order (M. Hochbruck, A. Ostermann, Acta Numerica 19, 2010); dry friction by G. Strang's
+splitting (SIAM J. Numer. Anal. 5, 1968), because a friction so steep would stall every reversal for a step.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ class Windows:
     @property
     def index(self) -> NDArray[np.intp]:
         """(length, w) the cell of each step; a window that has ended stays in its last."""
-        return self.first + np.minimum(np.arange(self.length)[:, None], self.steps - 1)
+        return np.asarray(self.first + np.minimum(np.arange(self.length)[:, None], self.steps - 1))
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Windows:
         return Windows(self.first[which], self.steps[which])
@@ -142,7 +143,7 @@ class Dynamics:
         self.channels = {name for part in self.motions for name in part.effect.channels}
 
     def _thrust(self) -> tuple[Array, Array]:
-        """(n,) the mean thrust of each cell [N m], and by how much it falls for each second that it is later [N m/s]."""
+        """(n,) the mean thrust of each cell [N m], and how it falls with each second that it is later [N m/s]."""
         cells, moment = self.cells, self.cells.fine.torque
         chain = sorted((p for p in self.model.parts if p.effect.acts == "thrust"), key=lambda p: p.effect.stage)
         for part in chain:
@@ -219,7 +220,7 @@ class Dynamics:
         z = np.minimum(self.step / self.nudge * (there - push), MAX_EXPONENT)
         z = np.where(np.abs(z) < MIN_EXPONENT, MIN_EXPONENT, z)
         new = rate + self.step * np.expm1(z) / z * push
-        return np.minimum(np.maximum(new, -self.limit), self.limit)
+        return np.asarray(np.clip(new, -self.limit, self.limit))
 
     def _rubbed(self, duration: float) -> tuple[Array, float] | None:
         """By how much dry friction slows the turn in a while [rad/s], forward and backward, and its width [rad/s]."""
@@ -245,7 +246,8 @@ def rub(rate: Array, loss: Array, width: float) -> Array:
 
 def taken(part: Part, seen: Signals | Instant) -> Array:
     """(m,) what an effect takes of the torque [N m]."""
-    return np.asarray(part.effect.columns(seen, part.term.inner, part.term.coefficients) @ part.term.coefficients)
+    columns = part.effect.columns(cast(Signals, seen), part.term.inner, part.term.coefficients)
+    return np.asarray(columns @ part.term.coefficients)
 
 
 def table(function: Callable[[Array], Array], limit: float) -> EvenTable:

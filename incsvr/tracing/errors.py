@@ -1,8 +1,8 @@
 """Errors of prediction, how they are whitened, and how they move with a hypothesis: windows and innovations alike.
 
-Windows answer a whole time scale and are taken as they are, with one scale; innovations answer one cell and are whitened
-along time, by an ARMA(1, 2): water that lasts, white pushes, and the gyro's noise (L. Ljung, System Identification, 1999,
-ch. 4 and 13). Nothing else differs.
+Windows answer a whole time scale and are taken as they are, with one scale; innovations answer one cell and are
+whitened along time, by an ARMA(1, 2): water that lasts, white pushes, and the gyro's noise (L. Ljung, System
+Identification, 1999, ch. 4 and 13). Nothing else differs.
 """
 
 from __future__ import annotations
@@ -114,7 +114,8 @@ class Problem:
         return Dynamics(self.cells, motion_model(self.cells, hypothesis))
 
     def errors(self, hypothesis: Hypothesis, windows: Windows | None = None) -> tuple[Array, Response]:
-        """(length, w) simulated minus measured rates [rad/s], and how they answer changes; of other windows if given."""
+        """(length, w) simulated minus measured rates [rad/s], and how they answer changes; of other windows if
+        given."""
         chosen = self.windows if windows is None else windows
         dynamics = self.dynamics(hypothesis)
         course = dynamics.simulate(chosen)

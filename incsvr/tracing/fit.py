@@ -56,7 +56,7 @@ class Fit:
     @property
     def variance(self) -> float:
         """By which sums of squares over all errors are divided."""
-        return self.sigma**2 * self.errors.shape[0]
+        return float(self.sigma**2 * self.errors.shape[0])
 
 
 def fit(

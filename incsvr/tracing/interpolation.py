@@ -13,7 +13,7 @@ EVEN = 0.25
 
 
 def integral(at: Array, values: Array, until: Array, held: bool) -> Array:
-    """(m,) integral of a stream (n,) from its first stamp to each instant (m,) [s], exact for a held or linear course."""
+    """(m,) integral of a stream (n,) from its first stamp to instants (m,) [s], exact for a held or linear course."""
     steps = (values[:-1] if held else 0.5 * (values[1:] + values[:-1])) * np.diff(at)
     total = np.concatenate([[0.0], np.cumsum(steps)])
     index = np.clip(np.searchsorted(at, until, side="right") - 1, 0, at.size - 1)

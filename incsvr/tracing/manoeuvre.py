@@ -1,8 +1,8 @@
 """What to drive next: the shortest manoeuvre that tells two explanations apart, found by simulating it under both.
 
-The found model moves without noise; the alternative explains that motion as well as it can, all its numbers free. What it
-leaves, in the recordings' own errors, is the evidence to expect (the noncentrality of the likelihood ratio; F. Pukelsheim,
-Optimal Design of Experiments, 2006, ch. 1).
+The found model moves without noise; the alternative explains that motion as well as it can, all its numbers free. What
+it leaves, in the recordings' own errors, is the evidence to expect (the noncentrality of the likelihood ratio;
+F. Pukelsheim, Optimal Design of Experiments, 2006, ch. 1).
 """
 
 from __future__ import annotations
@@ -101,15 +101,9 @@ def _evidence(problem: Problem, found: Tried, alternative: Tried, manoeuvre: Man
         return 0.0
     cells = replace(cells, signals=replace(cells.signals, origin=s.origin), fine=replace(cells.fine, origin=s.origin))
     sigma = found.fitted.sigma if not problem.of_innovations else _sigma_ahead(problem, found)
-    missed, own = (
-        _left(cells_problem, each)
-        for each, cells_problem in ((t, _posed(problem, cells, spans)) for t in (alternative, found))
-    )
+    driven = replace(problem, cells=cells, windows=spans, colour=Colour(), ahead=None)
+    missed, own = (_left(driven, each) for each in (alternative, found))
     return max(missed - 1.5 * own, 0.0) / (2.0 * sigma**2)  # what its own model leaves is the error of integration
-
-
-def _posed(problem: Problem, cells: object, spans: Windows) -> Problem:
-    return replace(problem, cells=cells, windows=spans, colour=Colour(), ahead=None)  # type: ignore[arg-type]
 
 
 def _sigma_ahead(problem: Problem, found: Tried) -> float:
@@ -132,7 +126,8 @@ def _driven(problem: Problem, found: Tried, manoeuvre: Manoeuvre) -> Run:
         low, high = (float(q) for q in np.quantile(values, [0.02, 0.98]))
         phase = 2.0 * np.pi * np.arange(n) / n * (1.37 + 0.61 * k)
         channels[name] = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase)
-    time, still = s.origin[1] + step * np.arange(n), np.zeros(n)
+    time: Array = s.origin[1] + step * np.arange(n, dtype=np.float64)
+    still = np.zeros(n)
     grid = Signals(
         step=step, start=np.array([0, n], dtype=np.intp), time=time, rate=still, heading=still, torque=manoeuvre.torque,
         channels=channels, inertia=s.inertia, scale=s.scale, block=step, origin=s.origin, rate_name=s.rate_name,

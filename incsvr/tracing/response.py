@@ -8,9 +8,11 @@ Nothing is simulated twice: of each free number the change of the acceleration i
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
+from incsvr.effects import Signals
 from incsvr.tracing.dynamics import Dynamics, Instant, Trajectory, Windows, flowed, taken
 from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.run import Array
@@ -118,7 +120,7 @@ class Response:
             return [-self.rise / d.inertia]
         if effect.acts in ("outside", "motion") and not effect.curved:  # linear in the coefficients
             seen = d.seen if effect.acts == "outside" else self._instant(part, None)
-            columns = effect.columns(seen, part.term.inner, part.term.coefficients)
+            columns = effect.columns(cast(Signals, seen), part.term.inner, part.term.coefficients)
             columns = columns[self.cell] if effect.acts == "outside" else columns
             found = [-column / d.inertia for column in columns.T]
         vector = part.vector

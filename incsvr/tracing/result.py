@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from incsvr.effects import Signals
 from incsvr.tracing.adequacy import smooth_terms, uneven
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
@@ -81,7 +82,7 @@ def result_of(
     )
 
 
-def _moving(cells: Cells):  # type: ignore[no-untyped-def]
+def _moving(cells: Cells) -> Signals:
     """The signals with the measured acceleration of each cell."""
     return replace(cells.signals, acceleration=(cells.end - cells.signals.rate) / cells.step)
 

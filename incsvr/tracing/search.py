@@ -118,7 +118,7 @@ class Search:
         return difference(new.score, old.score, self.blocks, new.inflation)
 
     def alike(self, better: Tried, worse: Tried) -> bool:
-        """Whether unseen data hardly tell the two apart; for each free number more, as much again is asked of the better."""
+        """Whether unseen data hardly tell the two apart; each free number more asks as much again of the better."""
         more = max(better.size - worse.size, 0)
         return self.better(better, worse).evidence < ALIKE * (1 + more)
 

@@ -42,11 +42,11 @@ BLOCK_WINDOWS, MIN_BLOCKS = 4.0, 24
 BLOCK_SCALES = 4.0
 """The same of innovations, in time scales of the motion."""
 STEADY, VERY_STEADY = 2.0, 3.7
-"""Standard errors by which an effect must predict better beside its evidence; and without it, of windows: one false name
-in a hundred recordings for forty candidates."""
+"""Standard errors by which an effect must predict better beside its evidence; and without it, of windows: one false
+name in a hundred recordings for forty candidates."""
 EVIDENCE_WINDOWS, EVIDENCE_INNOVATIONS = 12.0, 30.0
-"""Logarithm of the likelihood ratio on unseen data that an effect must bring, beyond that of its own search. Innovations
-are many, and what the errors' colour misses of the water adds up over all of them."""
+"""Logarithm of the likelihood ratio on unseen data that an effect must bring, beyond that of its own search.
+Innovations are many, and what the errors' colour misses of the water adds up over all of them."""
 RELEVANT_ERROR = 0.01
 """Part of the squared error of windows that an effect must take away."""
 RELEVANT_TORQUE = 0.02

@@ -1,7 +1,7 @@
 """What the torque of recordings is, decided once: a command that holds or a course on a line, in open or closed loop.
 
-In open loop nothing that the rate tells beside the torque's own past foretells the torque, however wrong the model is; a
-controller follows the rate, and with it the water (P. E. Caines, C. W. Chan, IEEE Trans. Autom. Control 20, 1975).
+In open loop nothing that the rate tells beside the torque's own past foretells the torque, however wrong the model is;
+a controller follows the rate, and with it the water (P. E. Caines, C. W. Chan, IEEE Trans. Autom. Control 20, 1975).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PAST, RUNNING, WHITENING = 9, (20.0, 100.0), 3
 """Cells of the torque's past, and lengths of its running means, from which it is predicted; past residuals
 that whiten the present one."""
 SAMPLES, MIN_CHANGES = 6, 200
-"""Samples of the gyro and changes of the torque that tell whether a controller reads this gyro; so many changes at least."""
+"""Samples of the gyro that tell whether a controller reads it, and changes of the torque at least."""
 CLIP = 3.0
 """Usual deviations at which a surprise is cut: a turn that was asked for is no answer."""
 
@@ -76,7 +76,8 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> bool:
         return False
     surprise = _whitened(residual, starts)
     past = np.stack([
-        *(np.roll(torque, k) for k in range(PAST)), np.abs(torque), torque * np.abs(torque), torque**3, np.ones(torque.size),
+        *(np.roll(torque, k) for k in range(PAST)),
+        np.abs(torque), torque * np.abs(torque), torque**3, np.ones(torque.size),
         *(lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], torque) for length in RUNNING),
     ], axis=1)  # fmt: skip
     inside = [np.arange(a + PAST, b - 1) for a, b in pairwise(starts.tolist()) if b - a > 2 * PAST]
@@ -91,8 +92,10 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> bool:
 
 
 def of_this_gyro(runs: Sequence[Run]) -> bool:
-    """Whether the gyro of these recordings tells beforehand what the torque will be, as it does where a controller reads
-    it: not where the controller has another gyro, nor where the torque is measured with noise of its own."""
+    """Whether the gyro of these recordings tells beforehand what the torque will be, as where a controller reads it.
+
+    Not so where the controller has another gyro, and where the torque is measured with noise of its own.
+    """
     ratios = [ratio for run in runs if (ratio := _unforeseen_share(run)) is not None]
     return bool(ratios) and float(np.median(ratios)) < OTHER_GYRO
 
@@ -115,10 +118,8 @@ def _unforeseen_share(run: Run) -> float | None:
         angle = np.interp(when[changed[which]], stamps, np.unwrap(heading)) if stamps.size else np.zeros(which.size)
         past = np.column_stack([past, np.sin(angle), np.cos(angle)])
     wanted = torque[changed[which]]
-    full, late, none = (
-        _usual(_robust_residual(np.column_stack([past, seen[:, first:]]), wanted))
-        for first in (0, SAMPLES // 2, SAMPLES)
-    )
+    sights = [np.column_stack([past, seen[:, first:]]) for first in (0, SAMPLES // 2, SAMPLES)]
+    full, late, none = (_usual(_robust_residual(sight, wanted)) for sight in sights)
     return full / max(min(late, none), 1e-300)
 
 

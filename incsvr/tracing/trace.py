@@ -1,4 +1,4 @@
-"""From recordings to what the declared model lacks, and the proof on unseen data: the method in the order of its steps."""
+"""From recordings to what the declared model lacks, and the proof on unseen data: the method, step by step."""
 
 from __future__ import annotations
 
@@ -25,6 +25,9 @@ from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, o
 
 __all__ = ["Run", "Trace", "trace"]
 
+MIN_HEADINGS = 5
+"""Samples of a heading that is looked at."""
+
 
 def trace(
     runs: Sequence[Run], *, inertia: float, validate: Sequence[Run] | None = None, torque: TorqueKind | None = None
@@ -35,7 +38,7 @@ def trace(
         runs: the recordings to fit.
         inertia: I₀, declared [kg m²].
         validate: recordings for the proof alone; without them pieces of `runs` are held out.
-        torque: whether the torque is what was commanded, or a measurement with noise of its own; None where nobody says.
+        torque: whether the torque was commanded, or measured with noise of its own; None where nobody says.
 
     Raises:
         BadInput: where the recordings cannot answer.
@@ -44,9 +47,8 @@ def trace(
     if validate:
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
-    heading = ["heading"] * all(
-        "heading" in run.channels and np.isfinite(run.channels["heading"]).sum() > 5 for run in runs
-    )
+    headings = [run.channels.get("heading", np.empty(0)) for run in runs]
+    heading = ["heading"] * all(np.isfinite(values).sum() > MIN_HEADINGS for values in headings)
     try:
         forms, loop = forms_of(runs, inertia, [*names, *heading], torque)
         effects: tuple[Effect, ...] | None = None

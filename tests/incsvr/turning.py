@@ -7,8 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from incsvr.tracing.run import Array, Run
-from incsvr.tracing.weak.posing import pose
-from incsvr.tracing.weak.problem import Problem
 
 INERTIA = 350.0
 """[kg m²], as declared."""
@@ -29,29 +27,25 @@ def command(seed: int, time: Array) -> Array:
 
 def turning(
     seed: int, torque: Array, *, outside: Array | float = 0.0, gain: Array | float = 1.0,
-    stiffness: float = 0.0, channels: Mapping[str, Array] | None = None,
-) -> Problem:  # fmt: skip
-    """The equations of I ṙ + 120 r + 700 r|r| = gain τ + outside − k ψ, with noise.
+    answer: float = 0.0, channels: Mapping[str, Array] | None = None,
+) -> Run:  # fmt: skip
+    """A recording of I ṙ + 120 r + 700 r|r| = gain (τ − answer r) + outside, with noise.
 
     Args:
-        seed: draws the noise: sensors' of 1 N m and 0.0005 rad/s, water's of 10 N m within each step.
+        seed: draws the noise: the gyro's of 0.0005 rad/s, water's of 10 N m within each step.
         torque: (n,) [N m].
         outside: (n,) a moment that the torque does not know [N m].
         gain: (n,) what becomes of the torque.
-        stiffness: k [N m/rad] of a tether that is untwisted where the recording begins.
+        answer: gain of a controller that brakes the turn that its gyro shows [N m s].
         channels: further streams, (n,) each.
     """
     random = np.random.default_rng([seed, 1])
     time = instants(torque.size * PERIOD)
-    moment = gain * torque + outside + random.normal(0.0, 10.0, time.size)
-    rate, now, heading = np.empty(time.size), 0.0, 0.0
-    for k, acting in enumerate(moment.tolist()):
-        rate[k] = now
-        now += PERIOD / INERTIA * (acting - stiffness * heading - 120.0 * now - 700.0 * now * abs(now))
-        heading += PERIOD * now
-    recorded = dict(channels or {})
-    run = Run(
-        "turning", time, rate + random.normal(0.0, 5e-4, time.size), torque + random.normal(0.0, 1.0, time.size),
-        recorded,
-    )  # fmt: skip
-    return pose([run], INERTIA, list(recorded), zero_order_hold=True)
+    water = outside + random.normal(0.0, 10.0, time.size)
+    gains, noise = np.broadcast_to(gain, time.shape), random.normal(0.0, 5e-4, time.size)
+    rate, applied, now = np.empty(time.size), np.empty(time.size), 0.0
+    for k in range(time.size):
+        rate[k] = now + noise[k]
+        applied[k] = torque[k] - answer * rate[k]
+        now += PERIOD / INERTIA * (gains[k] * applied[k] + water[k] - 120.0 * now - 700.0 * now * abs(now))
+    return Run("turning", time, rate, applied, dict(channels or {}))
