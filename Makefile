@@ -41,10 +41,10 @@ bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
 	cat benchmarks/results/bench.txt
 
-trace-table: .venv/ready  ## a torque that is the command, one that is measured, and all noise in its sensor
+trace-table: .venv/ready  ## both simulators, a torque that is the command and one that is measured
 	$(BIN)/python -m benchmarks.trace_table
 	$(BIN)/python -m benchmarks.trace_table --noise measured
-	$(BIN)/python -m benchmarks.trace_table --noise torque
+	$(BIN)/python -m benchmarks.second_table
 
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
 	$(BIN)/python -m benchmarks.missions

@@ -1,8 +1,8 @@
 """Whether effects pay on data that nobody has looked at.
 
-Two models are fitted to the data before, one with the effects and one without, and foretell each rise of the yaw rate
-in the fresh data from what is known before it: what that says holds also where a controller closes the loop
-(incsvr/bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and their models
+Two models are fitted to the data before, one with the effects as they were found and one without, and foretell each
+rise of the yaw rate in the fresh data from what is known before it: what that says holds also where a controller closes
+the loop (incsvr/bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and their models
 run freely over the fresh data, from its first measured yaw rate, with the torque and the channels alone.
 """
 
@@ -147,7 +147,7 @@ def _forecasts(streams: Streams, fresh: float, without: Compensation | None, eff
 def _fitted(problem: Problem, pairs: Sequence[tuple[Effect, Term]], before: NDArray[np.bool_]) -> Fit:
     hypothesis: Hypothesis = problem.start
     for pair in pairs:
-        hypothesis = hypothesis.with_part(Part(*pair))
+        hypothesis = hypothesis.with_part(Part(*pair, fixed=True))
     return fit(problem, hypothesis, problem.colour, use=before)
 
 

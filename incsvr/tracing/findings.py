@@ -114,6 +114,7 @@ class Trace:
             free run proves nothing, that of the predictions' change; and the model beats a rate of zero.
         spans: where what is left is louder, or the thrust's gain another than elsewhere, from and to [s of the
             recordings].
+        sought: whether effects were looked for: not where the log lacks the gyro that the controller reads.
         one_clock: whether the recordings follow one another; else nothing that changes in time was sought.
         doubts: what speaks against the declaration itself (inertia, unit or sign of the torque), each a clause that
             the headline repeats.
@@ -134,6 +135,7 @@ class Trace:
     proven: bool = False
     spans: tuple[tuple[float, float], ...] = ()
     one_clock: bool = True
+    sought: bool = True
     doubts: tuple[str, ...] = ()
 
     @property

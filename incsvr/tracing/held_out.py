@@ -92,10 +92,11 @@ def trivial(measured: Sequence[Array]) -> dict[str, Mapping[str, float]]:
 
 
 def proven(error: Mapping[str, Any], closed_loop: bool) -> bool:
-    """Whether the errors on unseen data got better beyond chance, of free runs in open loop, of predictions else; and
-    the model beats a rate of zero: one that does not proves nothing."""
+    """Whether the errors on unseen data got better beyond chance, of free runs in open loop, of predictions else; the
+    free run did not get worse, and errs less than a rate of zero."""
     change = error["change"]["torque_rmse" if closed_loop else "free_run_rmse"]
-    return float(change["high"]) < 0.0 and beats_zero(error)
+    no_worse = error["after"]["free_run_rmse"] <= error["before"]["free_run_rmse"]
+    return float(change["high"]) < 0.0 and bool(no_worse) and beats_zero(error)
 
 
 def beats_zero(error: Mapping[str, Any]) -> bool:

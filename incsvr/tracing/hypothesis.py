@@ -14,10 +14,11 @@ from incsvr.tracing.run import Array
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """An effect with its values."""
+    """An effect with its values, which a fit moves unless they are fixed."""
 
     effect: Effect
     term: Term
+    fixed: bool = False
 
     @property
     def name(self) -> str:
@@ -26,26 +27,31 @@ class Part:
     @property
     def coefficients(self) -> int:
         """How many coefficients are fitted: none of an effect whose coefficient is one by nature."""
-        return 0 if self.effect.fixed_coefficient else len(self.term.coefficients)
+        return 0 if self.fixed or self.effect.fixed_coefficient else len(self.term.coefficients)
+
+    @property
+    def sought(self) -> tuple[int, ...]:
+        """Places of the inner parameters that are searched."""
+        return () if self.fixed else self.effect.sought
 
     @property
     def vector(self) -> Array:
         """(k,) the free numbers: coefficients, then the searched inner parameters."""
-        searched = [self.term.inner[place] for place in self.effect.sought]
+        searched = [self.term.inner[place] for place in self.sought]
         return np.array([*self.term.coefficients[: self.coefficients], *searched])
 
     def moved(self, vector: Array) -> Part:
         """The same with other free numbers (k,)."""
         count, values = self.coefficients, vector.tolist()
         coefficients = tuple(values[:count]) if count else self.term.coefficients
-        inner = self.effect.moved(self.term.inner, values[count:]) if self.effect.sought else self.term.inner
-        return Part(self.effect, replace(self.term, coefficients=coefficients, inner=inner))
+        inner = self.effect.moved(self.term.inner, values[count:]) if self.sought else self.term.inner
+        return replace(self, term=replace(self.term, coefficients=coefficients, inner=inner))
 
     def bounds(self, signals: Signals) -> list[tuple[float, float]]:
         """Least and largest value of each free number."""
         of_coefficient = self.effect.coefficient_bounds(signals)
         found = [of_coefficient] * self.coefficients
-        for place in self.effect.sought:
+        for place in self.sought:
             shape = self.effect.shapes if place == 0 else None
             found.append(shape or self.effect.bounds(signals))
         return found

@@ -7,7 +7,7 @@ F. Pukelsheim, Optimal Design of Experiments, 2006, ch. 1).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,11 +61,18 @@ def separate(problem: Problem, found: Tried, alternative: Tried) -> str:
         if expected > most:
             most, best = expected, manoeuvre.words
     if most < LITTLE:
-        return (
-            f"no manoeuvre in yaw tells it from {other}: both explain every motion alike; measure one of the two by "
-            "other means (a bollard pull, a pendulum test)"
-        )
+        return hopeless((other,))
     return f"to tell it from {other}, drive {best}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
+
+
+def hopeless(others: Sequence[str]) -> str:
+    """The sentence that no manoeuvre tells an effect from the first of these; empty where there is none."""
+    if not others:
+        return ""
+    return (
+        f"no manoeuvre in yaw tells it from {others[0]}: both explain every motion alike; measure one of the two by "
+        "other means (a bollard pull, a pendulum test)"
+    )
 
 
 def _manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:

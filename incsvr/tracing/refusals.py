@@ -8,21 +8,28 @@ from incsvr.errors import BadInput
 from incsvr.signals.scales import white_noise
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
+from incsvr.tracing.hypothesis import starts
+from incsvr.tracing.search import Search
 from incsvr.tracing.thresholds import IDLE_SHARE, MAX_GAIN_ERROR, MIN_IDLE_TURN, MIN_TURN
 
 NEXT_TO_NOTHING = 0.02
 """Part of the largest torque below which a torque is next to nothing."""
 
 
-def refuse_too_little_motion(problem: Problem, nothing: Fit) -> None:
+def refuse_too_little_motion(search: Search) -> None:
     """Raises BadInput where the vehicle hardly moves, or its torque hardly moves it: there anything explains
     everything."""
+    problem, nothing = search.problem, search.tried(search.problem.start).fitted
     s = problem.cells.signals
     if float(np.ptp(s.torque)) == 0.0:
         return  # what turns a vehicle whose thrusters stand still is another question
     fastest = float(np.quantile(np.abs(s.rate), 0.99))
     scatter = white_noise(np.diff(s.rate, 3))
     unsure = _gain_error(problem, nothing)
+    inertia = next((effect for effect in search.effects if effect.acts == "inertia"), None)
+    if unsure > MAX_GAIN_ERROR and inertia is not None:  # a wrong inertia leaves errors that are no lack of motion
+        wider = problem.start.with_part(next(starts(inertia, s)))
+        unsure = _gain_error(problem, search.tried(wider).fitted)
     idle = float(np.mean(np.abs(s.torque) < NEXT_TO_NOTHING * max(float(np.max(np.abs(s.torque))), 1e-300)))
     least = MIN_IDLE_TURN if idle > IDLE_SHARE else MIN_TURN
     if unsure > MAX_GAIN_ERROR or fastest < least * scatter:

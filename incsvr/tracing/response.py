@@ -116,6 +116,8 @@ class Response:
     def slopes(self, part: Part) -> list[Array]:
         """Pushes (length·w,) for a change by one of each free number of a part of the model."""
         effect, d, found = part.effect, self.dynamics, list[Array]()
+        if part.fixed:
+            return []
         if effect.acts == "inertia":
             return [-self.rise / d.inertia]
         if effect.acts in ("outside", "motion") and not effect.curved:  # linear in the coefficients

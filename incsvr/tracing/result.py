@@ -16,7 +16,7 @@ from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.equivalence import alternatives
 from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
 from incsvr.tracing.held_out import proven
-from incsvr.tracing.manoeuvre import separate
+from incsvr.tracing.manoeuvre import hopeless, separate
 from incsvr.tracing.model import model_of
 from incsvr.tracing.search import Search, Tried
 from incsvr.tracing.sentences import of_clocks, of_loop, of_share, sentence, streams
@@ -53,11 +53,11 @@ def result_of(
     error = validation.to_dict(model.sigma) | {
         "disturbance": disturbance(block_means(left, size), size * cells.step, s.torque)
     }
-    closed = loop is not Loop.OPEN
+    closed, unsought = loop is not Loop.OPEN, loop is Loop.OTHER_GYRO
     depends = {"yaw_rate": s.rate, "torque": s.torque, "heading": s.heading, "time": s.time, **s.channels}
     return Trace(
         inertia=s.inertia,
-        verdict="effects" if best.names else "unexplained" if unexplained or spread.spans else "none",
+        verdict="effects" if best.names else "unexplained" if unsought or unexplained or spread.spans else "none",
         effects=tuple(_findings(search, nothing, best)),
         rejected=tuple(_rejected(search, best)),
         unexplained=unexplained,
@@ -68,6 +68,7 @@ def result_of(
         proven=bool(best.names) and proven(error, closed),
         spans=spread.spans,
         one_clock=s.one_clock,
+        sought=not unsought,
         declared_model=declared,
         model=model,
         pictures=Pictures(
@@ -108,7 +109,7 @@ def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
                 p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.looks),
                 share=share,
                 cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
-                next_manoeuvre=separate(problem, best, others[0]) if others else "",
+                next_manoeuvre=separate(problem, best, others[0]) if others else hopeless(part.effect.ties),
                 sentence=sentence(part.effect, parameters, spans[k], share),
             )
         )

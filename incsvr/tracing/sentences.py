@@ -113,8 +113,8 @@ def of_loop(loop: Loop) -> tuple[str, ...]:
         return ()
     return (
         "the torque answers the rate, but this log's gyro does not tell what it will be: the controller reads another "
-        "gyro, or the torque is measured; what is named holds either way, and less can be found; log the controller's "
-        "own gyro, or say what the torque is with --torque",
+        "gyro, or the torque is measured; no effect was sought, because any might be named falsely; log the "
+        "controller's own gyro, or say what the torque is with --torque measured",
     )
 
 
@@ -155,6 +155,8 @@ def _verdict(found: Trace) -> str:
         if found.error["change"][key]["low"] > 0.0:
             return f"{names} would fit these recordings better, but unseen data speak against it: {errors}"
         return f"the model may lack {names}, but unseen data do not prove it: {errors}, which chance may do"
+    if found.verdict == "unexplained" and not found.sought:
+        return "no effect was sought: a controller answers another gyro than this log's, or the torque is measured"
     if found.verdict == "unexplained":
         follows = ", ".join(each.channel for each in found.unexplained)
         of = f", the residual follows {follows}" if follows else ""

@@ -69,15 +69,16 @@ MAX_EFFECTS = 6
 # What the torque is.
 REPEATED = 0.3
 """Share of torque messages that repeat the one before from which the torque is a command that holds."""
-LOOP_DEVIATIONS, LOOP_CORRELATION = 3.5, 0.03
+LOOP_DEVIATIONS, LOOP_CORRELATION, OTHER_GYRO_CORRELATION = 3.5, 0.03, 0.12
 """A controller closes the loop where the torque of the next cell follows the rate's surprise by so many deviations, and
-with so large a correlation. Open-loop trials reached 2.9 and measured open loops 1.9, controllers 4 to 60."""
+with so large a correlation (most open loops stay below 2, controllers reach 4 to 60); with the last, where the log's
+gyro does not tell the torque beforehand (0.12 to 0.6 there; of 70 open loops one reached it)."""
 OTHER_GYRO = 0.9
 """Usual surprise of a changed torque to whom sees the log's gyro, in that to whom does not, beyond which the controller
 reads another gyro or the torque is measured (0.00 to 0.83 with the same, 0.91 to 1.00 else)."""
 
 # What recordings must show.
-MAX_GAIN_ERROR = 0.2
+MAX_GAIN_ERROR = 0.5
 """Largest relative standard error of the thrust's gain with which a recording can say anything."""
 MIN_TURN, MIN_IDLE_TURN, IDLE_SHARE = 7.0, 35.0, 0.85
 """The fastest turns (99 %) in deviations of the gyro's noise below which nothing is learned; the same where the torque

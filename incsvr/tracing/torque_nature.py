@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from incsvr.tracing.run import Array, Run, stream
-from incsvr.tracing.thresholds import LOOP_CORRELATION, LOOP_DEVIATIONS, OTHER_GYRO, REPEATED
+from incsvr.tracing.thresholds import LOOP_DEVIATIONS, OTHER_GYRO, REPEATED
 
 PAST, RUNNING, WHITENING = 9, (20.0, 100.0), 3
 """Cells of the torque's past, and lengths of its running means, from which it is predicted; past residuals
@@ -64,8 +64,18 @@ def as_told(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
     return TorqueNature(held=held, noisy=not held)
 
 
-def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> bool:
-    """Whether the torque answers what the residual tells of the water.
+def stands_for(runs: Sequence[Run]) -> float:
+    """How long the torque usually stands before it changes [s]; within that time it answers nothing."""
+    stood = [np.empty(0)]
+    for run in runs:
+        at, torque = stream(run, run.torque)
+        stood.append(np.diff(at[1:][np.diff(torque) != 0.0]))
+    every = np.concatenate(stood)
+    return float(np.median(every)) if every.size else np.inf
+
+
+def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> float:
+    """How strongly the torque answers what the residual tells of the water: a correlation, 0 where chance explains it.
 
     Args:
         residual: (n,) what a model leaves of the torque in each cell [N m], positive where it lacks torque.
@@ -73,7 +83,7 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> bool:
         starts: (pieces + 1,) first cell of each piece, and the end.
     """
     if float(np.ptp(torque)) == 0.0:
-        return False
+        return 0.0
     surprise = _whitened(residual, starts)
     past = np.stack([
         *(np.roll(torque, k) for k in range(PAST)),
@@ -83,12 +93,12 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> bool:
     inside = [np.arange(a + PAST, b - 1) for a, b in pairwise(starts.tolist()) if b - a > 2 * PAST]
     at = np.concatenate(inside) if inside else np.empty(0, dtype=np.intp)
     if at.size < 3 * past.shape[1]:
-        return False
+        return 0.0
     own, unforeseen = surprise[at], _unforeseen(torque[at + 1] - torque[at], past[at])
     together = float(own @ unforeseen)
     deviations = together / max(float(np.sqrt(np.sum((own * unforeseen) ** 2))), 1e-300)
     correlation = together / max(float(np.sqrt((own @ own) * (unforeseen @ unforeseen))), 1e-300)
-    return deviations > LOOP_DEVIATIONS and correlation > LOOP_CORRELATION
+    return correlation if deviations > LOOP_DEVIATIONS else 0.0
 
 
 def of_this_gyro(runs: Sequence[Run]) -> bool:

@@ -6,22 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.effects import Effect
 from incsvr.errors import BadInput
 from incsvr.signals.settings import MEASURED, TorqueKind
 from incsvr.tracing import innovations, windows
 from incsvr.tracing.candidates import admissible, residual
 from incsvr.tracing.cells import Cut, cut
 from incsvr.tracing.channels import usable
-from incsvr.tracing.equivalence import alternatives
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.fit import fit
 from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
 from incsvr.tracing.run import Run, check
-from incsvr.tracing.search import Search, Tried
-from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, of_this_gyro
+from incsvr.tracing.search import Search
+from incsvr.tracing.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
+from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, of_this_gyro, stands_for
 
 __all__ = ["Run", "Trace", "trace"]
 
@@ -47,19 +46,17 @@ def trace(
     if validate:
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
-    headings = [run.channels.get("heading", np.empty(0)) for run in runs]
+    headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
     heading = ["heading"] * all(np.isfinite(values).sum() > MIN_HEADINGS for values in headings)
     try:
-        forms, loop = forms_of(runs, inertia, [*names, *heading], torque)
-        effects: tuple[Effect, ...] | None = None
-        for nature in forms:
-            problem, how = posed(runs, inertia, [*names, *heading], nature)
-            search = Search.of(problem, admissible(names, problem.cells) if effects is None else effects)
-            refuse_too_little_motion(problem, search.tried(problem.start).fitted)
-            nothing, best = search.run()
-            effects = _named(search, best)
+        nature, loop = nature_of(runs, inertia, [*names, *heading], torque)
+        problem, how = posed(runs, inertia, [*names, *heading], nature)
+        # a torque that answers a rate which is not in the log tells of it, and what tells of the rate passes for effects
+        effects = () if loop is Loop.OTHER_GYRO else admissible(names, problem.cells)
+        search = Search.of(problem, effects)
+        refuse_too_little_motion(search)
         other = cut(validate, inertia, [*problem.cells.signals.channels, *heading], how) if validate else None
-        return result_of(search, nothing, best, other, ignored, loop)
+        return result_of(search, *search.run(), other, ignored, loop)
     except np.linalg.LinAlgError as error:
         raise BadInput(
             f"the equations of these recordings have no solution ({error}): the vehicle hardly moves, or a channel "
@@ -73,25 +70,20 @@ def posed(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: Tor
     return form.pose(runs, inertia, names, nature), form.cutting(runs, inertia, nature)
 
 
-def forms_of(
+def nature_of(
     runs: Sequence[Run], inertia: float, names: Sequence[str], torque: TorqueKind | None
-) -> tuple[tuple[TorqueNature, ...], Loop]:
-    """What the torque is, and how the loop is closed; two natures where the recordings cannot tell which it is: what is
-    named must hold for both, one after the other."""
+) -> tuple[TorqueNature, Loop]:
+    """What the torque is, and how it follows the rate."""
     nature = as_told(runs, torque)
-    problem, _ = posed(runs, inertia, names, nature)
+    problem, how = posed(runs, inertia, names, nature)
+    if stands_for(runs) > how.steps * how.step:
+        return nature, Loop.OPEN
     fitted = fit(problem, problem.start, problem.colour)
-    if not answers(residual(fitted.response.dynamics), problem.cells.signals.torque, problem.cells.start):
-        return (nature,), Loop.OPEN
-    command = TorqueNature(held=True, noisy=False, closed=True)
+    answer = answers(residual(fitted.response.dynamics), problem.cells.signals.torque, problem.cells.start)
+    if answer < LOOP_CORRELATION:
+        return nature, Loop.OPEN
     if torque == MEASURED:
-        return (nature,), Loop.CLOSED
+        return nature, Loop.CLOSED
     if of_this_gyro(runs):
-        return (command,), Loop.CLOSED
-    return (nature, command), Loop.OTHER_GYRO
-
-
-def _named(search: Search, best: Tried) -> tuple[Effect, ...]:
-    """The effects that were named, and those that cannot be told from them."""
-    alike = {other.names[-1] for k in range(len(best.names)) for other in alternatives(search, best, k)}
-    return tuple(effect for effect in search.effects if effect.name in alike.union(best.names))
+        return TorqueNature(held=True, noisy=False, closed=True), Loop.CLOSED
+    return nature, Loop.OTHER_GYRO if answer > OTHER_GYRO_CORRELATION else Loop.OPEN

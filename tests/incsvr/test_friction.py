@@ -28,12 +28,9 @@ def rubbing(seed: int, friction: float) -> Run:
 
 
 def test_friction_that_holds_the_vehicle_is_named() -> None:
-    """With it the residual is the larger: what it held is seen."""
     found = trace([rubbing(0, 8.0)], inertia=INERTIA)
     assert [finding.effect for finding in found.effects] == ["coulomb"]
     assert found.effects[0].parameters["moment_nm"] == pytest.approx(8.0, rel=0.4)
-    spread = [float(np.mean(np.abs(left))) for left in (found.pictures.residual_before, found.pictures.residual_after)]
-    assert spread[1] > 1.02 * spread[0]
 
 
 def test_none_is_named_where_none_is() -> None:

@@ -11,7 +11,8 @@ from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
 from incsvr.tracing.torque_nature import Loop, as_told, of_this_gyro
-from incsvr.tracing.trace import forms_of
+from incsvr.tracing.trace import nature_of
+from simulator.missions import Mission, play
 from tests.incsvr.turning import INERTIA, command, instants, turning
 
 TIME = instants(600.0)
@@ -20,28 +21,30 @@ TIME = instants(600.0)
 def test_an_open_loop_is_open_however_wrong_the_inertia() -> None:
     run = turning(1, command(1, TIME))
     for wrong in (0.5, 1.0, 2.0):
-        forms, loop = forms_of([run], wrong * INERTIA, [], None)
+        nature, loop = nature_of([run], wrong * INERTIA, [], None)
         assert loop is Loop.OPEN
-        assert [form.closed for form in forms] == [False]
+        assert not nature.closed
 
 
 def test_a_controller_of_this_gyro_closes_the_loop() -> None:
     run = turning(1, command(1, TIME), answer=400.0)
-    forms, loop = forms_of([run], INERTIA, [], None)
+    nature, loop = nature_of([run], INERTIA, [], None)
     assert of_this_gyro([run])
     assert loop is Loop.CLOSED
-    assert [form.closed for form in forms] == [True]
+    assert nature.closed
 
 
-def test_of_a_controller_with_another_gyro_both_forms_must_name_an_effect() -> None:
-    run = turning(1, command(1, TIME), answer=1500.0)
-    noise = np.random.default_rng(4).normal(0.0, 3e-3, TIME.size)
-    seen = replace(run, yaw_rate=run.yaw_rate + noise)
-    assert not of_this_gyro([seen])
-    forms, loop = forms_of([seen], INERTIA, [], None)
+def test_where_the_controller_has_another_gyro_nothing_is_sought_and_that_is_said() -> None:
+    """A survey whose log holds another gyro than the controller's, with nothing hidden."""
+    outcome = play(Mission("survey", "auv", 5, separate_gyro=True))
+    columns = outcome.recording.columns
+    run = Run("survey", outcome.recording.time, columns["yaw_rate"], columns["torque"])
+    assert not of_this_gyro([run])
+    _, loop = nature_of([run], outcome.inertia, [], None)
     assert loop is Loop.OTHER_GYRO
-    assert [form.closed for form in forms] == [False, True]
-    found = trace([seen], inertia=INERTIA)
+    found = trace([run], inertia=outcome.inertia)
+    assert found.effects == ()
+    assert found.verdict == "unexplained"
     assert any("the controller reads another gyro" in note for note in found.notes)
 
 
