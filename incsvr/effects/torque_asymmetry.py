@@ -7,7 +7,7 @@ import numpy as np
 from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Array, Signals
 
-KNOWN = 0.03
+KNOWN = 0.05
 """Part of the thrust: no thrust table is closer."""
 
 

@@ -14,7 +14,7 @@ from incsvr.tracing.cells import Cut, cut
 from incsvr.tracing.channels import usable
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.fit import fit
+from incsvr.tracing.fit import Fit, fit
 from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
 from incsvr.tracing.run import Run, check
@@ -51,12 +51,17 @@ def trace(
     try:
         nature, loop = nature_of(runs, inertia, [*names, *heading], torque)
         problem, how = posed(runs, inertia, [*names, *heading], nature)
-        # a torque that answers a rate which is not in the log tells of it, and what tells of the rate passes for effects
-        effects = () if loop is Loop.OTHER_GYRO else admissible(names, problem.cells)
-        search = Search.of(problem, effects)
+        search = Search.of(problem, admissible(names, problem.cells))
         refuse_too_little_motion(search)
+        nothing, best = search.run()
+        if loop is Loop.OTHER_GYRO and answer_left(problem, best.fitted) < OTHER_GYRO_CORRELATION:
+            loop = Loop.OPEN  # what was missing had looked like an answer
+        if loop is Loop.OTHER_GYRO:
+            # such a torque tells of the rate beside the log, and what tells of the rate passes for effects
+            search = Search.of(problem, ())
+            best = search.tried(problem.start)
         other = cut(validate, inertia, [*problem.cells.signals.channels, *heading], how) if validate else None
-        return result_of(search, *search.run(), other, ignored, loop)
+        return result_of(search, nothing, best, other, ignored, loop)
     except np.linalg.LinAlgError as error:
         raise BadInput(
             f"the equations of these recordings have no solution ({error}): the vehicle hardly moves, or a channel "
@@ -79,7 +84,7 @@ def nature_of(
     if stands_for(runs) > how.steps * how.step:
         return nature, Loop.OPEN
     fitted = fit(problem, problem.start, problem.colour)
-    answer = answers(residual(fitted.response.dynamics), problem.cells.signals.torque, problem.cells.start)
+    answer = answer_left(problem, fitted)
     if answer < LOOP_CORRELATION:
         return nature, Loop.OPEN
     if torque == MEASURED:
@@ -87,3 +92,9 @@ def nature_of(
     if of_this_gyro(runs):
         return TorqueNature(held=True, noisy=False, closed=True), Loop.CLOSED
     return nature, Loop.OTHER_GYRO if answer > OTHER_GYRO_CORRELATION else Loop.OPEN
+
+
+def answer_left(problem: Problem, fitted: Fit) -> float:
+    """How strongly the torque answers what a fit leaves."""
+    cells = problem.cells
+    return answers(residual(fitted.response.dynamics), cells.signals.torque, cells.start)
