@@ -71,8 +71,7 @@ def report(document: dict[str, Any]) -> str:
         f"each; processor time {median(r['seconds'] for r in records):.1f} s in the median, "
         f"{max(r['seconds'] for r in records):.1f} s at most.",
     ]
-    for key in ("group", "torque", "vehicle", "command"):
-        parts.append(_by(records, key))
+    parts += [_by(records, key) for key in ("group", "torque", "vehicle", "command")]
     return "\n\n".join(parts) + "\n"
 
 

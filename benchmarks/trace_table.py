@@ -48,7 +48,7 @@ FIRST_SEED = 2_000_000
 def examine(group: str, trial: Trial, in_depth: bool, told: bool) -> dict[str, Any]:
     """Plays a trial, has it traced, and judges the answer; a plain record, for JSON.
 
-    In depth: the peers see it, too, and so does the tracer the same trial without its effects, whose error is the floor.
+    In depth: the peers see it, and the tracer sees the trial without its effects, whose error is the floor.
     """
     outcome = play(trial)
     # The weaker of two decides whether both can be found.

@@ -2,8 +2,8 @@
 
 Two models are fitted to the data before, one with the effects as they were found and one without, and foretell each
 rise of the yaw rate in the fresh data from what is known before it: what that says holds also where a controller closes
-the loop (incsvr/bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and their models
-run freely over the fresh data, from its first measured yaw rate, with the torque and the channels alone.
+the loop (incsvr/bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and
+their models run freely over the fresh data, from its first measured yaw rate, with the torque and the channels alone.
 """
 
 from __future__ import annotations

@@ -18,3 +18,12 @@ def alternatives(search: Search, best: Tried, k: int) -> list[Tried]:
         if search.alike(best, tried) and lead.part.name not in found and not search.why_not(tried, rest):
             found[lead.part.name] = tried
     return list(found.values())
+
+
+def simplest(search: Search, best: Tried) -> Tried:
+    """`best`, where each effect that the recordings cannot tell from one of fewer free numbers is that one."""
+    for k in range(len(best.names)):
+        fewer = [other for other in alternatives(search, best, k) if other.size < best.size]
+        if fewer:
+            return simplest(search, min(fewer, key=lambda each: (each.size, -float(each.score.sum()))))
+    return best

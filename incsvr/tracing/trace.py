@@ -12,6 +12,7 @@ from incsvr.tracing import innovations, windows
 from incsvr.tracing.candidates import admissible, residual
 from incsvr.tracing.cells import Cut, cut
 from incsvr.tracing.channels import usable
+from incsvr.tracing.equivalence import simplest
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.fit import Fit, fit
@@ -54,6 +55,7 @@ def trace(
         search = Search.of(problem, admissible(names, problem.cells))
         refuse_too_little_motion(search)
         nothing, best = search.run()
+        best = simplest(search, best)
         if loop is Loop.OTHER_GYRO and answer_left(problem, best.fitted) < OTHER_GYRO_CORRELATION:
             loop = Loop.OPEN  # what was missing had looked like an answer
         if loop is Loop.OTHER_GYRO:

@@ -97,7 +97,7 @@ def test_the_tracer_is_judged_by_what_was_hidden(outcome: Outcome) -> None:
     biased = mission_tracer.examine("surveys", play(replace(outcome.mission, effect="bias_torque")))
     assert biased["judged"] == "right"
     assert biased["parameter_error"] < 0.3
-    carried = mission_tracer.examine("quiet", play(replace(outcome.mission, kind="on_deck")))
+    carried = mission_tracer.examine("quiet", play(replace(outcome.mission, kind="station")))
     assert carried["judged"] == "refused"
     text = mission_tracer.report_quiet([carried]) + mission_tracer.report_hidden([biased], by="kind")
     assert "| bias_torque | 1 | 1 |" in text

@@ -77,7 +77,7 @@ def test_a_peer_sees_a_strong_effect_and_names_others_beside_it() -> None:
 def test_the_real_tracer_finds_what_is_hidden_and_nothing_where_nothing_is() -> None:
     for effects in (("coupling:sway",), ()):
         trial = Trial(seed=41, effects=effects, excitation="multisine", duration=300.0)
-        record = examine("one" if effects else "quiet", trial, in_depth=False)
+        record = examine("one" if effects else "quiet", trial, in_depth=False, told=True)
         assert record["failure"] is None
         assert record["judged"] in ("right", "class"), record["named"]
 

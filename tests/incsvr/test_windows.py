@@ -60,7 +60,7 @@ def test_analytic_slopes_are_those_of_simulations(key: str, form: str) -> None:
     """Of every free number, against simulations with the number a little larger and a little smaller."""
     problem = posed(form)
     hypothesis = with_effect(problem, key)
-    errors, response = problem.errors(hypothesis)
+    _, response = problem.errors(hypothesis)
     analytic = response.jacobian(hypothesis)
     vector = hypothesis.vector
     least = 1e-3 * float(np.sqrt(np.mean(analytic**2)))

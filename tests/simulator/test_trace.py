@@ -45,9 +45,9 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     assert told == sorted(told)
     low, high = found["effects"][0]["interval"]["moment_nm"]
     assert low < 12.0 < high
-    # sample by sample: the torque sensor's own noise is the floor, and the model reaches it
-    assert found["error"]["floor"]["torque_rmse"] == pytest.approx(3.5, rel=0.1)
-    assert found["error"]["after"]["torque_rmse"] < 1.05 * found["error"]["floor"]["torque_rmse"]
+    # of means over blocks, the torque sensor's own noise is the floor, and the model reaches it
+    assert 0.0 < found["error"]["floor"]["torque_rmse"] < 3.5
+    assert found["error"]["after"]["torque_rmse"] < 1.1 * found["error"]["floor"]["torque_rmse"]
     assert "the model lacks bias_torque" in printed.err
     assert "held-out pieces" in printed.err
 
