@@ -96,7 +96,7 @@ class TestEveryEffect:
                 return effect.thrust(seen.torque, seen, term)
             if effect.acts == "damping":
                 return effect.factor(seen, term)
-            return effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients)
+            return np.asarray(effect.columns(seen, term.inner, term.coefficients) @ np.array(term.coefficients))
 
         if effect.acts != "inertia":
             whole = of(signals)

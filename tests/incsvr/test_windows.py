@@ -21,7 +21,8 @@ WINCH = np.sin(TIME / 7.0)
 
 def posed(form: str = "windows") -> Problem:
     run = turning(1, command(1, TIME), channels={"winch": WINCH})
-    return {"windows": windows, "innovations": innovations}[form].pose([run], INERTIA, ["winch"], HELD)
+    pose = windows.pose if form == "windows" else innovations.pose
+    return pose([run], INERTIA, ["winch"], HELD)
 
 
 def with_effect(problem: Problem, key: str) -> Hypothesis:
