@@ -19,6 +19,8 @@ RESTART = 1.0
 """A clock that falls back by more was set, or the vehicle started anew [s]."""
 SAME = 1.0
 """Clocks that differ by less are one clock: the rest is the way of the messages [s]."""
+APART_FROM_ZERO = 60.0
+"""Where all other stamps are further from zero, a single stamp of zero is none [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +38,10 @@ class Clock:
     @staticmethod
     def of(arrival: Array, stamps: Array | None) -> Clock:
         """The clock of a stream (n,) [s]; without stamps the clock is that of arrival."""
-        if stamps is None or not arrival.size:
+        given = np.empty(0, dtype=bool) if stamps is None else np.isfinite(stamps)
+        if stamps is None or not given.any():
             return Clock(np.array([-np.inf]), np.zeros(1))
+        arrival, stamps = arrival[given], stamps[given]
         begins = np.flatnonzero(np.concatenate(([True], np.diff(stamps) < -RESTART)))
         apart = np.split(arrival - stamps, begins[1:])
         since = arrival[begins]
@@ -54,13 +58,22 @@ class Clock:
         shift = self.offset[piece] - self.offset[0]
         if ours and stamps is not None:
             return stamps + shift, True
-        if stamps is not None and arrival.size:
+        if stamps is not None and np.isfinite(stamps).any():
             # By how many turns of a 32-bit counter the two clocks are apart, message by message.
             apart = arrival - stamps - self.offset[piece]
             turns = np.round(apart / WRAP)
-            if float(np.median(np.abs(apart - turns * WRAP))) < SAME:
-                return stamps + turns * WRAP + shift, True
+            if float(np.nanmedian(np.abs(apart - turns * WRAP))) < SAME:
+                own = stamps + turns * WRAP + shift
+                return np.where(np.isnan(own), arrival - self.offset[0], own), True
         return arrival - self.offset[0], False
+
+
+def without_unset(stamps: Array) -> Array:
+    """(n,) stamps [s], NaN where a driver set none: zeros that a clock which began at zero would not show."""
+    zero, others = stamps == 0.0, np.abs(stamps[np.isfinite(stamps) & (stamps != 0.0)])
+    if zero.any() and others.size and (zero.sum() > 1 or float(others.min()) > APART_FROM_ZERO):
+        return np.where(zero, np.nan, stamps)
+    return stamps
 
 
 def _median(apart: Array) -> float:

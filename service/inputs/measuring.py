@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.inputs.arming import says_armed, speaks
-from service.inputs.clocks import Clock
+from service.inputs.clocks import Clock, without_unset
 from service.inputs.commands import CommandStream, joined, newest_at, since_first_pulse
 from service.inputs.moving import first_movement, least_movement
 from service.inputs.outputs import output, without_pulse
@@ -102,6 +102,8 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
     if source.stamp in ("", ARRIVAL):
         return None
     stamps = _column(source.stamp, topic, table) * STAMPS[source.stamp_unit]
+    if table.arrival is not None:
+        stamps = without_unset(stamps)
     known = stamps[np.isfinite(stamps)]
     return stamps if known.size and (known.size == 1 or np.ptp(known) > 0.0) else None
 
@@ -126,6 +128,9 @@ def _placed(name: str, source: Source | Thrusters, topic: str, table: Table, clo
     stamps = _stamps(source, topic, table)
     ours = isinstance(source, Source) and source.form == "incsvr"
     time, own = clock.placed(_arrival(table, stamps), stamps, ours)
+    unset = 0 if stamps is None else int(np.isnan(stamps).sum())
+    if unset and own:
+        notes.append(f"{unset} of {time.size} messages of {name} bear no stamp: their times of arrival count")
     if stamps is not None and not own:
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count")
     return time

@@ -9,6 +9,7 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.logs.cdr import RosTypes
+from service.logs.damage import Damage
 from service.logs.gathering import Gathering
 from service.logs.opening import first_bytes
 from service.logs.packages import needed
@@ -22,7 +23,7 @@ class BagLog:
         self._path = path
         self._one = not path.is_dir() and first_bytes(path).startswith(b"#ROSBAG")
         self.format = "ROS 1 bag" if self._one else "ROS 2 bag"
-        self._types = RosTypes(path, self._one)
+        self._types, self._damage = RosTypes(path, self._one), Damage(path)
         with self._opened() as reader:
             for connection in reader.connections:
                 if connection.msgdef.data:
@@ -33,19 +34,34 @@ class BagLog:
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         gathered = {name: Gathering() for name in names}
+        self._damage.begin(set(names))
         with self._opened() as reader:
             wanted = [each for each in reader.connections if each.topic in names and self._types.knows(each.msgtype)]
             for connection, stamp, payload in reader.messages(connections=wanted) if wanted else ():
-                message = self._types.decoded(payload, connection.msgtype)
+                try:
+                    message = self._types.decoded(payload, connection.msgtype)
+                except Exception as error:  # bytes that end early raise whatever reads them
+                    self._damage.broken(connection.topic, error)
+                    continue
+                self._damage.read(connection.topic)
                 gathered[connection.topic].add(stamp * 1e-9, message)
+        self._damage.refuse()
         return {name: messages.table() for name, messages in gathered.items() if len(messages)}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be read."""
+        return self._damage.notes
 
     def _topic(self, reader: Any, connection: Any) -> Topic:
         fields: tuple[str, ...] = ()
         if self._types.knows(connection.msgtype):
             for _, stamp, payload in reader.messages(connections=[connection]):
                 first = Gathering()
-                first.add(stamp * 1e-9, self._types.decoded(payload, connection.msgtype))
+                try:
+                    first.add(stamp * 1e-9, self._types.decoded(payload, connection.msgtype))
+                except Exception:  # the next one shows the fields; broken ones are counted where all are read
+                    continue
                 fields = first.fields
                 break
         return Topic(connection.topic, connection.msgtype, fields, connection.msgcount)

@@ -37,6 +37,11 @@ class TableLog:
     texts: Mapping[str, tuple[str, ...]]
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be read: nothing is known of it."""
+        return ()
+
+    @property
     def topics(self) -> tuple[Topic, ...]:
         return (Topic(ROWS, "", tuple(self.columns), self._count),)
 

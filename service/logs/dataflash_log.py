@@ -57,6 +57,11 @@ class DataflashLog:
             for name, (form, places) in sorted(self._messages.items())
         )
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be read: nothing is known of it."""
+        return ()
+
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         return {name: self._table(*self._messages[name]) for name in names if name in self._messages}
 

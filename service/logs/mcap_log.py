@@ -13,6 +13,7 @@ from service.inputs.instances import base, instance_field
 from service.inputs.owners import mavlink_topic
 from service.logs.archive_files import archived
 from service.logs.cdr import RosTypes
+from service.logs.damage import Damage
 from service.logs.gathering import Gathering
 from service.logs.packages import needed
 from service.logs.protobuf import ProtobufType
@@ -28,6 +29,7 @@ class McapLog:
 
     def __init__(self, path: Path, files: Sequence[Path]) -> None:
         self._path, self._files, self.format = path, files, "MCAP"
+        self._damage = Damage(path)
         self._ros: dict[bool, RosTypes] = {}
         self._decoders: dict[tuple[int, str], Decode | None] = {}
         counts: dict[str, int] = {}
@@ -35,7 +37,7 @@ class McapLog:
         for schema, channel, message in self._messages(None):
             name, read = channel.topic, None
             if instance_field(name) is not None or counts.get(name, 0) < SHOWN:
-                read = self._read(schema, channel, message)
+                read = self._read(schema, channel, message) or {}
                 name = mavlink_topic(name, read)
             counts[name] = counts.get(name, 0) + 1
             if counts[name] <= SHOWN:
@@ -50,13 +52,22 @@ class McapLog:
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         gathered: dict[str, Gathering] = {}
+        self._damage.begin({base(name) for name in names})
         channels = {base(name) if instance_field(base(name)) else name for name in names}
         for schema, channel, message in self._messages(channels) if names else ():
             read = self._read(schema, channel, message)
+            if read is None:
+                continue
             name = mavlink_topic(channel.topic, read)
             if name in names:
                 self._add(gathered.setdefault(name, Gathering()), message, read)
+        self._damage.refuse()
         return {name: messages.table() for name, messages in gathered.items()}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be read."""
+        return self._damage.notes
 
     def _messages(self, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
         """Schema, channel and message, as they were written, up to where the file ends or is damaged."""
@@ -65,26 +76,37 @@ class McapLog:
 
     def _of_one(self, path: Path, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
         reader = needed("mcap.reader", path, "an MCAP file")
-        came = False
+        first, last = None, 0
         with path.open("rb") as file:
             try:
                 for found in reader.NonSeekingReader(file).iter_messages(topics=names, log_time_order=False):
-                    came = True
+                    last = found[2].log_time
+                    first = last if first is None else first
                     yield found
             except Exception as error:  # mcap raises what its decompressors do, too
-                if names is None and not came:
+                if first is not None:
+                    self._damage.ended(path.name, (last - first) * 1e-9, error)
+                elif names is None:
                     raise BadInput(
                         f"{path}: cannot be read as MCAP ({error or type(error).__name__}); mend it with "
                         "`mcap recover`, or record it again"
                     ) from None
 
     def _read(self, schema: Any, channel: Any, message: Any) -> Any:
-        """A message decoded; nothing where nothing here reads it."""
+        """A message decoded; empty where nothing here reads it, None where it is broken."""
         key = (channel.schema_id, channel.message_encoding)
         if key not in self._decoders:
             self._decoders[key] = self._decoder(schema, channel.message_encoding)
         decode = self._decoders[key]
-        return {} if decode is None else decode(message.data)
+        if decode is None:
+            return {}
+        try:
+            read = decode(message.data)
+        except Exception as error:  # bytes that end early raise whatever reads them
+            self._damage.broken(channel.topic, error)
+            return None
+        self._damage.read(channel.topic)
+        return read
 
     def _add(self, gathering: Gathering, message: Any, read: Any) -> None:
         for each in _each(read):

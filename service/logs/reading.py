@@ -93,9 +93,10 @@ def read(path: Path, log: Log, proposal: Proposal) -> Measured:
     inputs, changes = proposal.inputs, proposal.changes
     used = topics(inputs, *(change.thrusters for change in changes if change.thrusters is not None))
     try:
-        return measured(inputs, log.read(used), changes)
+        found = measured(inputs, log.read(used), changes)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
+    return replace(found, notes=(*found.notes, *log.notes))
 
 
 def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposal:

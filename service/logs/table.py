@@ -58,5 +58,9 @@ class Log(Protocol):
     def topics(self) -> tuple[Topic, ...]:
         """What is in it, by name."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of it could not be read, one sentence each; known once it was read."""
+
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         """The messages of the topics named."""

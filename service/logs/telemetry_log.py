@@ -51,6 +51,11 @@ class TelemetryLog:
             for name, messages in sorted(self._gathered.items())
         )
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be read: nothing is known of it."""
+        return ()
+
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         return {name: messages.table() for name, messages in self._gathered.items() if name in names}
 

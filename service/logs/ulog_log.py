@@ -18,6 +18,8 @@ class ULogLog:
 
     def __init__(self, log: Any) -> None:
         self.format = "PX4 ULog"
+        damaged = "the file is damaged: what of it could be read is, as after a logger that lost its power"
+        self.notes: tuple[str, ...] = (damaged,) if log.file_corruption else ()
         self._data = {f"{each.name}[{each.multi_id}]" if each.multi_id else each.name: each for each in log.data_list}
 
     @property

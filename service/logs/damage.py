@@ -1,0 +1,60 @@
+"""Messages of a log that cannot be read: left out, counted, and said; a log of which most cannot be read is refused."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from incsvr.errors import BadInput
+
+MOST = 0.5
+"""Part of a topic's messages beyond which a log that cannot be read says something else than it means."""
+
+
+class Damage:
+    """What could not be read of a log, as far as it was read."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._broken, self._read = Counter[str](), Counter[str]()
+        self._why: dict[str, str] = {}
+        self._ended: str | None = None
+
+    def read(self, topic: str) -> None:
+        """A message of the topic was read."""
+        self._read[topic] += 1
+
+    def broken(self, topic: str, error: Exception) -> None:
+        """A message of the topic could not be read."""
+        self._broken[topic] += 1
+        self._why[topic] = str(error).splitlines()[0] if str(error) else type(error).__name__
+
+    def ended(self, name: str, after: float, error: Exception) -> None:
+        """The file ends, or is damaged, so many seconds after its first message."""
+        why = str(error).splitlines()[0] if str(error) else type(error).__name__
+        self._ended = f"{name} ends early, {after:.3g} s after its first message ({why}): nothing beyond it is read"
+
+    def begin(self, topics: set[str]) -> None:
+        """These topics are read from their beginning: they are counted anew."""
+        for topic in topics:
+            self._broken.pop(topic, None)
+            self._read.pop(topic, None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence for each topic with broken messages, and one for a file that ends early."""
+        found = []
+        for topic, count in sorted(self._broken.items()):
+            whole = count + self._read[topic]
+            found.append(f"{count} of {whole} messages of {topic} cannot be read and are left out ({self._why[topic]})")
+        return (*found, *([self._ended] if self._ended else []))
+
+    def refuse(self) -> None:
+        """Raises BadInput where most messages of a topic cannot be read."""
+        for topic, count in sorted(self._broken.items()):
+            whole = count + self._read[topic]
+            if count > MOST * whole:
+                raise BadInput(
+                    f"{self._path}: {count} of {whole} messages of {topic} cannot be read ({self._why[topic]}): record "
+                    "again with the definition of the message that the driver sends, or mend the file"
+                )
