@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,7 +82,7 @@ def test_flags_of_a_log_stay_with_it(logs: tuple[Path, Path], tmp_path: Path) ->
         ({}, "the inertia is not known"),
     ],
 )
-def test_a_wrong_flag_is_one_sentence(flags: dict[str, object], reason: str, logs: tuple[Path, Path]) -> None:
+def test_a_wrong_flag_is_one_sentence(flags: dict[str, Any], reason: str, logs: tuple[Path, Path]) -> None:
     with pytest.raises(incsvr.BadInput, match=reason):
         incsvr.fit(logs[0], **flags)
 
