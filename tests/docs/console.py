@@ -1,8 +1,8 @@
 """The blocks of a page that are run: ```console, whose lines `$ …` are commands with what they print below them, and
 ```python, with what it prints in a block ```text below it. They run in their order, in one empty directory.
 
-A learner whose command ends in `&` runs beside the others until the page ends. The bus is on a free port; the pages tell
-the usual one.
+A learner whose command ends in `&` runs beside the others until the page ends. The bus is on a free port; the pages
+tell the usual one.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.tracing.findings import Finding
+from incsvr.tracing.weak.manoeuvre import manoeuvres
 from service.cli import main
 from simulator import leng
 from simulator.manoeuvre import next_manoeuvre, profile_of, read_manoeuvre, write_manoeuvre
@@ -76,11 +77,10 @@ def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
 
 def test_every_manoeuvre_that_the_tracer_words_is_understood() -> None:
     """The tracer's sentences and their reader stand in two files: this holds them together."""
-    weak = pytest.importorskip("incsvr.tracing.weak.manoeuvre")
     problem = type(
         "Problem", (), {"signals": type("S", (), {"torque": np.array([5.0, -5.0]), "scale": 0.9, "step": 0.05})}
     )
-    for each in weak.manoeuvres(problem):
+    for each in manoeuvres(problem):
         profile = profile_of(each.words)
         assert profile is not None, each.words
 
