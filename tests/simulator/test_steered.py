@@ -77,7 +77,7 @@ def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
 
 def test_every_manoeuvre_that_the_tracer_words_is_understood() -> None:
     """The tracer's sentences and their reader stand in two files: this holds them together."""
-    problem = type(
+    problem: Any = type(
         "Problem", (), {"signals": type("S", (), {"torque": np.array([5.0, -5.0]), "scale": 0.9, "step": 0.05})}
     )
     for each in manoeuvres(problem):
