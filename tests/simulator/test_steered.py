@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -77,9 +79,8 @@ def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
 
 def test_every_manoeuvre_that_the_tracer_words_is_understood() -> None:
     """The tracer's sentences and their reader stand in two files: this holds them together."""
-    problem: Any = type(
-        "Problem", (), {"signals": type("S", (), {"torque": np.array([5.0, -5.0]), "scale": 0.9, "step": 0.05})}
-    )
+    signals = SimpleNamespace(torque=np.array([5.0, -5.0]), scale=0.9, step=0.05)
+    problem: Any = SimpleNamespace(signals=signals)
     for each in manoeuvres(problem):
         profile = profile_of(each.words)
         assert profile is not None, each.words
