@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
-	fleet sensor-faults soak hold recording pictures clean
+	fleet sensor-faults soak hold recording pictures tutorials clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
@@ -83,6 +83,9 @@ pictures: .venv/ready  ## every picture of README and docs, from the last demo's
 	test -f out/leng.rrd || $(BIN)/incsvr demo
 	$(BIN)/python -m viewer.pictures out/leng.rrd docs/pictures
 	$(BIN)/python -m viewer.page.picture docs/pictures/page.png
+
+tutorials: .venv/ready  ## writes what the tutorials' commands print now into their pages
+	$(BIN)/python -m tests.docs.regenerate
 
 .venv/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=python3.11 …")'

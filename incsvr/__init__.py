@@ -1,6 +1,99 @@
 """Online model identification for underwater vehicles by incremental support vector regression.
 
-The mathematics alone: arrays in, arrays out. No bus, no files, no clock. Read top to bottom it is the paper:
-B. Wehbe, A. Fabisch, M. M. Krell, "Online Model Identification for Underwater Vehicles through Incremental Support
-Vector Regression", IROS 2017. "Eq." and "Section" in the docstrings of this package cite that paper.
+The packages below are the mathematics alone: arrays in, arrays out. No bus, no files, no clock. Read top to bottom they
+are the paper: B. Wehbe, A. Fabisch, M. M. Krell, "Online Model Identification for Underwater Vehicles through
+Incremental Support Vector Regression", IROS 2017. "Eq." and "Section" in their docstrings cite that paper.
+
+This file is the face for people who write Python. `read`, `fit` and `trace` are the commands of these names, with their
+flags as keywords; what reads files is loaded when one of them is called, and not before.
+
+    import incsvr
+
+    log = incsvr.read("dive.csv")
+    found = incsvr.trace(log, inertia=350.0)
+    print(found.to_dict()["headline"])
+    found.plot().savefig("trace.png")
 """
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any, Protocol, TypeAlias
+
+from incsvr.errors import BadInput
+
+__all__ = ["BadInput", "Log", "Result", "fit", "read", "trace"]
+
+_FILES = "simulator.face"
+"""What reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
+
+
+class _PathLike(Protocol):
+    def __fspath__(self) -> str: ...
+
+
+class Result(Protocol):
+    """What was learned or found; frozen."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """What the command writes with `--json`."""
+
+    def plot(self) -> Any:
+        """A figure of matplotlib; BadInput says how matplotlib is installed where it is not."""
+
+
+class Log(Result, Protocol):
+    """A log that was read, and how: `fit` and `trace` read it again in the same way."""
+
+
+Path: TypeAlias = str | _PathLike
+Logs: TypeAlias = Path | Log | Sequence[Path | Log]
+
+
+def read(log: Path, **how: Any) -> Log:
+    """A log of any format as a recording.
+
+    Args:
+        log: the file.
+        how: the flags of `incsvr fit` by which one says what is in a log: `preset`, `column` (one text such as
+            "yaw_rate=r:deg/s", or several), `system`, `axis`.
+
+    Returns:
+        the recording; `to_dict` gives its columns as lists, None where a channel was not sampled.
+
+    Raises:
+        BadInput: naming the file, what is wrong or missing, and the cure.
+    """
+    found: Log = import_module(_FILES).read(log, **how)
+    return found
+
+
+def fit(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
+    """The online loop over recordings, as `incsvr fit` runs it.
+
+    Args:
+        recordings: logs to learn from, files or what `read` returned, one run each.
+        validate: unseen runs, for the errors.
+        flags: those of the command, by name: `inertia` (a number [kg m²], or "estimate"), `torque`, `config`, `policy`,
+            `effects`, `write`, …
+
+    Raises:
+        BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
+    """
+    found: Result = import_module(_FILES).fit(recordings, validate, flags)
+    return found
+
+
+def trace(recordings: Logs, *, validate: Logs = (), **flags: Any) -> Result:
+    """What the declared model lacks, as `incsvr trace` finds it; otherwise as `fit`.
+
+    Args:
+        recordings, validate: runs to fit, and runs for the proof alone.
+        flags: those of the command, by name: `inertia`, `torque`, `mass_matrix`, `manoeuvre`, …
+
+    Raises:
+        BadInput: where the recordings, or a flag, cannot be used; one sentence with the cure.
+    """
+    found: Result = import_module(_FILES).trace(recordings, validate, flags)
+    return found

@@ -8,6 +8,7 @@ hull; the validation runs V1 and V2 are never learned from. In a third act somet
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import math
 import queue
@@ -28,7 +29,7 @@ from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE
 from service import demo_underway
 from service.demo_report import HEAD, Failed, line, played, summary
-from service.output import add_json_argument, emit
+from service.output import add_json_argument, destination, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
@@ -39,6 +40,8 @@ SPEED = 25.0
 COMPARED = ("--compare", "14", "25")
 """The last iterations without and with the hull, for the viewer's page Before and after (Fig. 8)."""
 SEED = 1
+LOG_WRITER = "simulator.steered"
+"""Loaded for a log alone: else the simulator runs as a process of its own."""
 KEYS = Keys("leng/yaw")
 _LONGEST_START = 30.0
 _LONGEST_STOP = 10.0
@@ -54,6 +57,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=SEED,
         help=f"draws what comes on in the third act, of which the learner is not told (default {SEED})",
     )
+    parser.add_argument(
+        "--log",
+        metavar="FILE.csv",
+        type=destination,
+        help="write there a log of five minutes of the simulated vehicle, to try fit and trace on, and play nothing",
+    )
     add_json_argument(parser)
 
 
@@ -62,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     if not 0 <= args.seed < 2**32:
         raise BadInput(f"--seed {args.seed}: give a whole number from 0 to {2**32 - 1}")
+    if args.log is not None:
+        return _write_log(args)
     began = time.monotonic()
     for number in (signal.SIGINT, signal.SIGTERM):  # in the background of a script SIGINT begins as ignored
         signal.signal(number, _interrupt)
@@ -77,6 +88,19 @@ def run(args: argparse.Namespace) -> int:
     result["seconds"] = round(time.monotonic() - began, 1)
     write_json(args.out / "report.json", result, indent=2)
     emit(args, result, summary(result, args.out))
+    return 0
+
+
+def _write_log(args: argparse.Namespace) -> int:
+    """A log for those who have none yet."""
+    inertia = float(importlib.import_module(LOG_WRITER).write_log(args.log, args.seed))
+    text = (
+        f"{args.log} is a log of five minutes of the simulated vehicle Leng. Go on with:\n"
+        f"  incsvr inspect {args.log}\n"
+        f"  incsvr fit {args.log} --inertia {inertia:g}\n"
+        f"  incsvr trace {args.log} --inertia {inertia:g}"
+    )
+    emit(args, {"log": str(args.log), "inertia": inertia, "seed": args.seed}, text)
     return 0
 
 

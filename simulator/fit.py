@@ -12,7 +12,7 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
-from incsvr.plant.axes import YAW
+from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
@@ -88,6 +88,17 @@ def _width(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
+    axis, fit, result, words = answer(args)
+    try:
+        emit(args, result, words)
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
+    return 0
+
+
+def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
+    """The axis, what was learned, and the same for programs and for people in the axis's words."""
     written.check(args.write)
     over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
     if over and args.axis is not None:
@@ -99,12 +110,7 @@ def run(args: argparse.Namespace) -> int:
         fit, result, words = _fitted(args, config, reading)
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
-    try:
-        emit(args, result, said(axis, words))
-    finally:
-        if args.report:
-            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
-    return 0
+    return axis, fit, result, said(axis, words)
 
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:

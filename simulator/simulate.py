@@ -9,14 +9,22 @@ from incsvr.errors import BadInput
 from service.config_sources import from_arguments
 from service.wire.json_text import write_json
 from simulator import leng, planar, underway
+from simulator.manoeuvre import read_manoeuvre
 from simulator.player import Faults, messages
 from simulator.recordings import sequence, write
 from simulator.replay import add_player_arguments, play_to_learner
+from simulator.steered import steered
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_player_arguments(parser)
     parser.add_argument("--write", metavar="DIR", type=Path, help="write the recordings there instead of playing them")
+    parser.add_argument(
+        "--torque",
+        metavar="FILE.csv",
+        type=Path,
+        help="play the vehicle as this torque steers it (columns t and torque; `incsvr trace --manoeuvre` writes one)",
+    )
     parser.add_argument(
         "--truth",
         metavar="FILE",
@@ -28,11 +36,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     scenario = config.simulation
-    runs = [
+    if args.torque is not None and scenario.underway is not None:
+        raise BadInput("--torque and simulation.underway play two different acts; leave one of them")
+    manoeuvre = None if args.torque is None else read_manoeuvre(args.torque)
+    names = scenario.runs if manoeuvre is None else ()
+    runs = [] if manoeuvre is None else [steered(args.torque.stem, *manoeuvre, scenario.seed)]
+    runs += [
         planar.recording(scenario.seed, vehicle=planar.DEFAULT)
         if name == "planar"
         else leng.recording(name, scenario.seed)
-        for name in scenario.runs
+        for name in names
     ]
     act = None if scenario.underway is None else underway.play(scenario.underway)
     if act is not None:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.plant.axes import YAW
+from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals.settings import TorqueKind
@@ -19,18 +20,19 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
 from service.config import Config
 from service.config_sources import read as read_config
-from service.output import add_json_argument, emit, report_destination
+from service.output import add_json_argument, destination, emit, report_destination
 from service.progress import progress
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told
 from simulator.declaration import DOUBTED, add_sign_argument, declared
 from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
+from simulator.manoeuvre import next_manoeuvre
 from simulator.recordings import Recording
 from simulator.trace_sensors import believed, examined, notes
 from simulator.trace_text import text
 
-__all__ = ["add_arguments", "run", "runs_of", "text", "traced"]
+__all__ = ["add_arguments", "answer", "run", "runs_of", "text", "traced"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,12 +50,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
     )
+    parser.add_argument(
+        "--manoeuvre",
+        type=destination,
+        metavar="FILE.csv",
+        help="write there what to drive next to tell explanations apart (`incsvr simulate --torque` plays it)",
+    )
     add_sign_argument(parser)
     add_log_arguments(parser, config=True)
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    axis, found, result = answer(args)
+    words = said(axis, text(found))
+    try:
+        if args.manoeuvre is not None:
+            words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
+        emit(args, result, words)  # before any picture: it is kept whatever becomes of that
+    finally:
+        if args.report:
+            import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
+    return 0
+
+
+def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
+    """The axis, what was found in its words, and the same for programs."""
     config = read_config(args.config)
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
@@ -61,13 +83,9 @@ def run(args: argparse.Namespace) -> int:
         found, others = _traced(args, reading, config)
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
-    told = {"headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
-    try:
-        emit(args, told, said(axis, text(found)))  # before any picture: it is kept whatever becomes of that
-    finally:
-        if args.report:
-            import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
-    return 0
+    return axis, found, {
+        "headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict(),
+    }  # fmt: skip
 
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told]:

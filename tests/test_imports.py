@@ -26,6 +26,7 @@ ALLOWED = {
         "service.config",
         "service.config_sources",
         "service.effects",
+        "service.parser",
         "service.progress",
         "service.session",
     },

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from service import wire
@@ -19,7 +20,7 @@ from tests.service.test_processes import KEYS, client_after, endpoint, following
 __all__ = ["endpoint"]
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "bus.md").read_text(encoding="utf-8")
-CLIENT = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)[0]
+CLIENT, FOLLOWER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
 
 
@@ -38,6 +39,29 @@ def test_the_client_of_twenty_lines_runs(endpoint: str, tmp_path: Path) -> None:
     assert "'streams': {'yaw_rate': {'received': " in health
     assert f"'revision': {model.revision}" in damping
     assert "'damping': [" in damping
+
+
+def test_the_client_that_joins_late_has_the_latest_model_and_then_the_next(endpoint: str, tmp_path: Path) -> None:
+    (tmp_path / "follower.py").write_text(FOLLOWER, encoding="utf-8")
+    command = [sys.executable, str(tmp_path / "follower.py"), endpoint]
+    with client_after(endpoint, tmp_path / "state") as (_, session, _alive):
+        models = following(session)
+        teach(session, KEYS, 9, 0, 35)
+        latest = next_model(models)
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as late:
+            try:
+                assert late.stdout is not None
+                assert late.stdout.readline() == _line(latest)
+                teach(session, KEYS, 9, 35, 70)
+                assert late.stdout.readline() == _line(next_model(models))
+            finally:
+                late.kill()
+
+
+def _line(model: wire.ModelSnapshot) -> str:
+    """What the client prints of a model."""
+    damping = float(model.model().predict(np.array([0.1])).damping[0])
+    return f"revision {model.revision}: {damping:.1f} N m at 0.1 rad/s\n"
 
 
 def test_the_measurements_are_taken() -> None:

@@ -94,25 +94,26 @@ def free_runs(before: Errors, after: Errors, scale: float, axis: Axis = YAW) -> 
 
 
 def _free_run(before: Errors, after: Errors, k: int, scale: float, axis: Axis) -> str:
+    return svg(lambda figure: draw_free_run(figure, before, after, k, scale, axis), 4.7, 2.5)
+
+
+def draw_free_run(figure: Figure, before: Errors, after: Errors, k: int, scale: float, axis: Axis = YAW) -> None:
+    """The k-th unseen piece on a figure: measured, and simulated before and after; `scale` is the motion's [s]."""
     begin = float(after.time[k][0])
     end = min(float(after.time[k][-1]), begin + SCALES * scale)
-
-    def draw(figure: Figure) -> None:
-        axes = figure.subplots()
-        here = after.time[k] <= end
-        line(axes, after.time[k][here], after.measured[k][here], color=MEASURED, linewidth=1.1, label="measured")
-        nothing_added = np.array_equal(before.simulated[k], after.simulated[k]) if k < len(before.time) else False
-        earlier = [] if nothing_added else _same_motion(before, after, k, begin, end)
-        for number, (time, simulated) in enumerate(earlier):
-            label = "before" if number == 0 else None
-            line(axes, time, simulated, color=BEFORE, linestyle="--", linewidth=1.3, label=label)
-        line(axes, after.time[k][here], after.simulated[k][here], color=AFTER, linewidth=1.5, label="after")
-        axes.set_ylabel(said(axis, "yaw rate r [rad/s]"))
-        axes.set_xlabel("time t [s]")
-        axes.margins(x=0.01)
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3)
-
-    return svg(draw, 4.7, 2.5)
+    axes = figure.subplots()
+    here = after.time[k] <= end
+    line(axes, after.time[k][here], after.measured[k][here], color=MEASURED, linewidth=1.1, label="measured")
+    nothing_added = np.array_equal(before.simulated[k], after.simulated[k]) if k < len(before.time) else False
+    earlier = [] if nothing_added else _same_motion(before, after, k, begin, end)
+    for number, (time, simulated) in enumerate(earlier):
+        label = "before" if number == 0 else None
+        line(axes, time, simulated, color=BEFORE, linestyle="--", linewidth=1.3, label=label)
+    line(axes, after.time[k][here], after.simulated[k][here], color=AFTER, linewidth=1.5, label="after")
+    axes.set_ylabel(said(axis, "yaw rate r [rad/s]"))
+    axes.set_xlabel("time t [s]")
+    axes.margins(x=0.01)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3)
 
 
 def _same_motion(before: Errors, after: Errors, k: int, begin: float, end: float) -> list[tuple[Array, Array]]:

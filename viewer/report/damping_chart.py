@@ -39,30 +39,31 @@ class Curve:
 
 def damping_chart(curves: Sequence[Curve], rate: Array, damping: Array, axis: Axis = YAW) -> str:
     """Curves over (m,) samples of rate [rad/s] and damping [N m], where there are samples."""
+    return svg(lambda figure: draw_damping(figure, curves, rate, damping, axis), 4.7, 3.8)
 
-    def draw(figure: Figure) -> None:
-        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
-        dots(above, rate, damping, color="#5b6773", markersize=2.5, alpha=0.45, label="samples", zorder=3)
-        centre, low, _, high = binned(rate, damping, edges(rate), MIDDLE)
-        above.fill_between(centre, low, high, color="#9aa5b1", alpha=0.22, linewidth=0, label="90 % of them")
-        for curve in curves:
-            here = driven(curve.rate, rate)
-            shown = np.where(here, curve.damping, np.nan)
-            if curve.doubt is not None:
-                above.fill_between(
-                    curve.rate, shown - curve.doubt, shown + curve.doubt, color=curve.colour, alpha=0.25, linewidth=0
-                )
-            above.plot(curve.rate, shown, curve.style, color=curve.colour, linewidth=1.8, label=curve.label)
-        largest = max(float(np.max(np.abs(c.damping[driven(c.rate, rate)]), initial=0.0)) for c in curves)
-        reach = max(1.3 * largest, float(np.quantile(np.abs(damping), 0.98)), 1e-9)
-        above.set_ylim(-1.05 * reach, 1.05 * reach)
-        above.axhline(0.0, color="#555555", linewidth=0.6)
-        above.set_ylabel(said(axis, "damping d(r) [N m]"))
-        above.legend(loc="upper left")
-        below.hist(rate, bins=60, color=MEASURED, alpha=0.45)
-        below.set_yticks([])
-        below.set_ylabel("samples", rotation=0, ha="right", va="center")
-        below.grid(visible=False)
-        below.set_xlabel(said(axis, "yaw rate r [rad/s]"))
 
-    return svg(draw, 4.7, 3.8)
+def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: Array, axis: Axis = YAW) -> None:
+    """The same on a figure."""
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
+    dots(above, rate, damping, color="#5b6773", markersize=2.5, alpha=0.45, label="samples", zorder=3)
+    centre, low, _, high = binned(rate, damping, edges(rate), MIDDLE)
+    above.fill_between(centre, low, high, color="#9aa5b1", alpha=0.22, linewidth=0, label="90 % of them")
+    for curve in curves:
+        here = driven(curve.rate, rate)
+        shown = np.where(here, curve.damping, np.nan)
+        if curve.doubt is not None:
+            above.fill_between(
+                curve.rate, shown - curve.doubt, shown + curve.doubt, color=curve.colour, alpha=0.25, linewidth=0
+            )
+        above.plot(curve.rate, shown, curve.style, color=curve.colour, linewidth=1.8, label=curve.label)
+    largest = max(float(np.max(np.abs(c.damping[driven(c.rate, rate)]), initial=0.0)) for c in curves)
+    reach = max(1.3 * largest, float(np.quantile(np.abs(damping), 0.98)), 1e-9)
+    above.set_ylim(-1.05 * reach, 1.05 * reach)
+    above.axhline(0.0, color="#555555", linewidth=0.6)
+    above.set_ylabel(said(axis, "damping d(r) [N m]"))
+    above.legend(loc="upper left")
+    below.hist(rate, bins=60, color=MEASURED, alpha=0.45)
+    below.set_yticks([])
+    below.set_ylabel("samples", rotation=0, ha="right", va="center")
+    below.grid(visible=False)
+    below.set_xlabel(said(axis, "yaw rate r [rad/s]"))

@@ -99,11 +99,15 @@ def _settings(result: Mapping[str, Any], axis: Axis) -> list[tuple[str, str]]:
 
 
 def _damping(pictures: Learned, axis: Axis) -> str:
-    model, samples = pictures.model, pictures.samples
+    return damping_chart([learned_curve(pictures)], pictures.samples.yaw_rate, pictures.samples.damping, axis)
+
+
+def learned_curve(pictures: Learned) -> Curve:
+    """The final model's damping over the rates that it was trained on, with its doubt."""
+    model = pictures.model
     rate = np.linspace(*(model.trained_range or (0.0, 0.0)), 201)
     learned = model.predict(rate)
-    curve = Curve("learned, with its 95 %", rate, learned.damping, AFTER, "-", NORMAL_95 * learned.curve_sigma)
-    return damping_chart([curve], samples.yaw_rate, samples.damping, axis)
+    return Curve("learned, with its 95 %", rate, learned.damping, AFTER, "-", NORMAL_95 * learned.curve_sigma)
 
 
 def _errors(result: Mapping[str, Any], axis: Axis) -> str:

@@ -1,0 +1,207 @@
+"""`import incsvr` for people who write Python: the commands `fit` and `trace` by call, with results that can be drawn.
+
+Keywords become the command's own flags and pass its own parser, so that both take the same and refuse the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NoReturn
+
+from incsvr.errors import BadInput
+from incsvr.learning.pictures import Learned
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
+from incsvr.tracing.findings import Trace
+from service.config_sources import read as read_config
+from service.parser import Parser
+from service.progress import hidden
+from simulator import fit as fit_command
+from simulator import trace as trace_command
+from simulator.logs import Reading
+from simulator.manoeuvre import next_manoeuvre
+from simulator.recordings import Recording
+from simulator.trace_text import text as trace_text
+
+PLOTS = "viewer.plots"
+"""Draws; loaded when asked for, so that reading and learning need no drawing library."""
+SAID = ("preset", "column", "system", "axis")
+"""The flags that say what is in a log."""
+OF_A_SHELL = ("json", "report")
+"""Flags whose work the result itself does."""
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A log that was read.
+
+    Attributes:
+        path: the file.
+        recording: what is in it.
+        flags: how it was read.
+    """
+
+    path: Path
+    recording: Recording
+    flags: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The columns by name, `t` first, None where a channel was not sampled; and what is to be known of them."""
+        recording = self.recording
+        own = dict(zip((YAW.rate, YAW.effort), (recording.axis.rate, recording.axis.effort), strict=True))
+        columns = {own.get(name, name): values for name, values in recording.columns.items()}
+        columns = {"t": recording.time, **columns, **recording.displaced}
+        return {
+            "name": recording.name,
+            "axis": recording.axis.name,
+            "columns": {name: [None if v != v else v for v in values.tolist()] for name, values in columns.items()},
+            "notes": list(recording.notes),
+        }
+
+    def plot(self) -> Any:
+        """Velocity and torque over time, as a figure of matplotlib."""
+        streams = self.recording.streams()
+        return _plots().of_log(self.recording.name, streams[YAW.rate], streams[YAW.effort], self.recording.axis)
+
+
+@dataclass(frozen=True, slots=True)
+class FitResult:
+    """What was learned: `str` is what the command prints."""
+
+    result: Mapping[str, Any] = field(repr=False)
+    pictures: Learned = field(repr=False)
+    axis: Axis
+    text: str = field(repr=False)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `incsvr fit --json` writes."""
+        return dict(self.result)
+
+    def plot(self) -> Any:
+        """The damping curve beside its samples, as a figure of matplotlib."""
+        return _plots().of_fit(self.pictures, self.axis)
+
+
+@dataclass(frozen=True, slots=True)
+class TraceResult:
+    """What the declared model lacks: `str` is what the command prints."""
+
+    result: Mapping[str, Any] = field(repr=False)
+    found: Trace = field(repr=False)
+    axis: Axis
+    text: str = field(repr=False)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `incsvr trace --json` writes."""
+        return dict(self.result)
+
+    def plot(self) -> Any:
+        """The damping, and a free run, before and after, as a figure of matplotlib."""
+        return _plots().of_trace(self.found, self.axis)
+
+
+def read(log: Any, **how: Any) -> Log:
+    """A log of any format as a recording; `how` are the flags `SAID`."""
+    other = sorted(set(how) - set(SAID))
+    if other:
+        raise BadInput(f"read takes no {other[0]}; it takes {', '.join(SAID)}")
+    path, flags = _path(log), _flags(how)
+    args = _parsed("fit", fit_command, [str(path)], flags)
+    with hidden():
+        recording = Reading.of(args, read_config(None)).of_one(path)
+    return Log(path, recording, tuple(flags))
+
+
+def fit(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> FitResult:
+    """`incsvr fit` by call."""
+    args = _arguments("fit", fit_command, recordings, validate, flags)
+    with hidden():
+        axis, found, result, words = fit_command.answer(args)
+    return FitResult(result, found.pictures, axis, words)
+
+
+def trace(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> TraceResult:
+    """`incsvr trace` by call."""
+    args = _arguments("trace", trace_command, recordings, validate, flags)
+    with hidden():
+        axis, found, result = trace_command.answer(args)
+    words = said(axis, trace_text(found))
+    if args.manoeuvre is not None:
+        words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
+    return TraceResult(result, found, axis, words)
+
+
+class _Asked(Parser):
+    """A command's parser whose refusals are raised: a call must not end the program."""
+
+    def error(self, message: str) -> NoReturn:
+        raise BadInput(self._sentence(message))
+
+
+def _arguments(
+    name: str, command: ModuleType, recordings: Any, validate: Any, flags: Mapping[str, Any]
+) -> argparse.Namespace:
+    """The command's arguments, as its own parser makes them of these."""
+    for each in OF_A_SHELL:
+        if each in flags:
+            raise BadInput(f"{name} takes no {each} in Python; the result has to_dict() and plot()")
+    learned, unseen = _logs(recordings), _logs(validate)
+    if not learned:
+        raise BadInput(f"{name} needs a recording: a file, what read returned, or several")
+    read_by = {each.flags for each in (*learned, *unseen) if isinstance(each, Log)}
+    if len(read_by) > 1:
+        raise BadInput("the logs were read with different flags; read all of them alike")
+    words = [*_flags(flags), *(word for each in read_by for word in each)]
+    paths = [[str(each.path if isinstance(each, Log) else _path(each)) for each in logs] for logs in (learned, unseen)]
+    return _parsed(name, command, paths[0], words, paths[1])
+
+
+def _parsed(
+    name: str, command: ModuleType, paths: Iterable[str], words: Iterable[str], unseen: Iterable[str] = ()
+) -> argparse.Namespace:
+    parser = _Asked(prog=f"incsvr {name}", add_help=False, allow_abbrev=False)
+    command.add_arguments(parser)
+    args: argparse.Namespace = parser.parse_args([*words, "--", *paths])
+    args.validate = [Path(each) for each in unseen]
+    args.command = name
+    return args
+
+
+def _flags(flags: Mapping[str, Any]) -> list[str]:
+    """Keywords as the words of a command line; None and False leave a flag out."""
+    words = []
+    for name, value in flags.items():
+        flag = f"--{name.replace('_', '-')}"
+        if value is True:
+            words.append(flag)
+        elif value is not None and value is not False:
+            several = value if isinstance(value, (list, tuple)) else [value]
+            words += [f"{flag}={each}" for each in several]
+    return words
+
+
+def _logs(given: Any) -> list[Any]:
+    """One log or several, as a list."""
+    return list(given) if isinstance(given, (list, tuple)) else [given]
+
+
+def _path(given: Any) -> Path:
+    if not isinstance(given, (str, os.PathLike)):
+        raise BadInput(f"a log is a file or what incsvr.read returned, not {type(given).__name__}")
+    return Path(given)
+
+
+def _plots() -> ModuleType:
+    return import_module(PLOTS)

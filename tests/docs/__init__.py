@@ -1,0 +1,1 @@
+"""The pages whose commands are run: what they print is what the program prints."""

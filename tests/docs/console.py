@@ -1,0 +1,131 @@
+"""The blocks of a page that are run: ```console, whose lines `$ …` are commands with what they print below them, and
+```python, with what it prints in a block ```text below it. They run in their order, in one empty directory.
+
+A learner whose command ends in `&` runs beside the others until the page ends. The bus is on a free port; the pages
+tell the usual one.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Event
+
+from service.config import Config
+from service.sections import Bus
+from service.session import connecting, free_endpoint, open_session
+from service.wire import Keys
+from simulator.player import wait_for_learner
+from tests.conftest import ROOT
+
+PAGES = ("docs/tutorial-log.md", "docs/tutorial-vehicle.md", "docs/python.md")
+BLOCK = re.compile(r"^```(console|python)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+PATIENCE = 30.0
+"""How long a learner may take to start [s]."""
+WALL = re.compile(r", in \d+(?:\.\d+)? s$")
+"""How long something took here, at the end of a line."""
+CLOSE = 0.03
+"""Part by which a printed figure may differ on another machine, whose BLAS rounds otherwise."""
+
+
+def printed(page: Path, folder: Path) -> str:
+    """The page's text with what its blocks print now, run in `folder`."""
+    text = page.read_text(encoding="utf-8")
+    parts, end = [], 0
+    with ExitStack() as beside:
+        shell = Shell(folder, free_endpoint(), beside)
+        for block in BLOCK.finditer(text):
+            kind, body, _ = block.groups()
+            parts.append(text[end : block.start()])
+            if kind == "console":
+                ran = "".join(f"$ {command}\n{shell.run(command)}" for command in commands(body))
+                parts.append(f"```console\n{ran}```\n")
+            else:
+                output = shell.printed_by([sys.executable, "-c", body])
+                parts.append(f"```python\n{body}```\n" + (f"\n```text\n{output}```\n" if output else ""))
+            end = block.end()
+    return "".join([*parts, text[end:]])
+
+
+def commands(body: str) -> Iterator[str]:
+    """The commands of a console block."""
+    return (line.removeprefix("$ ") for line in body.splitlines() if line.startswith("$ "))
+
+
+@dataclass(frozen=True)
+class Shell:
+    """Where commands run: their directory, their bus, and what ends those that run beside the others."""
+
+    folder: Path
+    endpoint: str
+    beside: ExitStack
+
+    def run(self, command: str) -> str:
+        """What a command prints; nothing where it is a learner that runs beside the others, once it can be asked."""
+        words = self._words(command.removesuffix("&"))
+        if not command.endswith("&"):
+            return self.printed_by(words)
+        silent = subprocess.DEVNULL
+        process = subprocess.Popen(words, cwd=self.folder, env=self._settings, stdout=silent, stderr=silent)
+        self.beside.callback(process.wait)
+        self.beside.callback(process.terminate)
+        with open_session(connecting(self.endpoint), PATIENCE) as session:
+            wait_for_learner(session, Keys(Config().prefix), PATIENCE, Event())
+        return ""
+
+    def printed_by(self, words: list[str]) -> str:
+        """What a command prints, on either output."""
+        ran = subprocess.run(
+            words,
+            cwd=self.folder,
+            env=self._settings,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        assert ran.returncode == 0, f"{shlex.join(words)}: {ran.stdout}"
+        text = ran.stdout.replace(self.endpoint, Bus().listen)
+        return "\n".join(line.rstrip() for line in text.splitlines()) + "\n" * bool(text)
+
+    def _words(self, command: str) -> list[str]:
+        """A command as it is run here: our own program, our own Python, and scripts that stand beside the page."""
+        program, *rest = shlex.split(command)
+        if program == "python":
+            shutil.copy(ROOT / "docs" / rest[0], self.folder)
+            return [sys.executable, *rest]
+        assert program == "incsvr", f"{command}: only incsvr and python are run"
+        return [str(Path(sys.executable).parent / "incsvr"), *rest]
+
+    @property
+    def _settings(self) -> dict[str, str]:
+        return {
+            **os.environ,
+            "INCSVR_BUS__LISTEN": self.endpoint,
+            "INCSVR_STATE": str(self.folder / "state"),
+            "MPLBACKEND": "Agg",
+            "NO_COLOR": "1",
+            "COLUMNS": "120",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+
+
+def differs(told: str, now: str) -> str | None:
+    """The first lines of two texts that say different things; None where figures differ by rounding alone."""
+    before, after = ([WALL.sub("", line) for line in text.splitlines()] for text in (told, now))
+    for one, other in zip(before, after, strict=False):
+        if NUMBER.sub("#", one).split() != NUMBER.sub("#", other).split():
+            return f"the page says\n  {one}\nthe program says\n  {other}"
+        for a, b in zip(NUMBER.findall(one), NUMBER.findall(other), strict=True):
+            if abs(float(a) - float(b)) > CLOSE * max(abs(float(a)), abs(float(b))):
+                return f"the page says {a}, the program {b}, in\n  {other}"
+    return None if len(before) == len(after) else f"{len(before)} lines on the page, {len(after)} printed"

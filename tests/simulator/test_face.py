@@ -1,0 +1,121 @@
+"""`import incsvr` for people who write Python: the commands by call, with results that can be drawn."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import incsvr
+from service.cli import main
+from simulator.steered import write_log
+from tests.conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("logs")
+    found = folder / "dive.csv", folder / "other.csv"
+    for seed, path in enumerate(found, start=1):
+        write_log(path, seed)
+    return found
+
+
+def test_importing_it_loads_the_mathematics_alone() -> None:
+    program = (
+        "import sys, incsvr; "
+        "sys.exit(sorted({m.partition('.')[0] for m in sys.modules} & {'service', 'simulator', 'viewer', 'zenoh'}))"
+    )
+    found = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert found.stderr.strip() == "[]", found.stderr
+
+
+def test_a_log_is_read_as_it_stands(logs: tuple[Path, Path]) -> None:
+    log = incsvr.read(logs[0])
+    columns = log.to_dict()["columns"]
+    assert list(columns) == ["t", "yaw_rate", "torque"]
+    rows = [line.split(",") for line in logs[0].read_text(encoding="utf-8").splitlines()[1:]]
+    assert columns["torque"] == [float(row[2]) if row[2] else None for row in rows]
+    json.dumps(log.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("command", ["fit", "trace"])
+def test_the_calls_answer_as_the_commands_do(
+    command: str, logs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    fitted, unseen = logs
+    assert main([command, str(fitted), "--validate", str(unseen), "--inertia", "350", "--json", "-"]) == 0
+    printed = capsys.readouterr()
+    call: Callable[..., incsvr.Result] = getattr(incsvr, command)
+    for recordings in (str(fitted), incsvr.read(fitted), [fitted]):
+        result = call(recordings, validate=unseen, inertia=350.0)
+        assert json.loads(json.dumps(result.to_dict(), allow_nan=False)) == json.loads(printed.out)
+        assert str(result) == printed.err.strip()
+
+
+def test_flags_of_a_log_stay_with_it(logs: tuple[Path, Path], tmp_path: Path) -> None:
+    fitted, _ = logs
+    other = tmp_path / "degrees.csv"
+    recording = incsvr.read(fitted).to_dict()["columns"]
+    rows = zip(*recording.values(), strict=True)
+    text = ["stamp,r,tau", *(",".join("" if v is None else repr(v) for v in row) for row in rows)]
+    other.write_text("\n".join(text), encoding="utf-8")
+    log = incsvr.read(other, column=["t=stamp", "yaw_rate=r", "torque=tau"])
+    curve = incsvr.fit(log, inertia=350).to_dict()["curve"]
+    assert np.allclose(curve["damping"], incsvr.fit(fitted, inertia=350).to_dict()["curve"]["damping"], rtol=1e-6)
+    with pytest.raises(incsvr.BadInput, match="different flags"):
+        incsvr.fit([log, incsvr.read(fitted)], inertia=350)
+
+
+@pytest.mark.parametrize(
+    ("flags", "reason"),
+    [
+        ({"inertia": 350, "foo": 1}, "no flag --foo"),
+        ({"inertia": 350, "torque": "x"}, "--torque takes commanded or measured, not x"),
+        ({"inertia": 350, "json": "-"}, "the result has to_dict"),
+        ({}, "the inertia is not known"),
+    ],
+)
+def test_a_wrong_flag_is_one_sentence(flags: dict[str, Any], reason: str, logs: tuple[Path, Path]) -> None:
+    with pytest.raises(incsvr.BadInput, match=reason):
+        incsvr.fit(logs[0], **flags)
+
+
+def test_what_is_no_log_is_refused() -> None:
+    with pytest.raises(incsvr.BadInput, match="not int"):
+        incsvr.read(3)  # type: ignore[arg-type]
+    with pytest.raises(incsvr.BadInput, match="needs a recording"):
+        incsvr.fit([])
+    with pytest.raises(incsvr.BadInput, match="read takes no inertia"):
+        incsvr.read("dive.csv", inertia=1)
+    with pytest.raises(incsvr.BadInput, match="there is no such file"):
+        incsvr.read("no_such.csv")
+
+
+def test_results_are_drawn(logs: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib", reason="the extra report is not installed")
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    log = incsvr.read(logs[0])
+    results = (log, incsvr.fit(log, inertia=350), incsvr.trace(log, inertia=350))
+    lines = []
+    for number, result in enumerate(results):
+        figure = result.plot()
+        figure.savefig(tmp_path / f"{number}.png")
+        lines.append([line for axes in figure.axes for line in axes.get_lines() if len(line.get_xdata()) > 10])
+    assert all(lines)
+
+
+def test_where_matplotlib_is_missing_the_cure_is_said(logs: tuple[Path, Path]) -> None:
+    program = (
+        "import sys; sys.modules['matplotlib'] = None; import incsvr\n"
+        f"log = incsvr.read({str(logs[0])!r})\n"
+        "try: log.plot()\nexcept incsvr.BadInput as error: print(error)"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert "matplotlib, which is not installed: pip install" in found.stdout

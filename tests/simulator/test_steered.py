@@ -1,0 +1,131 @@
+"""A log for beginners, and manoeuvres as files: written, read, played."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from incsvr.errors import BadInput
+from incsvr.tracing.findings import Finding
+from incsvr.tracing.weak.manoeuvre import manoeuvres
+from service.cli import main
+from simulator import leng
+from simulator.manoeuvre import next_manoeuvre, profile_of, read_manoeuvre, write_manoeuvre
+from simulator.recordings import read
+from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
+from simulator.trace import runs_of
+
+STAIRS = "stairs of 25, 50, 75 and 100 % of 6 N m both ways, with rests, 2.5 s each"
+
+
+def finding(manoeuvre: str) -> Finding:
+    return Finding("inertia", (), {}, {}, 1e-6, 1.0, ("thrust_efficiency",), manoeuvre, "")
+
+
+def test_a_log_is_small_and_the_same_for_the_same_seed(tmp_path: Path) -> None:
+    logs = [tmp_path / f"{name}.csv" for name in ("one", "again", "other")]
+    assert [main(["demo", "--log", str(log), "--seed", seed]) for log, seed in zip(logs, "112", strict=True)] == [0] * 3
+    one, again, other = (log.read_bytes() for log in logs)
+    assert one == again != other
+    assert len(one) < 1_000_000
+
+
+def test_what_is_hidden_in_the_log_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fitted, unseen = tmp_path / "dive.csv", tmp_path / "other.csv"
+    for seed, path in enumerate((fitted, unseen), start=1):
+        assert write_log(path, seed) == leng.INERTIA
+    assert main(["trace", str(fitted), "--validate", str(unseen), "--inertia", "350", "--json", "-"]) == 0
+    (effect,) = json.loads(capsys.readouterr().out)["effects"]
+    assert effect["effect"] == "torque_asymmetry"
+    low, high = effect["interval"]["reverse_efficiency"]
+    assert low < REVERSE_EFFICIENCY < high
+
+
+@pytest.mark.parametrize(
+    ("words", "length", "largest"),
+    [
+        ("steps between ±6.25 N m every 0.8 s for 8 s", 8.0, 6.25),
+        ("steps between ±6 N every 0.75 s for 8 s", 8.25, 6.0),  # whole steps
+        (STAIRS, 32.5, 6.0),
+        ("a sine of 3.1 N m and 4 s for 24 s", 24.0, 3.1),
+        ("a sweep of 1e+03 N m from 20 s to 0.5 s period in 12 s", 12.0, 1000.0),
+    ],
+)
+def test_a_manoeuvre_in_words_becomes_a_file_that_is_read_again(
+    words: str, length: float, largest: float, tmp_path: Path
+) -> None:
+    path = tmp_path / "next.csv"
+    sentence = next_manoeuvre([finding(f"to tell it from x, drive {words}: expected evidence 2Δℓ ≈ 40")], path)
+    assert "thrust_efficiency" in sentence
+    time, torque = read_manoeuvre(path)
+    assert time[0] == 0.0
+    assert time[-1] == pytest.approx(length)
+    assert np.max(np.abs(torque)) == pytest.approx(largest, rel=0.01)
+    assert torque[-1] == 0.0
+    assert np.min(torque) == pytest.approx(-largest, rel=0.01)
+
+
+def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "next.csv"
+    assert "no manoeuvre tells" in next_manoeuvre([finding("no manoeuvre in yaw tells it from x")], path)
+    assert "nothing was found" in next_manoeuvre([], path)
+    assert not path.exists()
+
+
+def test_every_manoeuvre_that_the_tracer_words_is_understood() -> None:
+    """The tracer's sentences and their reader stand in two files: this holds them together."""
+    signals = SimpleNamespace(torque=np.array([5.0, -5.0]), scale=0.9, step=0.05)
+    problem: Any = SimpleNamespace(signals=signals)
+    for each in manoeuvres(problem):
+        profile = profile_of(each.words)
+        assert profile is not None, each.words
+
+
+def test_the_vehicle_does_what_the_file_says(tmp_path: Path) -> None:
+    path, out = tmp_path / "turn.csv", tmp_path / "out"
+    write_manoeuvre(path, (np.array([0.0, 40.0, 80.0]), np.array([60.0, -30.0, 0.0])))
+    assert main(["simulate", "--torque", str(path), "--write", str(out)]) == 0
+    recording = read(out / "turn.csv")
+    (run,) = runs_of([recording])
+    middle = {
+        level: (recording.time > begin) & (recording.time < begin + 20.0) for level, begin in ((60, 20.0), (-30, 60.0))
+    }
+    for level, here in middle.items():
+        assert np.nanmean(run.torque[here]) == pytest.approx(level, rel=0.25)  # the turn takes some of the thrust
+        rate = float(np.nanmean(run.yaw_rate[here]))
+        assert leng.damping(rate) == pytest.approx(float(np.nanmean(run.torque[here])), rel=0.1)
+    assert recording.time[-1] == pytest.approx(80.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "row 1: a manoeuvre has the columns"),
+        ("t,moment\n0,1\n", "row 1: a manoeuvre has the columns"),
+        ("t,torque\n0,1\n", "at least two rows"),
+        ("t,torque\n0,1\n1,x\n", "row 3: t and torque must be two numbers"),
+        ("t,torque\n0,1\n1\n", "row 3: t and torque must be two numbers"),
+        ("t,torque\n0,1\nnan,1\n", "row 3: t and torque must be two numbers"),
+        ("t,torque\n0,1\n2,1\n1,1\n", "row 4: t does not go on"),
+    ],
+)
+def test_a_file_that_is_no_manoeuvre_is_refused(text: str, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "next.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput, match=reason):
+        read_manoeuvre(path)
+
+
+def test_more_torque_than_the_vehicle_has_is_refused() -> None:
+    with pytest.raises(BadInput, match="scale the manoeuvre down"):
+        steered("x", np.array([0.0, 1.0]), np.array([2.0 * MAX_TORQUE, 0.0]), 1)
+
+
+def test_a_missing_manoeuvre_says_how_one_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "--torque", str(tmp_path / "none.csv"), "--write", str(tmp_path)]) == 2
+    assert "incsvr trace LOG --manoeuvre" in capsys.readouterr().err

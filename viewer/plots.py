@@ -1,0 +1,59 @@
+"""What `plot()` of a result draws, as a figure of matplotlib that a notebook shows and `savefig` keeps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.learning.pictures import Learned
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
+from incsvr.samples import Array
+from incsvr.tracing import Trace
+from service.extras import how_to_install
+
+try:
+    from matplotlib import pyplot
+except ModuleNotFoundError as missing:
+    raise BadInput(f"plot() needs matplotlib, which is not installed: {how_to_install('matplotlib')}") from missing
+
+from viewer.report.charts import draw_free_run
+from viewer.report.damping_chart import draw_damping
+from viewer.report.drawing import MEASURED, STYLE, line
+from viewer.report.fit_page import learned_curve
+
+
+def of_log(name: str, rate: tuple[Array, Array], torque: tuple[Array, Array], axis: Axis = YAW) -> Any:
+    """A log's velocity and torque, each (stamps (n,) [s], values (n,)), over time."""
+    with pyplot.rc_context(STYLE):
+        figure = pyplot.figure(figsize=(8.0, 4.5), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True)
+        for axes, (time, values), label in (
+            (above, rate, "yaw rate r [rad/s]"),
+            (below, torque, "torque τ [N m]"),
+        ):
+            line(axes, time, values, color=MEASURED, linewidth=1.0)
+            axes.set_ylabel(said(axis, label))
+        above.set_title(name)
+        below.set_xlabel("time t [s]")
+    return figure
+
+
+def of_fit(pictures: Learned, axis: Axis = YAW) -> Any:
+    """The learned damping curve beside its samples."""
+    with pyplot.rc_context(STYLE):
+        figure = pyplot.figure(figsize=(6.5, 5.0), layout="constrained")
+        draw_damping(figure, [learned_curve(pictures)], pictures.samples.yaw_rate, pictures.samples.damping, axis)
+    return figure
+
+
+def of_trace(found: Trace, axis: Axis = YAW) -> Any:
+    """The longest free run on unseen data, before and after."""
+    after = found.pictures.after
+    with pyplot.rc_context(STYLE):
+        figure = pyplot.figure(figsize=(8.0, 3.5), layout="constrained")
+        longest = int(np.argmax([time.size for time in after.time]))
+        draw_free_run(figure, found.pictures.before, after, longest, found.model.scale, axis)
+    return figure
