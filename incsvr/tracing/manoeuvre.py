@@ -48,7 +48,7 @@ def separate(problem: Problem, found: Tried, alternative: Tried) -> str:
     if float(np.ptp(problem.cells.signals.torque)) == 0.0:
         return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
     most, best = 0.0, ""
-    for manoeuvre in _manoeuvres(problem):
+    for manoeuvre in manoeuvres(problem):
         expected = _evidence(problem, found, alternative, manoeuvre)
         if expected >= ENOUGH:
             read = sorted(
@@ -75,7 +75,7 @@ def hopeless(others: Sequence[str]) -> str:
     )
 
 
-def _manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
+def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
     """Candidates within the torque that the recordings held, shortest first."""
     s, step = problem.cells.signals, problem.cells.resolution
     top = float(np.quantile(np.abs(s.torque), 0.98))

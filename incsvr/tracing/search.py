@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -142,20 +142,23 @@ class Search:
 
     def objection(self, tried: Tried) -> str:
         """Why physics or relevance forbid one of the effects; empty if they do not."""
+        return next((why for _, why in self.objections(tried)), "")
+
+    def objections(self, tried: Tried) -> Iterator[tuple[int, str]]:
+        """Places of effects that physics or relevance forbid, and why."""
         response, cells = tried.fitted.response, self.problem.cells
         d = response.dynamics
         usual = float(np.mean(cells.signals.torque**2))
         seen = replace(d.seen, acceleration=np.gradient(cells.signals.rate, cells.step), residual=residual(d))
-        for part in tried.hypothesis.parts:
+        for k, part in enumerate(tried.hypothesis.parts):
             why = part.effect.implausible(part.term, seen) or part.effect.slight(part.term, seen)
             if why:
-                return why
+                yield k, why
             if part.effect.lingers and part.effect.acts == "thrust" and part.vector[0] < cells.resolution:
-                return "it is less than a sample of the streams"
+                yield k, "it is less than a sample of the streams"
             moved = float(np.mean(_moment(response, part) ** 2))
             if part.effect.acts != "inertia" and moved < RELEVANT_TORQUE**2 * usual:
-                return f"it moves less than {RELEVANT_TORQUE:.0%} of the torque, less than a thrust table is known"
-        return ""
+                yield k, f"it moves less than {RELEVANT_TORQUE:.0%} of the torque, less than a thrust table is known"
 
     def _grown(self, best: Tried) -> Tried | None:
         """With the one candidate more that predicts best; None where none may be named.
@@ -168,6 +171,9 @@ class Search:
             for part in lead.parts:
                 hypothesis = hypothesis.with_part(part)
             new = self.tried(hypothesis, best.fitted)
+            stale = [k for k, _ in self.objections(new) if k < len(best.names)]
+            if stale:  # what the new one explains had stood for it
+                new = self.tried(new.hypothesis.without(stale[0]), best.fitted)
             why = self.why_not(new, best)
             if why:
                 self.refused.setdefault(lead.part.name, why)

@@ -12,7 +12,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.tracing.findings import Finding
-from incsvr.tracing.weak.manoeuvre import manoeuvres
+from incsvr.tracing.manoeuvre import manoeuvres
 from service.cli import main
 from simulator import leng
 from simulator.manoeuvre import next_manoeuvre, profile_of, read_manoeuvre, write_manoeuvre
@@ -79,8 +79,8 @@ def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
 
 def test_every_manoeuvre_that_the_tracer_words_is_understood() -> None:
     """The tracer's sentences and their reader stand in two files: this holds them together."""
-    signals = SimpleNamespace(torque=np.array([5.0, -5.0]), scale=0.9, step=0.05)
-    problem: Any = SimpleNamespace(signals=signals)
+    signals = SimpleNamespace(torque=np.array([5.0, -5.0]), scale=0.9)
+    problem: Any = SimpleNamespace(cells=SimpleNamespace(signals=signals, resolution=0.05))
     for each in manoeuvres(problem):
         profile = profile_of(each.words)
         assert profile is not None, each.words
