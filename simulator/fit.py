@@ -20,6 +20,7 @@ from incsvr.signals.settings import COMMANDED, MEASURED
 from service.config import Config
 from service.config_sources import read as read_config
 from service.effects import TracedEffects, configured, read_effects
+from service.logs.dives import RULE
 from service.output import add_json_argument, emit, report_destination
 from simulator import coupling, declared_inertia, written
 from simulator.declaration import add_sign_argument, declared
@@ -32,9 +33,7 @@ from simulator.recordings import Recording, sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format, one run each"
-    )
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen runs")
     parser.add_argument(
         "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config"
@@ -109,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
     """What was learned, for programs and for people."""
-    runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
+    runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
@@ -117,7 +116,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     if coupled is None and args.effects is None:
         declaration = declared(runs, unseen, inertia, args.torque, args.assume_sign)
         runs, unseen = declaration.runs, declaration.unseen
-    signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen], coupled)
+    signals, learner, effects = _settings(args, config, inertia, runs, unseen, coupled)
     if args.smoothing is not None:
         signals = narrowed(signals, args.smoothing)
     fit = Fit.of(
@@ -157,7 +156,8 @@ def _settings(
     args: argparse.Namespace,
     config: Config,
     inertia: float,
-    recordings: Sequence[Recording],
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
     coupled: Coupled | None,
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
     """As they are configured; where nothing is, such as suit the recordings."""
@@ -170,10 +170,10 @@ def _settings(
         if args.torque is not None:
             configured_signals = replace(configured_signals, torque=args.torque)
         return _waiting(configured_signals, streams), wanted.learner_settings(), configured(wanted)
-    signals = signals_for(recordings[: len(args.recordings)], inertia, recordings[0].axis.fastest, args.torque)
+    signals = signals_for(runs, inertia, runs[0].axis.fastest, args.torque)
     if args.effects is None:
         return _waiting(signals, streams), None, None
-    common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))
+    common = tuple(name for name in runs[0].channels if all(name in run.channels for run in (*runs, *unseen)))
     effects = read_effects(args.effects, inertia, common, coupled)
     return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
 

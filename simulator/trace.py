@@ -19,6 +19,7 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
 from service.config import Config
 from service.config_sources import read as read_config
+from service.logs.dives import RULE
 from service.output import add_json_argument, emit, report_destination
 from service.progress import progress
 from simulator import coupling, declared_inertia
@@ -34,7 +35,7 @@ __all__ = ["add_arguments", "run", "runs_of", "text", "traced"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="log of any format, one run")
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
     parser.add_argument(
         "--inertia", metavar="I", help="declared I [kg m²], or estimate; else vehicle.inertia of --config"
@@ -71,9 +72,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told]:
-    recordings = reading.of_all([*args.recordings, *args.validate])
+    runs = reading.of_all(args.recordings)
+    recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
-    fitted = len(args.recordings)
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)

@@ -11,6 +11,7 @@ from incsvr.errors import BadInput
 from service.inputs.owners import autopilot_message
 from service.inputs.settings import Inputs, Source
 from service.inputs.units import STAMPS, known_unit
+from service.logs.csv_log import ROWS
 from service.logs.table import Topic
 
 _FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
@@ -59,6 +60,13 @@ def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic
             sources[name] = _source(text, place, scope)
     rate, torque = sources.pop("yaw_rate", None), sources.pop("torque", None)
     return Told(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
+
+
+def typed(source: Source) -> str:
+    """What a person types behind `--column NAME=` for a source, but for its unit."""
+    field = source.field if source.topic == ROWS else f"{source.topic}.{source.field}"
+    factor = "" if source.scale == 1.0 else f"*{source.scale:g}"
+    return f"{'-' if source.sign < 0 else ''}{field}{factor}"
 
 
 def _in_full(place: str, topics: Sequence[Topic]) -> str:

@@ -63,6 +63,17 @@ def reader(path: Path) -> str:
     return "csv_log"
 
 
+def is_log(path: Path) -> bool:
+    """Whether a file or folder is a log; text is one where its name says that it is a table."""
+    if path.is_dir():
+        return (path / "metadata.yaml").is_file() or bool(archived(path))
+    try:
+        found = reader(path)
+    except BadInput:
+        return False
+    return found != "csv_log" or bool({".csv", ".tsv"} & set(path.suffixes))
+
+
 def first_bytes(path: Path) -> bytes:
     """The first bytes of a file."""
     try:
