@@ -28,6 +28,7 @@ from simulator.declaration import DOUBTED, add_sign_argument, declared
 from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
 from simulator.recordings import Recording
+from simulator.trace_parts import Part, after_steps
 from simulator.trace_sensors import believed, examined, notes
 from simulator.trace_text import text
 
@@ -59,10 +60,11 @@ def run(args: argparse.Namespace) -> int:
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
     try:
-        found, others = _traced(args, reading, config)
+        found, others, parts = _traced(args, reading, config)
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
     told = {"headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
+    told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
     try:
         emit(args, told, said(axis, text(found)))  # before any picture: it is kept whatever becomes of that
     finally:
@@ -71,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told]:
+def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told, tuple[Part, ...]]:
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
@@ -81,13 +83,16 @@ def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple
     parts, others = dict[str, Array](), coupling.NOTHING
     if coupled is not None:
         recordings, parts, others = coupling.by_itself(coupled, recordings)
-    found = traced(recordings[:fitted], recordings[fitted:], inertia, args.torque, reading.rate_limit, args.assume_sign)
+    asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
+    found = traced(recordings[:fitted], recordings[fitted:], *asked)
+    after = after_steps(found, recordings[:fitted], lambda part: traced(part, [], *asked).in_terms_of(reading.axis))
     if estimate is not None:
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
-    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures).in_terms_of(reading.axis), others
+    notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
+    return replace(found, notes=notes, pictures=pictures).in_terms_of(reading.axis), others, after
 
 
 def traced(

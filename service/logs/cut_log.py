@@ -71,8 +71,4 @@ def _rows(table: Table, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> T
     places = np.flatnonzero(inside)
     texts = {name: tuple(each[k] for k in places) for name, each in table.texts.items()}
     arrival = None if table.arrival is None else table.arrival[inside]
-    return Table(arrival, columns_inside(table.columns, inside) if places.size else _empty(table), texts)
-
-
-def _empty(table: Table) -> dict[str, Array]:
-    return {name: np.empty(0) for name in table.columns}
+    return Table(arrival, columns_inside(table.columns, inside), texts)

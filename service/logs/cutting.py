@@ -180,7 +180,7 @@ def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
 def columns_inside(columns: Mapping[str, Array], inside: NDArray[np.bool_]) -> dict[str, Array]:
     """The rows of columns, each (n,), that are inside; `armed` begins with what it was before the first of them."""
     kept = {name: values[inside] for name, values in columns.items()}
-    if ARMED in columns and np.isnan(kept[ARMED][0]):
+    if ARMED in columns and kept[ARMED].size and np.isnan(kept[ARMED][0]):
         before = columns[ARMED][: int(np.argmax(inside))]
         known = before[~np.isnan(before)]
         if known.size:
