@@ -17,11 +17,13 @@ from service.config_sources import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.measuring import Measured
 from service.inputs.presets import Proposal
+from service.inputs.quantities import si_unit
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
 from service.logs import Table, Topic
 from service.logs.cut_log import cut_log
 from service.logs.cutting import Cut, add_cut_arguments
 from service.logs.dives import RULE, one_dive
+from service.logs.doubts import in_degrees, refuse_without_numbers
 from service.logs.reading import Description, described, read, since_1970, written_down
 from service.output import add_json_argument, emit
 from service.progress import progress
@@ -69,6 +71,7 @@ def _read(args: argparse.Namespace, description: Description) -> Seen:
             proposal = replace(proposal, missing={**proposal.missing, "reading": str(error)})
         else:
             since = since_1970(log, proposal.inputs, measured)
+    refuse_without_numbers(path, log)
     tables = log.read([topic.name for topic in log.topics])
     topics = log.topics
     if cut:
@@ -78,20 +81,30 @@ def _read(args: argparse.Namespace, description: Description) -> Seen:
             raise type(error)(f"{path}: {error}") from None
     if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):
         slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
-        measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow.of_a_log))
-    proposal = replace(proposal, notes=(*dive.notes, *proposal.notes))
-    return Seen(dive.name, log.format, _streams(topics, tables, proposal.inputs), proposal, measured)
+        measured = (
+            measured
+            if slow is None
+            else replace(measured, notes=(*measured.notes, slow.of_a_log_by(proposal.inputs.preset)))
+        )
+    looks = {} if measured is None else in_degrees(proposal.inputs, measured.streams)
+    proposal = replace(proposal, notes=(*looks.values(), *dive.notes, *proposal.notes))
+    return Seen(dive.name, log.format, _streams(topics, tables, proposal.inputs), proposal, measured, frozenset(looks))
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What `inspect` shows of a log: its name, format and streams, and what would be learned from."""
+    """What `inspect` shows of a log: its name, format and streams, and what would be learned from.
+
+    Attributes:
+        degrees: the quantities that look as if they were in degrees.
+    """
 
     name: str
     format: str
     streams: list[Stream]
     proposal: Proposal
     measured: Measured | None
+    degrees: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +198,7 @@ def _text(args: argparse.Namespace, seen: Seen) -> str:
         shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
         name = each.topic.name if len(each.topic.name) <= widest else f"…{each.topic.name[1 - widest :]}"
         lines.append(f"{name:<{widest}}  {each.topic.count:8d}  {each.rate:7.4g}  {shown}{more}")
-    return "\n".join([*lines, "", *_proposed(seen.proposal, seen.measured)])
+    return "\n".join([*lines, "", *_proposed(seen)])
 
 
 def _fields(stream: Stream) -> list[str]:
@@ -196,7 +209,8 @@ def _fields(stream: Stream) -> list[str]:
     return lines
 
 
-def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
+def _proposed(seen: Seen) -> list[str]:
+    proposal, measured = seen.proposal, seen.measured
     inputs = proposal.inputs
     preset = f" (preset {inputs.preset})" if inputs.preset else ""
     lines = [f"what would be learned from{preset}:"]
@@ -206,7 +220,7 @@ def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
         *inputs.channels.items(),
     ]
     for name, source in named:
-        lines.append(_line(name, source, measured))
+        lines.append(_line(name, source, measured, name in seen.degrees))
     lines += _wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
@@ -217,11 +231,12 @@ def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
     return lines + _wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
 
 
-def _line(name: str, source: Source | Thrusters | None, measured: Measured | None) -> str:
+def _line(name: str, source: Source | Thrusters | None, measured: Measured | None, in_degrees: bool) -> str:
     if source is None:
         return f"  {name:<11} nothing"
     where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topics[0]}"
-    unit = f" [{source.unit}]" if isinstance(source, Source) and source.unit else ""
+    spelt = (isinstance(source, Source) and source.unit) or si_unit(name)
+    unit = f" [{spelt}{': degrees?' if in_degrees else ''}]" if spelt else ""
     where = f"{'-' if isinstance(source, Source) and source.sign < 0 else ''}{where}"
     seen = ""
     if measured is not None and name in measured.streams:

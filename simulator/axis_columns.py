@@ -43,7 +43,8 @@ def with_own_columns(path: Path, log: Log, columns: Sequence[str], axis: Axis) -
             absent.append(own)
     if absent:
         flags = " ".join(f"--column {own}=NAME" for own in absent)
-        called = " and no ".join(own.replace("_", " ") for own in absent)
+        names = {axis.rate: f"{axis.name} {'velocity' if axis.along else 'rate'}", axis.effort: axis.effort}
+        called = " and no ".join(names[own].replace("_", " ") for own in absent)
         raise BadInput(f"{path}: no {called} found; add {flags} (`incsvr inspect {path}` lists the names)")
     return tuple(found)
 

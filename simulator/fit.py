@@ -23,6 +23,7 @@ from service.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
 from service.output import add_json_argument, emit, report_destination
 from simulator import coupling, declared_inertia, written
+from simulator.cures import of_the_log
 from simulator.declaration import add_sign_argument, declared
 from simulator.fit_text import text
 from simulator.fitted import Fit
@@ -109,6 +110,17 @@ def run(args: argparse.Namespace) -> int:
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
     """What was learned, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
+    with of_the_log(runs):
+        return _learned(args, config, reading, runs, unseen)
+
+
+def _learned(
+    args: argparse.Namespace,
+    config: Config,
+    reading: Reading,
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
+) -> tuple[Fit, dict[str, Any], str]:
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)

@@ -19,12 +19,13 @@ from service.config import Config
 from service.inputs.arming import Spans, spans, within
 from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs, Preset, Source
-from service.inputs.told import typed
+from service.inputs.told import typed, typed_in_full
 from service.inputs.units import FRACTION
 from service.logs import Log, opened
 from service.logs import reading as logs
 from service.logs.cutting import ARMED, WHOLE, Cut, NothingHeld, Span, add_cut_arguments, nothing_held, since_1970
 from service.logs.dives import Dive, dives
+from service.logs.doubts import refuse_without_numbers
 from service.logs.opening import first_bytes
 from service.logs.reading import NOTHING_SAID, Description
 from service.progress import progress
@@ -143,6 +144,7 @@ class Reading:
             )
             return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
         log = opened(path) if log is None else log
+        refuse_without_numbers(path, log)
         description = self.description
         if self.axis != YAW:
             columns = with_own_columns(path, log, description.columns, self.axis)
@@ -151,7 +153,8 @@ class Reading:
         measured = logs.read(path, log, proposal)
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
         recording = self._recording(path, measured, proposal.inputs, since)
-        recording = replace(recording, notes=(*proposal.sentences, *measured.notes))
+        notes = (*proposal.sentences, *measured.notes)
+        recording = replace(recording, notes=notes, places=_places(proposal.inputs))
         recording = put_back(recording, self.axis)
         _refuse_fraction(path, proposal.inputs, measured)
         if not self.learns:
@@ -191,6 +194,12 @@ class Reading:
                 + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
             )
         return recording
+
+
+def _places(inputs: Inputs) -> dict[str, str]:
+    """Where yaw rate and torque stand, with the unit that a person has to say again."""
+    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque}
+    return {name: typed_in_full(source) for name, source in sources.items() if source is not None}
 
 
 def _in_degrees(source: Source | None) -> str:

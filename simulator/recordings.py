@@ -48,6 +48,8 @@ class Recording:
         notes: what a person should know of how it came out of a log, one sentence each.
         axis: whose velocity and force "yaw_rate" and "torque" are.
         displaced: of another axis than yaw the vehicle's own yaw rate, torque and heading, under their names.
+        places: "yaw_rate" and "torque" → where they stand in the log, as a person types it behind `--column NAME=`;
+            without those that no column holds, and empty where the log has our own names.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     axis: Axis = YAW
     displaced: Mapping[str, Array] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from service.output import add_json_argument, emit, report_destination
 from service.progress import progress
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told
+from simulator.cures import of_the_log
 from simulator.declaration import DOUBTED, add_sign_argument, declared
 from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
@@ -77,6 +78,13 @@ def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
+    with of_the_log(runs):
+        return _found(args, reading, config, recordings, fitted)
+
+
+def _found(
+    args: argparse.Namespace, reading: Reading, config: Config, recordings: Sequence[Recording], fitted: int
+) -> tuple[Trace, Told, tuple[Part, ...]]:
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)

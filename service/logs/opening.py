@@ -14,6 +14,7 @@ from service.logs.table import Log
 HEAD = 64
 """Bytes from which a format is told."""
 GZIP = b"\x1f\x8b"
+ZSTD = b"\x28\xb5\x2f\xfd"
 _MAGIC = (
     (b"\x89MCAP0\r\n", "mcap_log"),
     (b"#ROSBAG V2.0", "bag_log"),
@@ -54,6 +55,11 @@ def reader(path: Path) -> str:
             return module
     if _is_telemetry(head):
         return "telemetry_log"
+    if head.startswith(ZSTD):
+        raise BadInput(
+            f"{path}: it is compressed with zstd; give the folder of its bag, with the metadata.yaml, or unpack it with "
+            "`zstd -d`"
+        )
     text = _inflated(path) if head.startswith(GZIP) else head
     if b"\0" in text:
         raise BadInput(
