@@ -14,13 +14,11 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.samples import Array
-from incsvr.signals.scales import white_noise
 from service.config import Config
 from service.inputs.arming import Spans, spans, within
 from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs, Preset, Source
 from service.inputs.told import typed, typed_in_full
-from service.inputs.units import FRACTION
 from service.logs import Log, opened
 from service.logs import reading as logs
 from service.logs.cutting import ARMED, WHOLE, Cut, NothingHeld, Span, add_cut_arguments, nothing_held, since_1970
@@ -31,13 +29,11 @@ from service.logs.reading import NOTHING_SAID, Description
 from service.progress import progress
 from simulator.axis_columns import of_axis, put_back, with_own_columns
 from simulator.cut_recordings import cut_recording
+from simulator.log_refusals import refuse_fraction, stillness
 from simulator.recordings import RATE_LIMIT, Recording, continued, from_streams
 from simulator.recordings import read as read_recording
 
 NEVER = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
-NOISE = 7.0
-"""The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
-about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +152,7 @@ class Reading:
         notes = (*proposal.sentences, *measured.notes)
         recording = replace(recording, notes=notes, places=_places(proposal.inputs))
         recording = put_back(recording, self.axis)
-        _refuse_fraction(path, proposal.inputs, measured)
+        refuse_fraction(path, proposal.inputs, measured)
         if not self.learns:
             return recording
         recording = _armed_alone(path, recording)
@@ -280,36 +276,3 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
         on = sum(min(high, last) - max(low, first) for low, high in wanted)
         notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
     return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
-
-
-def _refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:
-    """Raises BadInput where the torque is a part of what the vehicle can, and nobody said what that is."""
-    torque = inputs.torque
-    if torque is None or torque.unit != FRACTION or torque.scale != 1.0:
-        return
-    cure = (
-        f"the torque is a fraction of full thrust, not N m, until its scale is given: "
-        f"--column 'torque={torque.topic}.{torque.field}*NEWTON_METRES'"
-    )
-    time, rate = measured.streams["yaw_rate"]
-    if measured.armed is not None:
-        inside = within(time, spans(*measured.armed))
-        rate = rate[inside] if inside.any() else rate
-    still = stillness(rate)
-    if still is not None:
-        raise BadInput(f"{path}: {still}; and {cure}")
-    raise BadInput(f"{path}: {cure}")
-
-
-def stillness(rate: Array) -> str | None:
-    """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
-    if rate.size < 10:
-        return None
-    noise = white_noise(np.diff(rate, 3))
-    fastest = float(np.quantile(np.abs(rate), 0.99))
-    if fastest >= NOISE * noise:
-        return None
-    return (
-        f"the yaw rate never leaves its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
-        f"{noise:.1g})"
-    )

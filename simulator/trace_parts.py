@@ -74,6 +74,8 @@ def after_steps(
         found: the trace of the recordings.
         traced: traces recordings as the whole was traced.
     """
+    if not any(AT in finding.parameters for finding in found.effects):
+        return ()
     last = max(float(each.time[-1]) for each in recordings)
     steps = _far_apart(_steps(found), last, sum(float(np.ptp(each.time)) for each in recordings))
     ends = [*(begin for begin, _ in steps[1:]), inf]

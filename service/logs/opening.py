@@ -57,8 +57,8 @@ def reader(path: Path) -> str:
         return "telemetry_log"
     if head.startswith(ZSTD):
         raise BadInput(
-            f"{path}: it is compressed with zstd; give the folder of its bag, with the metadata.yaml, or unpack it with "
-            "`zstd -d`"
+            f"{path}: it is compressed with zstd; give the folder of its bag, with the metadata.yaml, or unpack it "
+            "with `zstd -d`"
         )
     text = _inflated(path) if head.startswith(GZIP) else head
     if b"\0" in text:
