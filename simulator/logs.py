@@ -103,12 +103,10 @@ class Reading:
         return found
 
     def _of_dive(self, dive: Dive) -> Recording:
+        ours = self.description == NOTHING_SAID and all(_is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
-            return self.of_one(dive.parts[0].path, dive.parts[0].log)
-        if self.description == NOTHING_SAID and all(_is_ours(part.path, self.axis) for part in dive.parts):
-            recording = self._continued(dive)
-        else:
-            recording = self.of_one(dive.path, dive.opened(self.description))
+            return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
+        recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
         return replace(recording, name=dive.name, notes=(*dive.notes, *recording.notes))
 
     def _continued(self, dive: Dive) -> Recording:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import inf, isfinite
 from typing import Any
 
@@ -74,39 +73,46 @@ def after_steps(
         found: the trace of the recordings.
         traced: traces recordings as the whole was traced.
     """
-    if not any(AT in finding.parameters for finding in found.effects):
+    steps = _steps(found)
+    if not steps:
         return ()
     last = max(float(each.time[-1]) for each in recordings)
-    steps = _far_apart(_steps(found), last, sum(float(np.ptp(each.time)) for each in recordings))
-    ends = [*(begin for begin, _ in steps[1:]), inf]
-    return tuple(_part(names, begin, end, recordings, traced) for (begin, names), end in zip(steps, ends, strict=True))
+    shortest = SHORTEST * sum(float(np.ptp(each.time)) for each in recordings)
+    parts, before = list[Part](), tuple[str, ...]()
+    for k, step in enumerate(steps):
+        end = steps[k + 1].since if k + 1 < len(steps) else inf
+        if min(end, last) - step.over < shortest:
+            before += step.effects  # what follows soon goes with it
+        else:
+            parts.append(_part((*before, *step.effects), step.over, end, recordings, traced))
+            before = ()
+    return tuple(parts)
 
 
-def _steps(found: Trace) -> list[tuple[float, tuple[str, ...]]]:
-    """When the effects that step have done so for certain [s], in order; those whose intervals meet are one step."""
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """Effects that begin at one instant: not before `since`, and for certain by `over` [s]."""
+
+    since: float
+    over: float
+    effects: tuple[str, ...]
+
+
+def _steps(found: Trace) -> list[_Step]:
+    """The steps that were found, in order; those whose intervals meet are one."""
     spans = sorted(
         (*_certain(finding.interval.get(AT), finding.parameters[AT]), finding.effect)
         for finding in found.effects
         if AT in finding.parameters
     )
-    apart = [k + 1 for k, (one, other) in enumerate(pairwise(spans)) if other[0] > one[1]]
-    groups = [spans[low:high] for low, high in pairwise([0, *apart, len(spans)])] if spans else []
-    return [(max(end for _, end, _ in group), tuple(name for _, _, name in group)) for group in groups]
-
-
-def _far_apart(
-    steps: Sequence[tuple[float, tuple[str, ...]]], last: float, whole: float
-) -> list[tuple[float, tuple[str, ...]]]:
-    """The steps with a part after each that is long enough; one that another follows soon goes with that one."""
-    kept: list[tuple[float, tuple[str, ...]]] = []
-    before: tuple[str, ...] = ()
-    for (begin, names), end in zip(steps, [*(begin for begin, _ in steps[1:]), last], strict=True):
-        if end - begin < SHORTEST * whole:
-            before += names
+    steps: list[_Step] = []
+    for since, over, effect in spans:
+        if steps and since <= steps[-1].over:
+            one = steps.pop()
+            steps.append(_Step(one.since, max(one.over, over), (*one.effects, effect)))
         else:
-            kept.append((begin, (*before, *names)))
-            before = ()
-    return kept
+            steps.append(_Step(since, over, (effect,)))
+    return steps
 
 
 def _certain(interval: Sequence[float] | None, at: float) -> tuple[float, float]:

@@ -104,10 +104,11 @@ def written_down(table: Table, inputs: Inputs) -> Array:
     if table.arrival is not None:
         return table.arrival
     source = inputs.yaw_rate or inputs.torque
-    stamps = table.columns.get(source.stamp) if source is not None else None
-    if stamps is None or source is None:
+    stamp, unit = ("t", "s") if source is None else (source.stamp, source.stamp_unit)
+    stamps = table.columns.get(stamp)
+    if stamps is None:
         return np.empty(0)
-    return stamps * STAMPS[source.stamp_unit if source.stamp_unit != "s" else guessed_unit(stamps)]
+    return stamps * STAMPS[unit if unit != "s" else guessed_unit(stamps)]
 
 
 def since_1970(log: Log, inputs: Inputs, measured: Measured) -> float | None:
