@@ -23,7 +23,7 @@ from service.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
 from service.output import add_json_argument, emit, report_destination
 from simulator import coupling, declared_inertia, written
-from simulator.cures import of_the_log
+from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import add_sign_argument, declared
 from simulator.fit_text import text
 from simulator.fitted import Fit
@@ -89,10 +89,7 @@ def _width(text: str) -> float:
 
 def run(args: argparse.Namespace) -> int:
     written.check(args.write)
-    over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
-    if over and args.axis is not None:
-        over |= {"vehicle": {"axis": args.axis}}
-    config = read_config(args.config, over)
+    config = read_config(args.config, _flags(args))
     reading = Reading.of(args, config)
     axis = reading.axis
     try:
@@ -105,6 +102,14 @@ def run(args: argparse.Namespace) -> int:
         if args.report:
             import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
     return 0
+
+
+def _flags(args: argparse.Namespace) -> dict[str, Any]:
+    """What the flags say, as sections of a configuration."""
+    if args.inputs is None:
+        return {}
+    axis = {} if args.axis is None else {"vehicle": {"axis": args.axis}}
+    return {"learner": {"inputs": args.inputs.split(",")}, **axis}
 
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
@@ -135,14 +140,15 @@ def _learned(
         runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs, declaration,
         args.assume_sign,
     )  # fmt: skip
-    words = text(fit, estimate)
+    words = in_names_of(runs[0], text(fit, estimate))
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
     result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
+    result["remarks"] = [said(reading.axis, in_names_of(runs[0], each)) for each in result["remarks"]]
     if reading.axis != YAW:
-        result |= {"axis": reading.axis.name, "remarks": [said(reading.axis, each) for each in result["remarks"]]}
+        result |= {"axis": reading.axis.name}
     return fit, result, words
 
 
@@ -152,7 +158,7 @@ def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: 
     if recording.axis.name != config.vehicle.axis:
         vehicle = config.vehicle.model_copy(update={"axis": recording.axis.name})
         config = config.model_copy(update={"vehicle": vehicle})
-    if args.config:
+    if _as_configured(args, config):
         vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
         signals = config.signals.model_copy(update={"torque": fit.signals.torque, "smoothing": fit.signals.smoothing})
         learner = config.learner.model_copy(update={"policy": fit.learner.policy})
@@ -174,7 +180,7 @@ def _settings(
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
     """As they are configured; where nothing is, such as suit the recordings."""
     streams = () if coupled is None else coupled.streams
-    if args.config:
+    if _as_configured(args, config):
         wanted = _declared(config, inertia, coupled)
         if args.effects:
             wanted = wanted.model_copy(update={"effects": args.effects})
@@ -188,6 +194,14 @@ def _settings(
     common = tuple(name for name in runs[0].channels if all(name in run.channels for run in (*runs, *unseen)))
     effects = read_effects(args.effects, inertia, common, coupled)
     return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
+
+
+def _as_configured(args: argparse.Namespace, config: Config) -> bool:
+    """Whether a file says how to learn; one that says only what is in a log leaves the scales to the recordings."""
+    if args.config is None:
+        return False
+    inputs = config.inputs.model_dump(mode="json", exclude_unset=True)
+    return config != read_config(None, {**_flags(args), "inputs": inputs})
 
 
 def _declared(config: Config, inertia: float, coupled: Coupled | None) -> Config:

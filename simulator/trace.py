@@ -24,7 +24,7 @@ from service.output import add_json_argument, emit, report_destination
 from service.progress import progress
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told
-from simulator.cures import of_the_log
+from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import DOUBTED, add_sign_argument, declared
 from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
@@ -100,6 +100,7 @@ def _found(
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
     notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
+    notes = tuple(in_names_of(recordings[0], note) for note in notes)
     return replace(found, notes=notes, pictures=pictures).in_terms_of(reading.axis), others, after
 
 
