@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from service.cli import main
+from service.logs.cutting import Cut, NothingHeld, instant
+from simulator.kept import Kept
 from simulator.recordings import Recording, read, write
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive
@@ -147,3 +149,16 @@ def test_inspect_counts_what_the_cut_holds(tmp_path: Path, form: str, capsys: py
     assert counts[1][0] == pytest.approx(201, abs=2)
     assert counts[1][1] == pytest.approx(201, abs=1)
     assert counts[1][2] == pytest.approx(10.0, abs=0.1)
+
+
+def test_an_archive_is_cut_by_when_its_messages_came() -> None:
+    send = np.asarray(1_700_000_000.0 + np.arange(60.0), dtype=np.float64)
+    payloads = [b"%d" % k for k in range(60)]
+    kept = Kept("archive", "yaw", ("rate",), ("json",), np.zeros(60, dtype=np.intp), send, payloads)
+    for begin, end in (("10", "20"), ("22:13:30", "22:13:40")):
+        part = kept.within(Cut(instant(begin), instant(end)))
+        assert list(part.payloads) == payloads[10:21]
+        np.testing.assert_array_equal(part.send, send[10:21])
+    with pytest.raises(NothingHeld, match="spans 0 to 59 s"):
+        kept.within(Cut(instant("100")))
+    assert kept.within(Cut()) is kept

@@ -153,8 +153,8 @@ def test_a_misspelt_quantity_is_no_silent_channel(
 
 
 CHANNELS = (
-    "yaw_rate mag_z pressure depth_2 voltage2 front_depth salinity thruster_3_speed armed motor_1 roll water_temperature "
-    "sway_force rpm other.yaw_rate current_speed"
+    "yaw_rate mag_z pressure depth_2 voltage2 front_depth salinity thruster_3_speed armed motor_1 roll "
+    "water_temperature sway_force rpm other.yaw_rate current_speed"
 )
 
 
