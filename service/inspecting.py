@@ -17,9 +17,14 @@ from service.config_sources import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.measuring import Measured
 from service.inputs.presets import Proposal
+from service.inputs.quantities import si_unit
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
-from service.logs import Log, Table, Topic, opened
-from service.logs.reading import Description, described, guessed_unit, read
+from service.logs import Table, Topic
+from service.logs.cut_log import cut_log
+from service.logs.cutting import Cut, add_cut_arguments
+from service.logs.dives import RULE, one_dive
+from service.logs.doubts import in_degrees, refuse_without_numbers
+from service.logs.reading import Description, described, read, since_1970, written_down
 from service.output import add_json_argument, emit
 from service.progress import progress
 
@@ -31,12 +36,13 @@ STAMPS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stamp")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="a log, or the folder of a bag")
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {RULE}")
     parser.add_argument("--preset", choices=get_args(Preset), help="what the vehicle speaks")
     parser.add_argument("--column", action="append", default=[], metavar="NAME=FIELD", help="where a quantity stands")
     parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
     parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
     parser.add_argument("--topic", metavar="NAME", help="all fields of one topic")
+    add_cut_arguments(parser)
     add_json_argument(parser)
 
 
@@ -44,29 +50,61 @@ def run(args: argparse.Namespace) -> int:
     inputs = read_config(args.config).inputs
     said = {"preset": args.preset, "system": args.system}
     inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
-    with progress(f"reading {args.file.name}"):
-        log, streams, proposal, measured = _read(args, inputs)
-    emit(args, _told(log.format, streams, proposal, measured), _text(args, log.format, streams, proposal, measured))
+    with progress(f"reading {args.files[0].name}"):
+        seen = _read(args, Description(tuple(args.column), inputs))
+    emit(args, _told(seen), _text(args, seen))
     return 0
 
 
-def _read(args: argparse.Namespace, inputs: Inputs) -> tuple[Log, list[Stream], Proposal, Measured | None]:
-    """What is in the file, and what of it would be learned from."""
-    log = opened(args.file)
+def _read(args: argparse.Namespace, description: Description) -> Seen:
+    """What is in the files, and what of it would be learned from."""
+    dive, cut = one_dive(args.files, description), Cut.of(args)
+    log, path = dive.opened(description), dive.path
     if args.topic is not None and args.topic not in {topic.name for topic in log.topics}:
-        raise BadInput(f"{args.file}: there is no topic {args.topic}; `incsvr inspect {args.file}` lists them all")
-    proposal = described(log, Description(tuple(args.column), inputs))
-    measured = None
+        raise BadInput(f"{path}: there is no topic {args.topic}; `incsvr inspect {path}` lists them all")
+    proposal = described(log, description)
+    measured, since = None, None
     if proposal.inputs.yaw_rate is not None and "t" not in proposal.missing:
         try:
-            measured = read(args.file, log, replace(proposal, missing={}))
+            measured = read(path, log, replace(proposal, missing={}))
         except BadInput as error:
             proposal = replace(proposal, missing={**proposal.missing, "reading": str(error)})
+        else:
+            since = since_1970(log, proposal.inputs, measured)
+    refuse_without_numbers(path, log)
+    tables = log.read([topic.name for topic in log.topics])
+    topics = log.topics
+    if cut:
+        try:
+            topics, tables, measured = cut_log(topics, tables, proposal.inputs, measured, cut, since)
+        except BadInput as error:
+            raise type(error)(f"{path}: {error}") from None
     if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):
         slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
-        measured = measured if slow is None else replace(measured, notes=(*measured.notes, slow.of_a_log))
-    streams = _streams(log.topics, log.read([topic.name for topic in log.topics]), proposal)
-    return log, streams, proposal, measured
+        measured = (
+            measured
+            if slow is None
+            else replace(measured, notes=(*measured.notes, slow.of_a_log_by(proposal.inputs.preset)))
+        )
+    looks = {} if measured is None else in_degrees(proposal.inputs, measured.streams)
+    proposal = replace(proposal, notes=(*looks.values(), *dive.notes, *proposal.notes))
+    return Seen(dive.name, log.format, _streams(topics, tables, proposal.inputs), proposal, measured, frozenset(looks))
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What `inspect` shows of a log: its name, format and streams, and what would be learned from.
+
+    Attributes:
+        degrees: the quantities that look as if they were in degrees.
+    """
+
+    name: str
+    format: str
+    streams: list[Stream]
+    proposal: Proposal
+    measured: Measured | None
+    degrees: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,28 +117,16 @@ class Stream:
     ranges: Mapping[str, tuple[float, float]]
 
 
-def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], proposal: Proposal) -> list[Stream]:
+def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], inputs: Inputs) -> list[Stream]:
     found = []
     for topic in topics:
         table = tables.get(topic.name)
         ranges = {} if table is None else {name: _range(values) for name, values in table.columns.items()}
         seen = () if table is None else tuple(table.columns)
         fields = tuple(dict.fromkeys((*topic.fields, *seen)))
-        span, rate = (0.0, 0.0) if table is None else _pace(_when(table, proposal))
+        span, rate = (0.0, 0.0) if table is None else _pace(written_down(table, inputs))
         found.append(Stream(Topic(topic.name, topic.type, fields, topic.count), rate, span, ranges))
     return found
-
-
-def _when(table: Table, proposal: Proposal) -> Array:
-    """When the messages were written down [s]; of a table by the column that is its time."""
-    if table.arrival is not None:
-        return table.arrival
-    source = proposal.inputs.yaw_rate or proposal.inputs.torque
-    stamps = table.columns.get(source.stamp) if source is not None else None
-    if stamps is None or source is None:
-        return np.empty(0)
-    units = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-    return stamps * units[source.stamp_unit if source.stamp_unit != "s" else guessed_unit(stamps)]
 
 
 def _pace(time: Array) -> tuple[float, float]:
@@ -116,11 +142,12 @@ def _range(values: Array) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
 
-def _told(form: str, streams: list[Stream], proposal: Proposal, measured: Measured | None) -> dict[str, Any]:
+def _told(seen: Seen) -> dict[str, Any]:
     """The contract's form, and what explains it."""
+    proposal, measured = seen.proposal, seen.measured
     inputs = proposal.inputs.model_dump(mode="json", exclude_defaults=True)
     return {
-        "format": form,
+        "format": seen.format,
         "streams": [
             {
                 "name": each.topic.name,
@@ -131,7 +158,7 @@ def _told(form: str, streams: list[Stream], proposal: Proposal, measured: Measur
                 "span_s": each.span,
                 "ranges": {name: list(ends) for name, ends in each.ranges.items() if np.isfinite(ends).all()},
             }
-            for each in streams
+            for each in seen.streams
         ],
         "armed": None if measured is None else _armed(measured),
         "proposal": inputs | {"notes": list(proposal.sentences), "missing": dict(proposal.missing)},
@@ -155,11 +182,10 @@ def _summary(time: Array, values: Array) -> dict[str, Any]:
     return {"count": int(time.size), "rate_hz": rate, "span_s": span, "low": low, "high": high}
 
 
-def _text(
-    args: argparse.Namespace, form: str, streams: list[Stream], proposal: Proposal, measured: Measured | None
-) -> str:
+def _text(args: argparse.Namespace, seen: Seen) -> str:
     """The same for people, in 80 columns."""
-    lines = [f"{args.file.name}: {form}, {len(streams)} topics", ""]
+    streams = seen.streams
+    lines = [f"{seen.name}: {seen.format}, {len(streams)} topic{'' if len(streams) == 1 else 's'}", ""]
     if args.topic is not None:
         return "\n".join([lines[0], *_fields(next(each for each in streams if each.topic.name == args.topic))])
     widest = min(max((len(each.topic.name) for each in streams), default=0), 34)
@@ -172,7 +198,7 @@ def _text(
         shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
         name = each.topic.name if len(each.topic.name) <= widest else f"…{each.topic.name[1 - widest :]}"
         lines.append(f"{name:<{widest}}  {each.topic.count:8d}  {each.rate:7.4g}  {shown}{more}")
-    return "\n".join([*lines, "", *_proposed(proposal, measured)])
+    return "\n".join([*lines, "", *_proposed(seen)])
 
 
 def _fields(stream: Stream) -> list[str]:
@@ -183,7 +209,8 @@ def _fields(stream: Stream) -> list[str]:
     return lines
 
 
-def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
+def _proposed(seen: Seen) -> list[str]:
+    proposal, measured = seen.proposal, seen.measured
     inputs = proposal.inputs
     preset = f" (preset {inputs.preset})" if inputs.preset else ""
     lines = [f"what would be learned from{preset}:"]
@@ -193,7 +220,7 @@ def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
         *inputs.channels.items(),
     ]
     for name, source in named:
-        lines.append(_line(name, source, measured))
+        lines.append(_line(name, source, measured, name in seen.degrees))
     lines += _wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
@@ -204,11 +231,12 @@ def _proposed(proposal: Proposal, measured: Measured | None) -> list[str]:
     return lines + _wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
 
 
-def _line(name: str, source: Source | Thrusters | None, measured: Measured | None) -> str:
+def _line(name: str, source: Source | Thrusters | None, measured: Measured | None, in_degrees: bool) -> str:
     if source is None:
         return f"  {name:<11} nothing"
     where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topics[0]}"
-    unit = f" [{source.unit}]" if isinstance(source, Source) and source.unit else ""
+    spelt = (isinstance(source, Source) and source.unit) or si_unit(name)
+    unit = f" [{spelt}{': degrees?' if in_degrees else ''}]" if spelt else ""
     where = f"{'-' if isinstance(source, Source) and source.sign < 0 else ''}{where}"
     seen = ""
     if measured is not None and name in measured.streams:

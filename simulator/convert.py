@@ -8,13 +8,17 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.config_sources import read as read_config
+from service.logs.cutting import ARMED
+from service.logs.dives import RULE
 from service.output import add_json_argument, emit
-from simulator.logs import ARMED, Reading, add_log_arguments
+from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording, sequence, write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="logs of any format, then the CSV to write")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help=f"logs of any format, then the CSV to write; {RULE}"
+    )
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
 

@@ -20,8 +20,10 @@ from incsvr.signals.settings import COMMANDED, MEASURED
 from service.config import Config
 from service.config_sources import read as read_config
 from service.effects import TracedEffects, configured, read_effects
+from service.logs.dives import RULE
 from service.output import add_json_argument, emit, report_destination
 from simulator import coupling, declared_inertia, written
+from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import add_sign_argument, declared
 from simulator.fit_text import text
 from simulator.fitted import Fit
@@ -32,9 +34,7 @@ from simulator.recordings import Recording, sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "recordings", nargs="+", type=Path, metavar="RECORDING", help="logs of any format, one run each"
-    )
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen runs")
     parser.add_argument(
         "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config"
@@ -100,10 +100,7 @@ def run(args: argparse.Namespace) -> int:
 def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
     written.check(args.write)
-    over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
-    if over and args.axis is not None:
-        over |= {"vehicle": {"axis": args.axis}}
-    config = read_config(args.config, over)
+    config = read_config(args.config, _flags(args))
     reading = Reading.of(args, config)
     axis = reading.axis
     try:
@@ -113,9 +110,28 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     return axis, fit, result, said(axis, words)
 
 
+def _flags(args: argparse.Namespace) -> dict[str, Any]:
+    """What the flags say, as sections of a configuration."""
+    if args.inputs is None:
+        return {}
+    axis = {} if args.axis is None else {"vehicle": {"axis": args.axis}}
+    return {"learner": {"inputs": args.inputs.split(",")}, **axis}
+
+
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
     """What was learned, for programs and for people."""
-    runs, unseen = reading.of_all(args.recordings), reading.of_all(args.validate)
+    runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
+    with of_the_log(runs):
+        return _learned(args, config, reading, runs, unseen)
+
+
+def _learned(
+    args: argparse.Namespace,
+    config: Config,
+    reading: Reading,
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
+) -> tuple[Fit, dict[str, Any], str]:
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
@@ -123,21 +139,22 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     if coupled is None and args.effects is None:
         declaration = declared(runs, unseen, inertia, args.torque, args.assume_sign)
         runs, unseen = declaration.runs, declaration.unseen
-    signals, learner, effects = _settings(args, config, inertia, [*runs, *unseen], coupled)
+    signals, learner, effects = _settings(args, config, inertia, runs, unseen, coupled)
     if args.smoothing is not None:
         signals = narrowed(signals, args.smoothing)
     fit = Fit.of(
         runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs, declaration,
         args.assume_sign,
     )  # fmt: skip
-    words = text(fit, estimate)
+    words = in_names_of(runs[0], text(fit, estimate))
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
     result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
+    result["remarks"] = [said(reading.axis, in_names_of(runs[0], each)) for each in result["remarks"]]
     if reading.axis != YAW:
-        result |= {"axis": reading.axis.name, "remarks": [said(reading.axis, each) for each in result["remarks"]]}
+        result |= {"axis": reading.axis.name}
     return fit, result, words
 
 
@@ -147,7 +164,7 @@ def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: 
     if recording.axis.name != config.vehicle.axis:
         vehicle = config.vehicle.model_copy(update={"axis": recording.axis.name})
         config = config.model_copy(update={"vehicle": vehicle})
-    if args.config:
+    if _as_configured(args, config):
         vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
         signals = config.signals.model_copy(update={"torque": fit.signals.torque, "smoothing": fit.signals.smoothing})
         learner = config.learner.model_copy(update={"policy": fit.learner.policy})
@@ -163,12 +180,13 @@ def _settings(
     args: argparse.Namespace,
     config: Config,
     inertia: float,
-    recordings: Sequence[Recording],
+    runs: Sequence[Recording],
+    unseen: Sequence[Recording],
     coupled: Coupled | None,
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
     """As they are configured; where nothing is, such as suit the recordings."""
     streams = () if coupled is None else coupled.streams
-    if args.config:
+    if _as_configured(args, config):
         wanted = _declared(config, inertia, coupled)
         if args.effects:
             wanted = wanted.model_copy(update={"effects": args.effects})
@@ -176,12 +194,20 @@ def _settings(
         if args.torque is not None:
             configured_signals = replace(configured_signals, torque=args.torque)
         return _waiting(configured_signals, streams), wanted.learner_settings(), configured(wanted)
-    signals = signals_for(recordings[: len(args.recordings)], inertia, recordings[0].axis.fastest, args.torque)
+    signals = signals_for(runs, inertia, runs[0].axis.fastest, args.torque)
     if args.effects is None:
         return _waiting(signals, streams), None, None
-    common = tuple(name for name in recordings[0].channels if all(name in run.channels for run in recordings))
+    common = tuple(name for name in runs[0].channels if all(name in run.channels for run in (*runs, *unseen)))
     effects = read_effects(args.effects, inertia, common, coupled)
     return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
+
+
+def _as_configured(args: argparse.Namespace, config: Config) -> bool:
+    """Whether a file says how to learn; one that says only what is in a log leaves the scales to the recordings."""
+    if args.config is None:
+        return False
+    inputs = config.inputs.model_dump(mode="json", exclude_unset=True)
+    return config != read_config(None, {**_flags(args), "inputs": inputs})
 
 
 def _declared(config: Config, inertia: float, coupled: Coupled | None) -> Config:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.inputs.forms.own import Refused, parse
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived
+from service.logs.cutting import Cut, Span, rows_inside
 from service.logs.packages import needed
 from service.wire import Keys
 
@@ -81,6 +82,18 @@ class Kept:
         times = np.maximum.accumulate(np.array(send))
         name = paths[0].name if len(paths) == 1 else f"{paths[0].name} and {len(paths) - 1} more"
         return Kept(name, prefixes.pop(), topics, encodings, np.array(stream), times, payloads)
+
+    def within(self, cut: Cut) -> Kept:
+        """What came in a cut: seconds count from the first message, and a time of day is that of the wall.
+
+        Raises:
+            NothingHeld: nothing came in it.
+        """
+        if not cut:
+            return self
+        inside = rows_inside(self.send, cut, Span(float(self.send[0]), float(self.send[-1]), 0.0))
+        payloads = [self.payloads[k] for k in np.flatnonzero(inside)]
+        return replace(self, stream=self.stream[inside], send=self.send[inside], payloads=payloads)
 
     @property
     def names(self) -> tuple[str, ...]:

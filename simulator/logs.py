@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
@@ -13,25 +14,26 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.samples import Array
-from incsvr.signals.scales import white_noise
 from service.config import Config
 from service.inputs.arming import Spans, spans, within
 from service.inputs.measuring import Measured
-from service.inputs.settings import Inputs, Preset
-from service.inputs.units import FRACTION
-from service.logs import opened
+from service.inputs.settings import Inputs, Preset, Source
+from service.inputs.told import typed, typed_in_full
+from service.logs import Log, opened
 from service.logs import reading as logs
+from service.logs.cutting import ARMED, WHOLE, Cut, NothingHeld, Span, add_cut_arguments, nothing_held, since_1970
+from service.logs.dives import Dive, dives
+from service.logs.doubts import refuse_without_numbers
 from service.logs.opening import first_bytes
 from service.logs.reading import NOTHING_SAID, Description
 from service.progress import progress
-from simulator.recordings import RATE_LIMIT, Recording, from_streams
+from simulator.axis_columns import of_axis, put_back, with_own_columns
+from simulator.cut_recordings import cut_recording
+from simulator.log_refusals import refuse_fraction, stillness
+from simulator.recordings import RATE_LIMIT, Recording, continued, from_streams
 from simulator.recordings import read as read_recording
 
-ARMED = "armed"
 NEVER = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
-NOISE = 7.0
-"""The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
-about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +49,7 @@ class Reading:
         ours_whole: whether our own recordings keep the time when the vehicle was not armed: `armed` is then a channel
             that effects are looked for in.
         axis: which is meant.
+        cut: the part of each recording that is taken.
     """
 
     description: Description = NOTHING_SAID
@@ -55,6 +58,7 @@ class Reading:
     learns: bool = True
     ours_whole: bool = False
     axis: Axis = YAW
+    cut: Cut = WHOLE
 
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
@@ -65,42 +69,88 @@ class Reading:
         configured = args.config is not None and "rate_limit" in config.vehicle.model_fields_set
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         return Reading(
-            Description(tuple(_of_axis(text, axis) for text in args.column), inputs),
+            Description(tuple(of_axis(text, axis) for text in args.column), inputs),
             config.vehicle.rate_limit if configured else axis.fastest,
             "vehicle.rate_limit in the configuration" if configured else "vehicle.rate_limit in a --config FILE",
             axis=axis,
+            cut=Cut.of(args),
         )
 
+    @property
+    def whole(self) -> Reading:
+        """The same without a cut, for what is to be validated on."""
+        return replace(self, cut=WHOLE)
+
     def of_all(self, paths: Sequence[Path]) -> list[Recording]:
-        """Each file as a recording."""
+        """Each dive as a recording: a file, or several that are parts of one; those that a cut leaves out are said.
+
+        Raises:
+            NothingHeld: the cut holds nothing of any of them.
+        """
+        found, left_out = list[Recording](), list[NothingHeld]()
         with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
-            found = []
-            for path in paths:
-                found.append(self.of_one(path))
+            for dive in dives(paths, self.description):
+                try:
+                    found.append(self._of_dive(dive))
+                except NothingHeld as error:
+                    left_out.append(error)
                 advance()
+        if left_out and not found:
+            raise left_out[0]
+        if left_out:
+            notes = (f"{error}; it is left out" for error in left_out)
+            found[0] = replace(found[0], notes=(*found[0].notes, *notes))
         return found
 
-    def of_one(self, path: Path) -> Recording:
+    def _of_dive(self, dive: Dive) -> Recording:
+        ours = self.description == NOTHING_SAID and all(_is_ours(part.path, self.axis) for part in dive.parts)
+        if len(dive.parts) == 1:
+            return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
+        recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
+        return replace(recording, name=dive.name, notes=(*dive.notes, *recording.notes))
+
+    def _continued(self, dive: Dive) -> Recording:
+        """Our own recordings that are parts of one dive."""
+        first, last = dive.parts[0].first, dive.parts[-1].last
+        whole = Span(first, last, since_1970(np.array([first]), None))
+        reading = replace(self, learns=False, cut=self.cut.placed(whole))
+        found = []
+        for part in dive.parts:
+            with suppress(NothingHeld):
+                found.append(reading.of_one(part.path))
+        if not found:
+            raise NothingHeld(f"{dive.path}: {nothing_held(self.cut, whole)}")
+        recording = continued(found)
+        return _armed_alone(dive.path, recording, self.ours_whole) if self.learns else recording
+
+    def of_one(self, path: Path, log: Log | None = None) -> Recording:
         """A file as a recording.
+
+        Args:
+            log: what is in it, where it was opened before.
 
         Raises:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
-        if self.description == NOTHING_SAID and _is_ours(path, self.axis):
-            recording = read_recording(path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis)
-            return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
-        log = opened(path)
-        if self.axis != YAW and not _names_both(self.description.columns):
-            axis = self.axis
-            raise BadInput(
-                f"{path}: a preset finds the yaw rate alone; say where the {axis.name} velocity and force or torque "
-                f"stand: --column {axis.rate}=FIELD --column {axis.effort}=FIELD (`incsvr inspect {path}` lists fields)"
+        if log is None and self.description == NOTHING_SAID and _is_ours(path, self.axis):
+            recording = read_recording(
+                path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
             )
-        proposal = logs.described(log, self.description)
+            return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
+        log = opened(path) if log is None else log
+        refuse_without_numbers(path, log)
+        description = self.description
+        if self.axis != YAW:
+            columns = with_own_columns(path, log, description.columns, self.axis)
+            description = replace(description, columns=columns)
+        proposal = logs.described(log, description)
         measured = logs.read(path, log, proposal)
-        recording = replace(self._recording(path, measured), notes=(*proposal.sentences, *measured.notes))
-        recording = _put_back(recording, self.axis)
-        _refuse_fraction(path, proposal.inputs, measured)
+        since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
+        recording = self._recording(path, measured, proposal.inputs, since)
+        notes = (*proposal.sentences, *measured.notes)
+        recording = replace(recording, notes=notes, places=_places(proposal.inputs))
+        recording = put_back(recording, self.axis)
+        refuse_fraction(path, proposal.inputs, measured)
         if not self.learns:
             return recording
         recording = _armed_alone(path, recording)
@@ -109,58 +159,53 @@ class Reading:
             raise BadInput(f"{path}: {still}; give a log in which the vehicle turns both ways")
         return recording
 
-    def _recording(self, path: Path, measured: Measured) -> Recording:
-        """The streams as they are, with a channel that says when the vehicle was armed, if anything does."""
+    def _recording(self, path: Path, measured: Measured, inputs: Inputs, since_1970: float | None) -> Recording:
+        """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
         for name in ("yaw_rate", "torque"):
             if name not in measured.streams or not measured.streams[name][0].size:
                 raise BadInput(f"{path}: there is not one value of {name}; `incsvr inspect {path}` shows what there is")
-        time, rate = measured.streams["yaw_rate"]
+        time = measured.streams["yaw_rate"][0]
+        streams = _later(measured.streams)
+        instants = streams["yaw_rate"][0]
+        shift = float(instants[0] - time[0])
+        if measured.armed is not None:
+            on = within(instants - shift, spans(*measured.armed))
+            streams = {**streams, ARMED: (instants, on.astype(np.float64))}
+        recording = from_streams(path.name, streams)
+        try:
+            recording = cut_recording(recording, self.cut, None if since_1970 is None else since_1970 - shift)
+        except BadInput as error:
+            raise type(error)(f"{path}: {error}") from None
+        for name in ("yaw_rate", "torque") if self.cut else ():
+            if np.isnan(recording.columns[name]).all():
+                raise BadInput(f"{path}: there is not one value of {name} in the part that {self.cut} takes")
+        time, rate = recording.streams()["yaw_rate"]
         beyond = np.flatnonzero(np.abs(rate) > self.rate_limit)
         if beyond.size:
             raise BadInput(
                 f"{path}: yaw_rate is {rate[beyond[0]]:g} at {time[beyond[0]]:.10g} s, beyond the plausible "
-                f"±{self.rate_limit:g} rad/s; if it is in degrees per second, say so: --column yaw_rate=FIELD:deg/s"
+                f"±{self.rate_limit:g} rad/s{_in_degrees(inputs.yaw_rate)}"
                 + (f"; if the vehicle really turns so fast, raise {self.limit_is}" if self.limit_is else "")
             )
-        streams = _later(measured.streams)
-        if measured.armed is not None:
-            instants = streams["yaw_rate"][0]
-            shift = float(instants[0] - time[0])
-            on = within(instants - shift, spans(*measured.armed))
-            streams = {**streams, ARMED: (instants, on.astype(np.float64))}
-        return from_streams(path.name, streams)
+        return recording
+
+
+def _places(inputs: Inputs) -> dict[str, str]:
+    """Where yaw rate and torque stand, with the unit that a person has to say again."""
+    sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque}
+    return {name: typed_in_full(source) for name, source in sources.items() if source is not None}
+
+
+def _in_degrees(source: Source | None) -> str:
+    """What to type where a yaw rate is in degrees per second and nothing said so."""
+    if source is None or source.unit not in ("", "rad/s"):
+        return ""
+    return f"; if it is in degrees per second, say so: --column yaw_rate={typed(source)}:deg/s"
 
 
 def _several(paths: Sequence[Path]) -> int | None:
     """How many steps there are to show; one alone is no step."""
     return len(paths) if len(paths) > 1 else None
-
-
-_AWAY = "other."
-"""Begins the name of a stream of another axis while it is read, where it would be called as this axis's own."""
-
-
-def _of_axis(text: str, axis: Axis) -> str:
-    """What was said of a column, under the two names that a log is read by: its own rate and torque."""
-    name, mark, where = text.partition("=")
-    if axis == YAW or not mark:
-        return text
-    own = {axis.rate: YAW.rate, axis.effort: YAW.effort}
-    return f"{own.get(name, _AWAY + name if name in (YAW.rate, YAW.effort) else name)}={where}"
-
-
-def _names_both(columns: Sequence[str]) -> bool:
-    return {YAW.rate, YAW.effort} <= {text.partition("=")[0] for text in columns}
-
-
-def _put_back(recording: Recording, axis: Axis) -> Recording:
-    """A log's recording, the streams of other axes under their own names again."""
-    if axis == YAW:
-        return recording
-    columns = {name: values for name, values in recording.columns.items() if not name.startswith(_AWAY)}
-    columns.pop("heading", None)
-    away = {n.removeprefix(_AWAY): values for n, values in recording.columns.items() if n.startswith(_AWAY)}
-    return replace(recording, columns=columns, axis=axis, displaced=away)
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axis: bool = True) -> None:
@@ -180,6 +225,7 @@ def add_log_arguments(parser: argparse.ArgumentParser, config: bool = False, axi
         parser.add_argument(
             "--axis", choices=tuple(AXES), help="which axis of a whole vehicle (default: vehicle.axis, which is yaw)"
         )
+    add_cut_arguments(parser)
     if config:
         parser.add_argument("--config", type=Path, metavar="FILE", help="its section inputs says what is in a log")
 
@@ -228,36 +274,3 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
         on = sum(min(high, last) - max(low, first) for low, high in wanted)
         notes = (*notes, f"armed for {on:.3g} of {last - first:.3g} s; the rest is left out")
     return replace(recording, time=recording.time[kept], columns=columns, displaced=displaced, notes=notes)
-
-
-def _refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:
-    """Raises BadInput where the torque is a part of what the vehicle can, and nobody said what that is."""
-    torque = inputs.torque
-    if torque is None or torque.unit != FRACTION or torque.scale != 1.0:
-        return
-    cure = (
-        f"the torque is a fraction of full thrust, not N m, until its scale is given: "
-        f"--column 'torque={torque.topic}.{torque.field}*NEWTON_METRES'"
-    )
-    time, rate = measured.streams["yaw_rate"]
-    if measured.armed is not None:
-        inside = within(time, spans(*measured.armed))
-        rate = rate[inside] if inside.any() else rate
-    still = stillness(rate)
-    if still is not None:
-        raise BadInput(f"{path}: {still}; and {cure}")
-    raise BadInput(f"{path}: {cure}")
-
-
-def stillness(rate: Array) -> str | None:
-    """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
-    if rate.size < 10:
-        return None
-    noise = white_noise(np.diff(rate, 3))
-    fastest = float(np.quantile(np.abs(rate), 0.99))
-    if fastest >= NOISE * noise:
-        return None
-    return (
-        f"the yaw rate never leaves its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
-        f"{noise:.1g})"
-    )

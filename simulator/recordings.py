@@ -17,6 +17,7 @@ from math import nan
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import VELOCITIES, YAW, Axis, stream_of
@@ -24,6 +25,7 @@ from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
 from incsvr.signals.streams import FUTURE
+from service.logs.cutting import WHOLE, Cut, Span, columns_inside, rows_inside, since_1970
 
 RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
@@ -46,6 +48,8 @@ class Recording:
         notes: what a person should know of how it came out of a log, one sentence each.
         axis: whose velocity and force "yaw_rate" and "torque" are.
         displaced: of another axis than yaw the vehicle's own yaw rate, torque and heading, under their names.
+        places: "yaw_rate" and "torque" → where they stand in the log, as a person types it behind `--column NAME=`;
+            without those that no column holds, and empty where the log has our own names.
     """
 
     name: str
@@ -54,6 +58,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     axis: Axis = YAW
     displaced: Mapping[str, Array] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -111,6 +116,21 @@ def sequence(runs: Sequence[Recording]) -> Recording:
     times = [runs[0].time]
     for run in runs[1:]:
         times.append(run.time - run.time[0] + (float(times[-1][-1]) + RUN_PAUSE))
+    return _one_after_the_other(runs, np.concatenate(times))
+
+
+def continued(runs: Sequence[Recording]) -> Recording:
+    """Runs of one clock that follow one another, as one recording that keeps their time."""
+    joined = _one_after_the_other(runs, np.concatenate([run.time for run in runs]))
+    new = np.concatenate(([True], np.diff(joined.time) > 0.0))  # a row that ends one run and begins the next
+    columns, displaced = (
+        {name: values[new] for name, values in part.items()} for part in (joined.columns, joined.displaced)
+    )
+    notes = tuple(dict.fromkeys(note for run in runs for note in run.notes))
+    return replace(joined, time=joined.time[new], columns=columns, displaced=displaced, notes=notes)
+
+
+def _one_after_the_other(runs: Sequence[Recording], time: Array) -> Recording:
     columns, displaced = (
         {
             name: np.concatenate(
@@ -121,7 +141,7 @@ def sequence(runs: Sequence[Recording]) -> Recording:
         for parts in ([run.columns for run in runs], [run.displaced for run in runs])
     )
     name = " + ".join(run.name for run in runs)
-    return Recording(name, np.concatenate(times), columns, axis=runs[0].axis, displaced=displaced)
+    return Recording(name, time, columns, axis=runs[0].axis, displaced=displaced)
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -133,7 +153,9 @@ def write(path: Path, recording: Recording) -> None:
         writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
 
 
-def read(path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW) -> Recording:
+def read(
+    path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW, cut: Cut = WHOLE
+) -> Recording:
     """The recording in a CSV file.
 
     Args:
@@ -141,28 +163,39 @@ def read(path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis
         axis: which is meant.
         rate_limit: largest plausible magnitude of the yaw rate [rad/s].
         limit_is: what the user may raise it by, if there is such a thing.
+        cut: the part of it that is taken.
 
     Raises:
+        NothingHeld: the cut holds none of its rows.
         BadInput: naming the file, the row (the header is row 1) and the cure.
     """
-    header, rows = _rows(path, axis)
-    cells = list(zip(*rows, strict=True))
+    header, lines = _rows(path, axis)
+    cells = list(zip(*lines, strict=True))
     columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
     time = columns.pop("t")
     _check_time(path, time)
+    rows = np.arange(time.size) + 2
+    if cut:
+        span = Span(float(time[0]), float(time[-1]), since_1970(time, None))
+        try:
+            inside = rows_inside(time, cut, span)
+        except BadInput as error:
+            raise type(error)(f"{path}: {error}") from None
+        time, rows, columns = time[inside], rows[inside], columns_inside(columns, inside)
     rate = axis.rate
     for name in _own(axis):
         if np.isnan(columns[name]).all():
-            raise BadInput(f"{path}: the column {name} is empty; it must hold the {_unit(axis, name)}")
+            where = f" in the part that {cut} takes" if cut else ""
+            raise BadInput(f"{path}: the column {name} is empty{where}; it must hold the {_unit(axis, name)}")
     beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
     if beyond.size:
         faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
-        degrees = "; if it is in degrees per second, multiply it by pi/180 = 0.0174533" * (not axis.along)
+        degrees = f"; if it is in degrees per second, say so: --column {rate}={rate}:deg/s" * (not axis.along)
         raise BadInput(
-            f"{path}, row {beyond[0] + 2}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
+            f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
             f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
         )
-    return of_axis(Recording(path.name, *_merged(path, time, columns)), axis)
+    return of_axis(Recording(path.name, *_merged(path, time, columns, rows)), axis)
 
 
 def _unit(axis: Axis, column: str) -> str:
@@ -283,7 +316,9 @@ def _check_time(path: Path, time: Array) -> None:
         )
 
 
-def _merged(path: Path, time: Array, columns: Mapping[str, Array]) -> tuple[Array, dict[str, Array]]:
+def _merged(
+    path: Path, time: Array, columns: Mapping[str, Array], rows: NDArray[np.int_]
+) -> tuple[Array, dict[str, Array]]:
     """One row an instant: of rows with the same stamp each gives what it has, as where two topics were joined."""
     instants, place = np.unique(time, return_inverse=True)
     if instants.size == time.size:
@@ -296,7 +331,7 @@ def _merged(path: Path, time: Array, columns: Mapping[str, Array]) -> tuple[Arra
         other = sampled[merged[name][place[sampled]] != values[sampled]]
         if other.size:
             raise BadInput(
-                f"{path}, row {other[0] + 2}: t is {time[other[0]]:.10g} in several rows, with different values of "
+                f"{path}, row {rows[other[0]]}: t is {time[other[0]]:.10g} in several rows, with different values of "
                 f"{name}; leave one of them"
             )
     return instants, merged

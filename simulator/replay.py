@@ -17,6 +17,8 @@ import zenoh
 from incsvr.errors import BadInput
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
+from service.logs.cutting import Cut
+from service.logs.dives import RULE
 from service.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop
 from service.wire import Keys
 from simulator.kept import Kept, is_archive
@@ -28,7 +30,7 @@ from simulator.recordings import Recording, Streams, sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", metavar="RECORDING", nargs="+", type=Path, help="logs of any format")
+    parser.add_argument("recordings", metavar="RECORDING", nargs="+", type=Path, help=f"logs of any format; {RULE}")
     add_log_arguments(parser)
     add_player_arguments(parser)
 
@@ -43,7 +45,7 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     if is_archive(args.recordings[0]):
-        kept = Kept.read(args.recordings)
+        kept = Kept.read(args.recordings).within(Cut.of(args))
         return play_to_learner(args, config, kept, kept.name)
     recording = sequence(Reading.of(args, config).of_all(args.recordings))
     others = [] if args.axis is not None else _of_other_axes(args, config)

@@ -20,15 +20,18 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
 from service.config import Config
 from service.config_sources import read as read_config
+from service.logs.dives import RULE
 from service.output import add_json_argument, destination, emit, report_destination
 from service.progress import progress
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told
+from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import DOUBTED, add_sign_argument, declared
 from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
 from simulator.manoeuvre import next_manoeuvre
 from simulator.recordings import Recording
+from simulator.trace_parts import Part, after_steps
 from simulator.trace_sensors import believed, examined, notes
 from simulator.trace_text import text
 
@@ -36,7 +39,7 @@ __all__ = ["add_arguments", "answer", "run", "runs_of", "text", "traced"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="log of any format, one run")
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
     parser.add_argument(
         "--inertia", metavar="I", help="declared I [kg m²], or estimate; else vehicle.inertia of --config"
@@ -80,31 +83,42 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     reading = replace(Reading.of(args, config), ours_whole=True)
     axis = reading.axis
     try:
-        found, others = _traced(args, reading, config)
+        found, others, parts = _traced(args, reading, config)
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
-    return axis, found, {
-        "headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict(),
-    }  # fmt: skip
+    told = {"headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
+    told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
+    return axis, found, told
 
 
-def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told]:
-    recordings = reading.of_all([*args.recordings, *args.validate])
+def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told, tuple[Part, ...]]:
+    runs = reading.of_all(args.recordings)
+    recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
-    fitted = len(args.recordings)
+    with of_the_log(runs):
+        return _found(args, reading, config, recordings, fitted)
+
+
+def _found(
+    args: argparse.Namespace, reading: Reading, config: Config, recordings: Sequence[Recording], fitted: int
+) -> tuple[Trace, Told, tuple[Part, ...]]:
     of_file = config if args.config else None
     coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
     parts, others = dict[str, Array](), coupling.NOTHING
     if coupled is not None:
         recordings, parts, others = coupling.by_itself(coupled, recordings)
-    found = traced(recordings[:fitted], recordings[fitted:], inertia, args.torque, reading.rate_limit, args.assume_sign)
+    asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
+    found = traced(recordings[:fitted], recordings[fitted:], *asked)
+    after = after_steps(found, recordings[:fitted], lambda part: traced(part, [], *asked).in_terms_of(reading.axis))
     if estimate is not None:
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
-    return replace(found, notes=(*others.remarks, *found.notes), pictures=pictures).in_terms_of(reading.axis), others
+    notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
+    notes = tuple(in_names_of(recordings[0], note) for note in notes)
+    return replace(found, notes=notes, pictures=pictures).in_terms_of(reading.axis), others, after
 
 
 def traced(

@@ -22,6 +22,17 @@ REGULAR = 0.5
 change alone is known between its messages, too."""
 
 
+_HOW = {
+    "blueos": "on ArduPilot by the message interval of SERVO_OUTPUT_RAW, or from the vehicle's own .BIN",
+    "px4": "on PX4 by the high-rate bit of SDLOG_PROFILE, or by the topic's line in etc/logging/logger_topics.txt",
+    "ros2": "by the rate at which the node publishes it",
+    "keelson": "by the rate at which its connector publishes it",
+}
+"""By whose log it is, how more of a torque gets into it."""
+SAMPLES = 2.0
+"""A yaw rate that changes within so few of its own samples shows its noise, and not how fast the vehicle is."""
+
+
 @dataclass(frozen=True, slots=True)
 class TooSlow:
     """A torque that is sampled too seldom.
@@ -46,11 +57,13 @@ class TooSlow:
 
     @property
     def of_a_log(self) -> str:
-        """The same with the cure, for who records."""
-        return (
-            f"{self.fault}; record it at {self.hertz} Hz or more (on ArduPilot by the message interval of "
-            "SERVO_OUTPUT_RAW, or from the vehicle's own .BIN)"
-        )
+        """The same with the cure, for who records with ArduPilot."""
+        return self.of_a_log_by("blueos")
+
+    def of_a_log_by(self, preset: str | None) -> str:
+        """The same with the cure in the words of whose log it is; None is nobody's in particular."""
+        how = _HOW.get(preset or "", "")
+        return f"{self.fault}; record it at {self.hertz} Hz or more{f' ({how})' if how else ''}"
 
     def on_a_bus(self, asks: bool) -> str:
         """The same with the cure, for who sends; `asks` where the vehicle can be asked from here."""
@@ -72,7 +85,7 @@ def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> TooSlow 
     low, high = np.quantile(steps, (0.1, 0.9))
     even = float(np.median(np.diff(rate[0])))
     scale = time_scale([np.interp(np.arange(rate[0][0], rate[0][-1], even), *rate)], even)
-    if high - low > REGULAR * period or scale <= 0.0:
+    if high - low > REGULAR * period or scale <= SAMPLES * even:
         return None
     hertz = ceil(1.0 / (TOO_SLOW * scale))
     return None if period * hertz < JITTERS else TooSlow(period, scale, hertz)

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 
 from incsvr.errors import BadInput
 from service.inputs.owners import autopilot_message
+from service.inputs.quantities import TIME, meant
 from service.inputs.settings import Inputs, Source
-from service.inputs.units import STAMPS, known_unit
+from service.inputs.units import FRACTION, STAMPS, known_unit
+from service.logs.csv_log import ROWS
 from service.logs.table import Topic
 
 _FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
 _NAME = re.compile(r"^[A-Za-z0-9_.-]{1,64}$")
-TIME = "t"
 EXAMPLE = "write NAME=FIELD, as in yaw_rate=r:deg/s, torque=-tau, depth=baro.depth*0.01 or t=stamp:ms"
 
 
@@ -46,11 +47,15 @@ def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic
     """
     sources: dict[str, Source] = {}
     stamp = stamp_unit = None
+    names = [text.partition("=")[0].strip() for text in columns]
     for text in columns:
         name, equals, place = text.partition("=")
         name = name.strip()
         if not (equals and place.strip() and _NAME.match(name)):
             raise BadInput(f"--column {text}: {EXAMPLE}")
+        wanted = meant(name, names)
+        if wanted is not None:
+            raise BadInput(f"--column {text}: there is no quantity {name}; did you mean {wanted}={place.strip()}?")
         place = _in_full(place.strip(), topics)
         scope = [topic for topic in others if place.removeprefix("-").startswith(topic.name)] or topics
         if name == TIME:
@@ -59,6 +64,18 @@ def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic
             sources[name] = _source(text, place, scope)
     rate, torque = sources.pop("yaw_rate", None), sources.pop("torque", None)
     return Told(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
+
+
+def typed(source: Source) -> str:
+    """What a person types behind `--column NAME=` for a source, but for its unit."""
+    field = source.field if source.topic == ROWS else f"{source.topic}.{source.field}"
+    factor = "" if source.scale == 1.0 else f"*{source.scale:g}"
+    return f"{'-' if source.sign < 0 else ''}{field}{factor}"
+
+
+def typed_in_full(source: Source) -> str:
+    """What a person types behind `--column NAME=` for a source, with its unit."""
+    return f"{typed(source)}{f':{source.unit}' if source.unit not in ('', FRACTION) else ''}"
 
 
 def _in_full(place: str, topics: Sequence[Topic]) -> str:

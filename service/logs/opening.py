@@ -14,6 +14,7 @@ from service.logs.table import Log
 HEAD = 64
 """Bytes from which a format is told."""
 GZIP = b"\x1f\x8b"
+ZSTD = b"\x28\xb5\x2f\xfd"
 _MAGIC = (
     (b"\x89MCAP0\r\n", "mcap_log"),
     (b"#ROSBAG V2.0", "bag_log"),
@@ -54,6 +55,11 @@ def reader(path: Path) -> str:
             return module
     if _is_telemetry(head):
         return "telemetry_log"
+    if head.startswith(ZSTD):
+        raise BadInput(
+            f"{path}: it is compressed with zstd; give the folder of its bag, with the metadata.yaml, or unpack it "
+            "with `zstd -d`"
+        )
     text = _inflated(path) if head.startswith(GZIP) else head
     if b"\0" in text:
         raise BadInput(
@@ -61,6 +67,17 @@ def reader(path: Path) -> str:
             "export it as CSV"
         )
     return "csv_log"
+
+
+def is_log(path: Path) -> bool:
+    """Whether a file or folder is a log; text is one where its name says that it is a table."""
+    if path.is_dir():
+        return (path / "metadata.yaml").is_file() or bool(archived(path))
+    try:
+        found = reader(path)
+    except BadInput:
+        return False
+    return found != "csv_log" or bool({".csv", ".tsv"} & set(path.suffixes))
 
 
 def first_bytes(path: Path) -> bytes:

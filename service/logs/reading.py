@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.samples import Array
 from service.inputs.measuring import Measured, measured, topics
 from service.inputs.owners import system_of
 from service.inputs.presets import Observed, Proposal, proposed
@@ -17,7 +18,7 @@ from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.stamps import usual_stamp
 from service.inputs.told import Told, told
 from service.inputs.units import STAMPS
-from service.logs import naming, self_description
+from service.logs import cutting, naming, self_description
 from service.logs.choosing import chosen
 from service.logs.csv_log import ROWS
 from service.logs.parameters import Epoch, epochs
@@ -97,6 +98,26 @@ def read(path: Path, log: Log, proposal: Proposal) -> Measured:
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     return replace(found, notes=(*found.notes, *log.notes))
+
+
+def written_down(table: Table, inputs: Inputs) -> Array:
+    """When the messages were written down [s]; of a table by the column that is its time."""
+    if table.arrival is not None:
+        return table.arrival
+    source = inputs.yaw_rate or inputs.torque
+    stamp, unit = ("t", "s") if source is None else (source.stamp, source.stamp_unit)
+    stamps = table.columns.get(stamp)
+    if stamps is None:
+        return np.empty(0)
+    return stamps * STAMPS[unit if unit != "s" else guessed_unit(stamps)]
+
+
+def since_1970(log: Log, inputs: Inputs, measured: Measured) -> float | None:
+    """What makes seconds since 1970 of the stamps of the measurements [s]; None where nothing in the log says it."""
+    if inputs.yaw_rate is None:
+        return None
+    table = log.read([inputs.yaw_rate.topic])[inputs.yaw_rate.topic]
+    return cutting.since_1970(measured.streams["yaw_rate"][0], table.arrival)
 
 
 def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposal:

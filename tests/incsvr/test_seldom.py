@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.samples import Array
 from incsvr.signals.scales import time_scale
-from incsvr.signals.seldom import too_slow
+from incsvr.signals.seldom import TooSlow, too_slow
 
 TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
 
@@ -51,3 +51,17 @@ def test_commands_at_2_hz_are_said_with_the_cure() -> None:
 def test_what_is_sent_on_change_is_known_between() -> None:
     at, levels = held(780101)
     assert too_slow((TIME, turning(at, levels)), (at, levels)) is None
+
+
+def test_the_cure_is_in_the_words_of_whose_log_it_is() -> None:
+    slow = TooSlow(0.5, 0.3, 20)
+    assert "SDLOG_PROFILE" in slow.of_a_log_by("px4")
+    assert "SERVO_OUTPUT_RAW" in slow.of_a_log_by("blueos")
+    assert slow.of_a_log_by(None).endswith("record it at 20 Hz or more")
+
+
+def test_noise_of_a_gyro_says_nothing_of_how_fast_a_vehicle_is() -> None:
+    """It changes from sample to sample: that asked for a torque at 501 Hz."""
+    noise = np.random.default_rng(780102).normal(0.0, 0.005, TIME.size)
+    told = np.random.default_rng(780103).uniform(-1.0, 1.0, TIME.size)
+    assert too_slow((TIME, noise), (TIME, told)) is None

@@ -42,7 +42,7 @@ def proposal(observed: Observed) -> Proposal | None:
         field = _pick(named, names)
         found[name] = None
         if field is None:
-            known = ", ".join(table.fields[:12])
+            known = ", ".join(table.fields[:12]) or "no column of numbers"
             cure = f"--column {name}=COLUMN" + (":deg/s" if name == "yaw_rate" else "")
             missing[name] = f"no column is the {name} by its name, among {known}: say which, as in {cure}"
         else:

@@ -1,0 +1,200 @@
+"""A cut of a log: `--from` and `--to`, in seconds of the log or as a time of day, and the instants they stand for."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+
+EPOCH = 1e9
+"""Stamps beyond are seconds since 1970 (2001); a log's own clock never shows so many [s]."""
+DAY = 86400.0
+"""Seconds of a day."""
+ARMED = "armed"
+"""The channel that says whether the vehicle was armed, often only where that changes."""
+_OF_DAY = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$")
+HELP = "seconds as the log's stamps count, from its beginning where they count since 1970; or a time of day in UTC"
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """An end of a cut.
+
+    Attributes:
+        text: as it was typed.
+        seconds: of the log, or since midnight [s].
+        of_day: whether it is a time of day.
+    """
+
+    text: str
+    seconds: float
+    of_day: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """What a log spans.
+
+    Attributes:
+        first, last: its first and last stamp [s].
+        since_1970: what makes seconds since 1970 of a stamp [s]; None where nothing in the log says it.
+    """
+
+    first: float
+    last: float
+    since_1970: float | None = None
+
+    @property
+    def origin(self) -> float:
+        """The stamp from which a person counts the seconds of the log [s]."""
+        return self.first if self.first >= EPOCH else 0.0
+
+    def __str__(self) -> str:
+        seconds = f"{self.first - self.origin:.6g} to {self.last - self.origin:.6g} s"
+        if self.since_1970 is None:
+            return seconds
+        ends = (datetime.fromtimestamp(end + self.since_1970, UTC) for end in (self.first, self.last))
+        return f"{seconds} ({' to '.join(f'{end:%H:%M:%S}' for end in ends)} UTC)"
+
+
+class NothingHeld(BadInput):
+    """A cut holds nothing of a log."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """The part of a log from one instant to another; None is the log's own end."""
+
+    begin: Instant | None = None
+    end: Instant | None = None
+
+    @staticmethod
+    def of(args: argparse.Namespace) -> Cut:
+        """As the flags of `add_cut_arguments` say.
+
+        Raises:
+            BadInput: it ends before it begins.
+        """
+        begin: Instant | None = args.cut_from
+        end: Instant | None = args.cut_to
+        in_seconds = begin is not None and end is not None and not (begin.of_day or end.of_day)
+        if begin is not None and end is not None and in_seconds and begin.seconds >= end.seconds:
+            raise BadInput(f"--from {begin.text} is not before --to {end.text}: give an end that comes after the begin")
+        return Cut(begin, end)
+
+    def __bool__(self) -> bool:
+        return self.begin is not None or self.end is not None
+
+    def __str__(self) -> str:
+        ends = (("--from", self.begin), ("--to", self.end))
+        return " ".join(f"{flag} {end.text}" for flag, end in ends if end is not None)
+
+    def ends(self, span: Span) -> tuple[float, float]:
+        """From and to [s], by the stamps of a log that spans this.
+
+        Raises:
+            BadInput: a time of day is asked for, and nothing in the log says it.
+        """
+        low = -math.inf if self.begin is None else _stamp(self.begin, span, span.first)
+        high = math.inf if self.end is None else _stamp(self.end, span, max(low, span.first))
+        return low, high
+
+    def placed(self, span: Span) -> Cut:
+        """The same cut of a log that spans this, by its stamps: it holds for each part of the log."""
+        low, high = self.ends(span)
+        begin, end = (
+            None if end is None else replace(end, seconds=stamp, of_day=False)
+            for end, stamp in ((self.begin, low), (self.end, high))
+        )
+        return Cut(begin, end)
+
+
+WHOLE = Cut()
+"""No cut."""
+
+
+def instant(text: str) -> Instant:
+    """An end of a cut, as a type of argparse."""
+    of_day = _OF_DAY.match(text.strip())
+    if of_day:
+        hours, minutes, seconds = int(of_day[1]), int(of_day[2]), float(of_day[3] or 0.0)
+        if hours < 24 and minutes < 60 and seconds < 60.0:
+            return Instant(text, 3600.0 * hours + 60.0 * minutes + seconds, True)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(
+            f"it is {text}; give seconds of the log as in 421.5, or a time of day as 14:05:30"
+        )
+    return Instant(text, value, False)
+
+
+def add_cut_arguments(parser: argparse.ArgumentParser) -> None:
+    """The flags `--from` and `--to`."""
+    parser.add_argument("--from", dest="cut_from", type=instant, metavar="T", help=f"take the log from there: {HELP}")
+    parser.add_argument("--to", dest="cut_to", type=instant, metavar="T", help="take the log up to there")
+
+
+def nothing_held(cut: Cut, span: Span) -> str:
+    """That a cut holds nothing of a log, and what the log spans."""
+    return f"{cut} holds nothing of this log, which spans {span}"
+
+
+def since_1970(stamps: Array, arrival: Array | None) -> float | None:
+    """What makes seconds since 1970 of stamps (n,) [s]; None where neither they nor the times of arrival count so."""
+    known = stamps[np.isfinite(stamps)]
+    if not known.size:
+        return None
+    if np.median(known) >= EPOCH:
+        return 0.0
+    came = np.empty(0) if arrival is None else arrival[np.isfinite(arrival)]
+    if not came.size or not EPOCH <= np.median(came) < 10.0 * EPOCH:
+        return None
+    return float(np.median(came) - np.median(known))
+
+
+def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
+    """Which stamps (n,) [s] a cut holds.
+
+    Raises:
+        NothingHeld: none of them.
+    """
+    low, high = cut.ends(span)
+    inside = (time >= low) & (time <= high)
+    if not inside.any():
+        raise NothingHeld(nothing_held(cut, span))
+    return np.asarray(inside)
+
+
+def columns_inside(columns: Mapping[str, Array], inside: NDArray[np.bool_]) -> dict[str, Array]:
+    """The rows of columns, each (n,), that are inside; `armed` begins with what it was before the first of them."""
+    kept = {name: values[inside] for name, values in columns.items()}
+    if ARMED in columns and kept[ARMED].size and np.isnan(kept[ARMED][0]):
+        before = columns[ARMED][: int(np.argmax(inside))]
+        known = before[~np.isnan(before)]
+        if known.size:
+            kept[ARMED] = np.concatenate((known[-1:], kept[ARMED][1:]))
+    return kept
+
+
+def _stamp(end: Instant, span: Span, after: float) -> float:
+    """The stamp of an end [s]; a time of day is the first one in the log that is not before `after`."""
+    if not end.of_day:
+        return end.seconds if end.seconds >= EPOCH else end.seconds + span.origin
+    if span.since_1970 is None:
+        raise BadInput(f"nothing in this log says the time of day {end.text}: give seconds, it spans {span}")
+    midnight = (span.first + span.since_1970) // DAY * DAY
+    stamp = midnight + end.seconds - span.since_1970
+    goes_on = midnight + DAY <= span.last + span.since_1970
+    return stamp + DAY if stamp < after and goes_on else stamp

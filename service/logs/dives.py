@@ -1,0 +1,233 @@
+"""Which of several files are parts of one dive: those whose clock goes on from one to the next, and a folder's logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import isfinite, nan
+from pathlib import Path
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from service.logs.csv_log import ROWS
+from service.logs.cutting import EPOCH
+from service.logs.joined_log import JoinedLog, refuse_other_vehicles
+from service.logs.opening import is_log, opened
+from service.logs.reading import NOTHING_SAID, Description, described, written_down
+from service.logs.table import Log
+
+LONGEST_PAUSE = 600.0
+"""Files that a person names one by one are parts of one dive where no more time passes between two of them [s]."""
+OVERLAP = 1.0
+"""A recorder that changes its file writes some messages late: parts may overlap by so much [s]."""
+RULE = (
+    "a folder, or files whose stamps go on from one to the next within ten minutes, are one dive and read as one log, "
+    "in the order of time; other files are runs of their own"
+)
+"""For `--help`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A file of a dive.
+
+    Attributes:
+        path: of the file.
+        log: what is in it; None where nobody had to look.
+        first, last: from when to when [s], by the clock of the log; NaN where that is not known.
+    """
+
+    path: Path
+    log: Log | None = None
+    first: float = nan
+    last: float = nan
+
+    @property
+    def placed(self) -> bool:
+        """Whether it is known when it was."""
+        return isfinite(self.first)
+
+    @property
+    def kind(self) -> tuple[str, bool]:
+        """Parts of one dive have one format, and stamps that count from the same time."""
+        return ("" if self.log is None else self.log.format, self.first >= EPOCH)
+
+
+@dataclass(frozen=True, slots=True)
+class Dive:
+    """One or several files that are one recording.
+
+    Attributes:
+        path: the file, or the folder; of several files the first.
+        parts: in the order of time.
+    """
+
+    path: Path
+    parts: tuple[Part, ...]
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        more = len(self.parts) - 1
+        return self.path.name if self.path.is_dir() or not more else f"{self.path.name} and {more} more"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """That several files are read as one."""
+        if len(self.parts) < 2:
+            return ()
+        return (f"read as one log, in the order of time: {', '.join(part.path.name for part in self.parts)}",)
+
+    def opened(self, description: Description = NOTHING_SAID) -> Log:
+        """What is in all parts together.
+
+        Raises:
+            BadInput: a part cannot be read, or is of another vehicle.
+        """
+        logs = [opened(part.path) if part.log is None else part.log for part in self.parts]
+        if len(logs) == 1:
+            return logs[0]
+        joined = JoinedLog(logs)
+        refuse_other_vehicles([part.path for part in self.parts], logs, joined, description.inputs)
+        return joined
+
+
+def dives(paths: Sequence[Path], description: Description = NOTHING_SAID) -> list[Dive]:
+    """The dives that files and folders are, in the order in which they were given.
+
+    Raises:
+        BadInput: a folder holds no log, logs of several kinds, or logs that overlap in time.
+    """
+    found: list[Dive] = []
+    files: list[Path] = []
+    for path in paths:
+        if path.is_dir() and not is_log(path):
+            found.append(_of_folder(path, description))
+        else:
+            files.append(path)
+    if len(files) == 1:
+        found.append(Dive(files[0], (Part(files[0]),)))
+    elif files:
+        found += _grouped([_part(path, description) for path in files])
+    return sorted(found, key=lambda dive: min(_place(paths, dive.path), *(_place(paths, p.path) for p in dive.parts)))
+
+
+def one_dive(paths: Sequence[Path], description: Description = NOTHING_SAID) -> Dive:
+    """The one dive that files and folders are.
+
+    Raises:
+        BadInput: they are several.
+    """
+    found = dives(paths, description)
+    if len(found) == 1:
+        return found[0]
+    spans = (f"{dive.name}{_spanning(dive)}" for dive in found)
+    raise BadInput(f"{' and '.join(spans)} are no parts of one dive: {RULE}; give one dive at a time")
+
+
+def _place(paths: Sequence[Path], path: Path) -> int:
+    return paths.index(path) if path in paths else len(paths)
+
+
+def _spanning(dive: Dive) -> str:
+    first, last = dive.parts[0], dive.parts[-1]
+    return f" ({first.first:.10g} to {last.last:.10g} s)" if first.placed else ""
+
+
+def _of_folder(folder: Path, description: Description) -> Dive:
+    """The logs of a folder as one dive."""
+    files = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".") and is_log(path)]
+    if not files:
+        there = ", ".join(sorted(path.name for path in folder.iterdir())[:6]) or "nothing"
+        raise BadInput(
+            f"{folder}: no file in this folder is a log that can be read here ({there}); give a file, the folder of a "
+            "ROS 2 bag or of an archive of `serve`, or a folder with the logs of one dive"
+        )
+    if len(files) == 1:
+        return Dive(files[0], (Part(files[0]),))
+    parts = [_part(path, description) for path in files]
+    formats = sorted({part.kind[0] for part in parts})
+    unknown = next((part for part in parts if part.log is None or not part.placed), None)
+    if unknown is not None:
+        opened(unknown.path)
+        raise BadInput(
+            f"{unknown.path}: nothing in this part says when it was: name its time with --column t=…, or give the "
+            "files of the dive without it"
+        )
+    if len(formats) > 1:
+        raise BadInput(f"{folder}: it holds logs of several kinds ({', '.join(formats)}); name the files of one kind")
+    if len({part.kind for part in parts}) > 1:
+        raise BadInput(f"{folder}: some of its logs count since 1970 and others since boot; name the files of one dive")
+    ordered = _in_order(parts)
+    for one, other in pairwise(ordered):
+        if _overlap(one, other):
+            raise BadInput(
+                f"{folder}: {one.path.name} ({_ends(one)}) and {other.path.name} ({_ends(other)}) overlap in time, so "
+                "they are no parts of one dive; name the files instead, each a run of its own"
+            )
+    return Dive(folder, tuple(ordered))
+
+
+def _grouped(parts: Sequence[Part]) -> list[Dive]:
+    """Files that go on from one to the next together; all apart where any two of one kind overlap."""
+    found: list[Dive] = []
+    for kind in dict.fromkeys(part.kind for part in parts):
+        alike = [part for part in parts if part.kind == kind]
+        known = _in_order([part for part in alike if part.placed])
+        found += [Dive(part.path, (part,)) for part in alike if not part.placed]
+        if any(_overlap(one, other) for one, other in pairwise(known)):
+            found += [Dive(part.path, (part,)) for part in known]
+            continue
+        group: list[Part] = []
+        for part in known:
+            if group and _pause(group[-1], part) > LONGEST_PAUSE:
+                found.append(Dive(group[0].path, tuple(group)))
+                group = []
+            group.append(part)
+        found += [Dive(group[0].path, tuple(group))] if group else []
+    return found
+
+
+def _in_order(parts: Sequence[Part]) -> list[Part]:
+    return sorted(parts, key=lambda part: (part.first, part.last))
+
+
+def _pause(one: Part, other: Part) -> float:
+    """From the end of a part to the beginning of another one [s]."""
+    return other.first - one.last
+
+
+def _overlap(one: Part, other: Part) -> bool:
+    late = min(OVERLAP, 0.1 * (one.last - one.first), 0.1 * (other.last - other.first))
+    return _pause(one, other) < -(0.0 if one.kind[0] == "CSV" else late)
+
+
+def _ends(part: Part) -> str:
+    return f"{part.first:.10g} to {part.last:.10g} s"
+
+
+def _part(path: Path, description: Description) -> Part:
+    """A file with what is in it; without, where it cannot be read: who reads it next says why."""
+    try:
+        log = opened(path)
+        return Part(path, log, *_span(log, description))
+    except BadInput:
+        return Part(path)
+
+
+def _span(log: Log, description: Description) -> tuple[float, float]:
+    """From when to when a log goes [s], by its clock; of a table by the column that is its time."""
+    topics = [topic for topic in log.topics if topic.count]
+    if not topics:
+        return nan, nan
+    if topics[0].name == ROWS:
+        inputs = described(log, description).inputs
+        time = written_down(log.read([ROWS])[ROWS], inputs)
+    else:
+        busiest = max(topics, key=lambda topic: (topic.count, topic.name)).name
+        arrival = log.read([busiest])[busiest].arrival
+        time = np.empty(0) if arrival is None else arrival
+    known = time[np.isfinite(time)]
+    return (float(known.min()), float(known.max())) if known.size else (nan, nan)

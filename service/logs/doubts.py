@@ -1,0 +1,91 @@
+"""What can be seen of a log before anything is learned: columns that are in degrees, and logs without a number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import degrees, pi
+from pathlib import Path
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import AXES
+from incsvr.samples import Array
+from service.inputs.measuring import Stream
+from service.inputs.settings import Inputs, Source
+from service.inputs.told import typed
+from service.logs.table import Log
+
+ABOUT = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}
+"""The rates about an axis, and the fastest that a vehicle turns about it [rad/s]."""
+PART = 0.02
+"""Part of the values beyond what a vehicle reaches from which on they are no single outliers."""
+TURN = 360.0
+"""Degrees of a full turn, within which a heading in degrees stays."""
+BETWEEN = (0.5, 2.0)
+"""How often 57 a heading moves for the yaw rate's own turning, where one of the two is in degrees."""
+
+
+def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
+    """By name a sentence for each quantity that looks as if it were in degrees, with what to type."""
+    sources: dict[str, Source | None] = {"yaw_rate": inputs.yaw_rate, **inputs.channels}
+    found = {
+        name: _said(name, source, "deg/s", "rad/s")
+        for name, source in sources.items()
+        if name in ABOUT and source is not None and _beyond(name, source, streams)
+    }
+    heading, rate = sources.get("heading"), sources["yaw_rate"]
+    if found or heading is None or rate is None or not {"heading", "yaw_rate"} <= set(streams):
+        return found
+    ratio = _turns(*streams["heading"], *streams["yaw_rate"])
+    if (
+        heading.unit in ("", "rad")
+        and BETWEEN[0] < ratio / degrees(1.0) < BETWEEN[1]
+        and _compass(streams["heading"][1])
+    ):
+        found["heading"] = _said("heading", heading, "deg", "rad")
+    if rate.unit in ("", "rad/s") and BETWEEN[0] < ratio * degrees(1.0) < BETWEEN[1]:
+        found["yaw_rate"] = _said("yaw_rate", rate, "deg/s", "rad/s")
+    return found
+
+
+def refuse_without_numbers(path: Path, log: Log) -> None:
+    """Refuses a log of which nothing can be learned, whatever is said of it.
+
+    Raises:
+        BadInput: no message of it holds a number.
+    """
+    if any(topic.fields for topic in log.topics):
+        return
+    texts = sorted({name for table in log.read([topic.name for topic in log.topics]).values() for name in table.texts})
+    there = f" (only texts: {', '.join(texts[:12])})" if texts else ""
+    raise BadInput(
+        f"{path}: no column of it holds numbers{there}; a log needs the time, the yaw rate and the torque as numbers"
+    )
+
+
+def _said(name: str, source: Source, looks: str, taken: str) -> str:
+    return f"{name} looks like {looks} and is taken for {taken}: --column {name}={typed(source)}:{looks}"
+
+
+def _beyond(name: str, source: Source, streams: Mapping[str, Stream]) -> bool:
+    if source.unit not in ("", "rad/s") or name not in streams:
+        return False
+    return float(np.mean(np.abs(streams[name][1]) > ABOUT[name])) > PART
+
+
+def _compass(heading: Array) -> bool:
+    """Whether a heading goes farther than a turn in radians, and no farther than one in degrees."""
+    return bool(np.max(np.abs(heading)) > 2.2 * pi) and bool(np.max(np.abs(heading)) <= TURN)
+
+
+def _turns(at: Array, heading: Array, time: Array, rate: Array) -> float:
+    """How far the heading moves for each radian that the yaw rate turns; zero where neither shows it."""
+    if at.size < 3 or time.size < 3:
+        return 0.0
+    turned = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
+    expected = np.abs(np.diff(np.interp(at, time, turned)))
+    moved = np.abs(np.diff(heading))
+    kept = (expected > 0.0) & (moved < 0.5 * max(float(np.ptp(heading)), 1e-9))  # not where it wraps
+    whole = float(expected[kept].sum())
+    return float(moved[kept].sum()) / whole if whole > 0.0 else 0.0

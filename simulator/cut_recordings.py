@@ -1,0 +1,38 @@
+"""The part of a recording from one stamp to another; what said last that the vehicle was armed holds on in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.logs.cutting import Cut, Span, columns_inside, rows_inside
+from simulator.recordings import Recording
+
+
+def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:
+    """The rows of a recording that a cut holds, with the stamps that they have.
+
+    Args:
+        since_1970: what makes seconds since 1970 of its stamps [s]; None where nothing says it.
+
+    Raises:
+        NothingHeld: there is no row in it.
+        BadInput: the cut is a time of day, and nothing says it.
+    """
+    if not cut or not recording.time.size:
+        return recording
+    span = Span(float(recording.time[0]), float(recording.time[-1]), since_1970)
+    return _rows(recording, rows_inside(recording.time, cut, span))
+
+
+def between(recording: Recording, begin: float, end: float) -> Recording:
+    """The rows of a recording from one stamp to before another [s], of which there may be none."""
+    return _rows(recording, np.asarray((recording.time >= begin) & (recording.time < end)))
+
+
+def _rows(recording: Recording, inside: NDArray[np.bool_]) -> Recording:
+    columns = columns_inside(recording.columns, inside)
+    displaced = {name: values[inside] for name, values in recording.displaced.items()}
+    return replace(recording, time=recording.time[inside], columns=columns, displaced=displaced)

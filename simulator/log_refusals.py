@@ -1,0 +1,52 @@
+"""Logs of which nothing is learned: a vehicle that never turned, a torque that is a part of nobody knows what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from incsvr.signals.scales import white_noise
+from service.inputs.arming import spans, within
+from service.inputs.measuring import Measured
+from service.inputs.settings import Inputs
+from service.inputs.units import FRACTION
+
+NOISE = 7.0
+"""The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
+about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
+
+
+def refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:
+    """Raises BadInput where the torque is a part of what the vehicle can, and nobody said what that is."""
+    torque = inputs.torque
+    if torque is None or torque.unit != FRACTION or torque.scale != 1.0:
+        return
+    cure = (
+        f"the torque is a fraction of full thrust, not N m, until its scale is given: "
+        f"--column 'torque={torque.topic}.{torque.field}*NEWTON_METRES'"
+    )
+    time, rate = measured.streams["yaw_rate"]
+    if measured.armed is not None:
+        inside = within(time, spans(*measured.armed))
+        rate = rate[inside] if inside.any() else rate
+    still = stillness(rate)
+    if still is not None:
+        raise BadInput(f"{path}: {still}; and {cure}")
+    raise BadInput(f"{path}: {cure}")
+
+
+def stillness(rate: Array) -> str | None:
+    """A sentence where a yaw rate (n,) [rad/s] never leaves its noise."""
+    if rate.size < 10:
+        return None
+    noise = white_noise(np.diff(rate, 3))
+    fastest = float(np.quantile(np.abs(rate), 0.99))
+    if fastest >= NOISE * noise:
+        return None
+    return (
+        f"the yaw rate never leaves its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "
+        f"{noise:.1g})"
+    )

@@ -1,0 +1,137 @@
+"""What the part of a recording after a step shows by itself: one model of both parts names effects that neither has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.tracing.findings import Trace
+from incsvr.tracing.sentences import headline
+from simulator.cut_recordings import between
+from simulator.recordings import Recording
+
+AT = "at_s"
+"""The parameter of an effect that begins at one instant [s of the recordings]."""
+
+
+SHORTEST = 0.1
+"""Part of the recorded time that the part after a step lasts at least, to be traced by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """The recordings from one step to the next, or to their end.
+
+    Attributes:
+        after: the effects that step there.
+        begin, end: from and to [s of the recordings]; infinite where it goes on to their end.
+        found: what it shows by itself; None where it cannot be traced.
+        refused: why it cannot be traced; else empty.
+    """
+
+    after: tuple[str, ...]
+    begin: float
+    end: float
+    found: Trace | None
+    refused: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        span = f"from {self.begin:.6g} s on" if self.end == inf else f"from {self.begin:.6g} to {self.end:.6g} s"
+        where = f"{span}, after {' and '.join(self.after)}, the recording by itself"
+        if self.found is None:
+            return f"{where} cannot be traced: {self.refused}"
+        return f"{where} shows: {headline(self.found)} (--from {self.begin:.6g} traces it alone)"
+
+    def to_dict(self) -> dict[str, Any]:
+        shown = {} if self.found is None else {
+            "headline": headline(self.found),
+            "verdict": self.found.verdict,
+            "effects": [finding.to_dict() for finding in self.found.effects],
+        }  # fmt: skip
+        return {
+            "after": list(self.after),
+            "from": self.begin,
+            "to": self.end if isfinite(self.end) else None,
+            **shown,
+            **({"refused": self.refused} if self.refused else {}),
+        }
+
+
+def after_steps(
+    found: Trace, recordings: Sequence[Recording], traced: Callable[[Sequence[Recording]], Trace]
+) -> tuple[Part, ...]:
+    """The parts after each step that a trace found, each traced by itself.
+
+    Args:
+        found: the trace of the recordings.
+        traced: traces recordings as the whole was traced.
+    """
+    steps = _steps(found)
+    if not steps:
+        return ()
+    last = max(float(each.time[-1]) for each in recordings)
+    shortest = SHORTEST * sum(float(np.ptp(each.time)) for each in recordings)
+    parts, before = list[Part](), tuple[str, ...]()
+    for k, step in enumerate(steps):
+        end = steps[k + 1].since if k + 1 < len(steps) else inf
+        if min(end, last) - step.over < shortest:
+            before += step.effects  # what follows soon goes with it
+        else:
+            parts.append(_part((*before, *step.effects), step.over, end, recordings, traced))
+            before = ()
+    return tuple(parts)
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """Effects that begin at one instant: not before `since`, and for certain by `over` [s]."""
+
+    since: float
+    over: float
+    effects: tuple[str, ...]
+
+
+def _steps(found: Trace) -> list[_Step]:
+    """The steps that were found, in order; those whose intervals meet are one."""
+    spans = sorted(
+        (*_certain(finding.interval.get(AT), finding.parameters[AT]), finding.effect)
+        for finding in found.effects
+        if AT in finding.parameters
+    )
+    steps: list[_Step] = []
+    for since, over, effect in spans:
+        if steps and since <= steps[-1].over:
+            one = steps.pop()
+            steps.append(_Step(one.since, max(one.over, over), (*one.effects, effect)))
+        else:
+            steps.append(_Step(since, over, (effect,)))
+    return steps
+
+
+def _certain(interval: Sequence[float] | None, at: float) -> tuple[float, float]:
+    """The ends of an interval [s]; the estimate alone where there is none."""
+    low, high = (at, at) if interval is None else interval
+    return (low, high) if isfinite(low) and isfinite(high) else (at, at)
+
+
+def _part(
+    names: tuple[str, ...],
+    begin: float,
+    end: float,
+    recordings: Sequence[Recording],
+    traced: Callable[[Sequence[Recording]], Trace],
+) -> Part:
+    cut = [part for each in recordings if (part := between(each, begin, end)).time.size]
+    if not cut:
+        return Part(names, begin, end, None, "nothing was recorded in it")
+    try:
+        return Part(names, begin, end, traced(cut))
+    except BadInput as error:
+        return Part(names, begin, end, None, str(error))
