@@ -75,6 +75,15 @@ def read(
     return config
 
 
+def sections(path: Path) -> frozenset[str]:
+    """The sections that a file holds, whatever they say.
+
+    Raises:
+        BadInput: it cannot be read.
+    """
+    return frozenset(_from_file(path).value)
+
+
 def _from_file(path: Path) -> Document:
     """The values of a YAML file, and the line of each."""
     try:

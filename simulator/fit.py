@@ -19,6 +19,7 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.config import Config
 from service.config_sources import read as read_config
+from service.config_sources import sections
 from service.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
 from service.output import add_json_argument, emit, report_destination
@@ -100,7 +101,10 @@ def run(args: argparse.Namespace) -> int:
 def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
     written.check(args.write)
-    config = read_config(args.config, _flags(args))
+    over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
+    if over and args.axis is not None:
+        over |= {"vehicle": {"axis": args.axis}}
+    config = read_config(args.config, over)
     reading = Reading.of(args, config)
     axis = reading.axis
     try:
@@ -108,14 +112,6 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     except BadInput as error:
         raise BadInput(said(axis, str(error))) from None
     return axis, fit, result, said(axis, words)
-
-
-def _flags(args: argparse.Namespace) -> dict[str, Any]:
-    """What the flags say, as sections of a configuration."""
-    if args.inputs is None:
-        return {}
-    axis = {} if args.axis is None else {"vehicle": {"axis": args.axis}}
-    return {"learner": {"inputs": args.inputs.split(",")}, **axis}
 
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
@@ -164,7 +160,7 @@ def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: 
     if recording.axis.name != config.vehicle.axis:
         vehicle = config.vehicle.model_copy(update={"axis": recording.axis.name})
         config = config.model_copy(update={"vehicle": vehicle})
-    if _as_configured(args, config):
+    if _as_configured(args):
         vehicle = config.vehicle.model_copy(update={"inertia": fit.signals.inertia})
         signals = config.signals.model_copy(update={"torque": fit.signals.torque, "smoothing": fit.signals.smoothing})
         learner = config.learner.model_copy(update={"policy": fit.learner.policy})
@@ -186,7 +182,7 @@ def _settings(
 ) -> tuple[SignalSettings, Settings | None, TracedEffects | None]:
     """As they are configured; where nothing is, such as suit the recordings."""
     streams = () if coupled is None else coupled.streams
-    if _as_configured(args, config):
+    if _as_configured(args):
         wanted = _declared(config, inertia, coupled)
         if args.effects:
             wanted = wanted.model_copy(update={"effects": args.effects})
@@ -202,12 +198,9 @@ def _settings(
     return _waiting(replace(signals, channels=effects.compensation.reads(common)), streams), None, effects
 
 
-def _as_configured(args: argparse.Namespace, config: Config) -> bool:
+def _as_configured(args: argparse.Namespace) -> bool:
     """Whether a file says how to learn; one that says only what is in a log leaves the scales to the recordings."""
-    if args.config is None:
-        return False
-    inputs = config.inputs.model_dump(mode="json", exclude_unset=True)
-    return config != read_config(None, {**_flags(args), "inputs": inputs})
+    return args.config is not None and not sections(args.config) <= {"inputs"}
 
 
 def _declared(config: Config, inertia: float, coupled: Coupled | None) -> Config:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.sentences import headline
+from service.logs.cutting import Span
 from simulator.cut_recordings import between
 from simulator.recordings import Recording
 
@@ -32,6 +33,7 @@ class Part:
         begin, end: from and to [s of the recordings]; infinite where it goes on to their end.
         found: what it shows by itself; None where it cannot be traced.
         refused: why it cannot be traced; else empty.
+        origin: from which `--from` counts [s of the recordings]: their beginning where stamps count since 1970.
     """
 
     after: tuple[str, ...]
@@ -39,15 +41,18 @@ class Part:
     end: float
     found: Trace | None
     refused: str = ""
+    origin: float = 0.0
 
     @property
     def sentence(self) -> str:
         """For people."""
-        span = f"from {self.begin:.6g} s on" if self.end == inf else f"from {self.begin:.6g} to {self.end:.6g} s"
+        begin, end = f"{self.begin - self.origin:.6g}", f"{self.end - self.origin:.6g}"
+        span = f"from {begin} s on" if self.end == inf else f"from {begin} to {end} s"
         where = f"{span}, after {' and '.join(self.after)}, the recording by itself"
         if self.found is None:
             return f"{where} cannot be traced: {self.refused}"
-        return f"{where} shows: {headline(self.found)} (--from {self.begin:.6g} traces it alone)"
+        cut = f"--from {begin}" if self.end == inf else f"--from {begin} --to {end}"
+        return f"{where} shows: {headline(self.found)} ({cut} traces it alone)"
 
     def to_dict(self) -> dict[str, Any]:
         shown = {} if self.found is None else {
@@ -77,6 +82,7 @@ def after_steps(
     if not steps:
         return ()
     last = max(float(each.time[-1]) for each in recordings)
+    origin = Span(min(float(each.time[0]) for each in recordings), last).origin
     shortest = SHORTEST * sum(float(np.ptp(each.time)) for each in recordings)
     parts, before = list[Part](), tuple[str, ...]()
     for k, step in enumerate(steps):
@@ -84,7 +90,8 @@ def after_steps(
         if min(end, last) - step.over < shortest:
             before += step.effects  # what follows soon goes with it
         else:
-            parts.append(_part((*before, *step.effects), step.over, end, recordings, traced))
+            part = Part((*before, *step.effects), step.over, end, None, origin=origin)
+            parts.append(_traced(part, recordings, traced))
             before = ()
     return tuple(parts)
 
@@ -121,17 +128,12 @@ def _certain(interval: Sequence[float] | None, at: float) -> tuple[float, float]
     return (low, high) if isfinite(low) and isfinite(high) else (at, at)
 
 
-def _part(
-    names: tuple[str, ...],
-    begin: float,
-    end: float,
-    recordings: Sequence[Recording],
-    traced: Callable[[Sequence[Recording]], Trace],
-) -> Part:
-    cut = [part for each in recordings if (part := between(each, begin, end)).time.size]
+def _traced(part: Part, recordings: Sequence[Recording], traced: Callable[[Sequence[Recording]], Trace]) -> Part:
+    """The part with what it shows by itself, or why it cannot be traced."""
+    cut = [rows for each in recordings if (rows := between(each, part.begin, part.end)).time.size]
     if not cut:
-        return Part(names, begin, end, None, "nothing was recorded in it")
+        return replace(part, refused="nothing was recorded in it")
     try:
-        return Part(names, begin, end, traced(cut))
+        return replace(part, found=traced(cut))
     except BadInput as error:
-        return Part(names, begin, end, None, str(error))
+        return replace(part, refused=str(error))

@@ -134,3 +134,14 @@ def test_a_part_ends_before_the_next_step(plain: Trace, recording: Recording) ->
     first, second, third = (stepping("drag_step", at, at - 2.0, at + 2.0) for at in (100.0, 400.0, 410.0))
     assert [part[1:] for part in spans(plain, recording, first, second, third)] == [(102.0, 398.0), (412.0, inf)]
     assert [part[1:] for part in spans(plain, recording, first, stepping("thrust_step", 590.0))] == [(102.0, 590.0)]
+
+
+def test_the_flag_counts_as_a_cut_does_where_stamps_count_since_1970(plain: Trace, recording: Recording) -> None:
+    start = 1_700_000_000.0
+    late = replace(recording, time=recording.time + start)
+    steps = (stepping("drag_step", start + 200.0), stepping("thrust_step", start + 450.25))
+    one, other = after_steps(replace(plain, effects=steps), [late], lambda _: plain)
+    assert one.sentence.startswith("from 200 to 450.25 s, after drag_step")
+    assert one.sentence.endswith("(--from 200 --to 450.25 traces it alone)")
+    assert "--from 450.25 traces" in other.sentence
+    assert other.to_dict()["from"] == start + 450.25
