@@ -88,9 +88,10 @@ def test_a_certificate_that_ends_soon_is_on_health_in_the_check_and_said_by_the_
             until_settled(client, wire.Keys("leng/yaw"))
         assert main(["status", "--set", f"bus.zenoh_file={tls / 'viewer.json5'}"]) == 1
         assert f"the certificate {tls}/viewer.pem ends on" in caplog.text
-        shown = " ".join(capsys.readouterr().out.split())
-        assert "learner.pem ends on" in shown
-        assert "in 23 days" in shown
+        # The screen folds a long path wherever its width ends, so that only the letters count.
+        shown = "".join(capsys.readouterr().out.split())
+        assert "learner.pemendson" in shown
+        assert "in23days" in shown
 
 
 @pytest.mark.parametrize(
