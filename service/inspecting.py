@@ -15,6 +15,7 @@ from incsvr.samples import Array
 from incsvr.signals.seldom import too_slow
 from service.config_sources import read as read_config
 from service.inputs.arming import spans, within
+from service.inputs.clocks import going_on
 from service.inputs.measuring import Measured
 from service.inputs.presets import Proposal
 from service.inputs.quantities import si_unit
@@ -130,7 +131,7 @@ def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], inputs: Inp
 
 
 def _pace(time: Array) -> tuple[float, float]:
-    known = np.unique(time[np.isfinite(time)])
+    known = going_on(np.unique(time[np.isfinite(time)]))[0]
     span = float(np.ptp(known)) if known.size else 0.0
     if known.size < 3:
         return span, 0.0  # two messages have no rate

@@ -25,6 +25,7 @@ from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
 from incsvr.signals.streams import FUTURE
+from service.inputs.clocks import going_on, set_at
 from service.logs.cutting import WHOLE, Cut, Span, columns_inside, rows_inside, since_1970
 
 RATE_LIMIT = YAW.fastest
@@ -174,6 +175,7 @@ def read(
     columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
     time = columns.pop("t")
     _check_time(path, time)
+    time, sets = going_on(time)
     rows = np.arange(time.size) + 2
     if cut:
         span = Span(float(time[0]), float(time[-1]), since_1970(time, None))
@@ -195,7 +197,8 @@ def read(
             f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
             f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
         )
-    return of_axis(Recording(path.name, *_merged(path, time, columns, rows)), axis)
+    merged = Recording(path.name, *_merged(path, time, columns, rows), notes=tuple(set_at(at) for at in sets))
+    return of_axis(merged, axis)
 
 
 def _unit(axis: Axis, column: str) -> str:

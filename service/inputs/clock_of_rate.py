@@ -6,12 +6,13 @@ at the yaw rate's newest stamp, and later by what has gone by since that came.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from dataclasses import dataclass, field
 from math import isfinite
 from statistics import median
 
-from service.inputs.clocks import WRAP
+from service.inputs.clocks import APART_FROM_ZERO, SAME, WRAP
+from service.inputs.known import RATE
 
 APART = 10.0
 """Stamps further from the yaw rate's are of another clock [s]: as for our own keys (`incsvr.signals.streams.JUMP`), so
@@ -25,6 +26,9 @@ LOOKED_AT = 21
 """Messages by which that is judged; their median does not mind a few that were held up."""
 REAL_TIME = (0.5, 2.0)
 """Pace of the yaw rate's stamps over the wall's clock within which messages are no recording that is played."""
+LATE_IN_A_ROW = 5
+"""Messages of the yaw rate that are behind in a row: one that is late over a second link rarely has as many after it,
+after a restart all are."""
 
 
 @dataclass(slots=True)
@@ -33,15 +37,24 @@ class ClockOfRate:
 
     newest: float | None = None
     came: float = 0.0
+    _late: int = 0
+    _zeros: Counter[str] = field(default_factory=Counter)
     _paces: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=LOOKED_AT))
     _behind: dict[str, deque[float]] = field(default_factory=dict)
 
     def reference(self, stamps: list[float] | None, arrival: float) -> list[float]:
         """The times of a message of the yaw rate: its stamps, or when it arrived."""
-        times = [arrival] if stamps is None else stamps
+        if stamps is None:
+            times = [arrival]
+        elif self._unset(RATE, stamps):
+            times = [arrival if self.newest is None else self.newest + arrival - self.came]
+        else:
+            times = stamps
         if times and isfinite(times[-1]):
-            self.newest, self.came = times[-1], arrival
-            self._paces.append((times[-1], arrival))
+            self._late = self._late + 1 if self.newest is not None and times[-1] < self.newest - SAME else 0
+            if not 0 < self._late < LATE_IN_A_ROW:
+                self.newest, self.came = times[-1], arrival
+                self._paces.append((times[-1], arrival))
         return times
 
     def behind(self, name: str) -> float | None:
@@ -75,7 +88,7 @@ class ClockOfRate:
         """The times of another message [s], and whether they are its own stamps; none where nothing places it."""
         if self.newest is None:
             return stamps or [], True
-        if stamps:
+        if stamps and not self._unset(name, stamps):
             # By how many turns of a 32-bit counter of microseconds the two are apart.
             apart = self.newest - stamps[-1]
             turns = round(apart / WRAP) if isfinite(apart) else 0
@@ -86,3 +99,10 @@ class ClockOfRate:
             if len(stamps) > 1:
                 return [], False
         return [self.newest + arrival - self.came], False
+
+    def _unset(self, name: str, stamps: list[float]) -> bool:
+        """Whether a driver set no stamp: a zero far from the clock, or one more; the rule of `without_unset` in logs."""
+        if stamps != [0.0]:
+            return False
+        self._zeros[name] += 1
+        return self._zeros[name] > 1 or (self.newest is not None and abs(self.newest) > APART_FROM_ZERO)

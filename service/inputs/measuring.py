@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.inputs.arming import says_armed, speaks
-from service.inputs.clocks import Clock, without_unset
+from service.inputs.clocks import Clock, set_at, without_unset
 from service.inputs.commands import CommandStream, joined, newest_at, since_first_pulse
 from service.inputs.moving import first_movement, least_movement
 from service.inputs.outputs import output, without_pulse
@@ -69,7 +69,7 @@ def measured(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chan
     table = _table(inputs.yaw_rate.topic, tables)
     stamps = _stamps(inputs.yaw_rate, inputs.yaw_rate.topic, table)
     clock = Clock.of(_arrival(table, stamps), stamps)
-    notes: list[str] = []
+    notes = [set_at(at) for at in clock.sets]
     streams = {"yaw_rate": _stream("yaw_rate", inputs.yaw_rate, tables, clock, notes)}
     channels = {name: _stream(name, source, tables, clock, notes) for name, source in inputs.channels.items()}
     moves = None
@@ -130,7 +130,7 @@ def _placed(name: str, source: Source | Thrusters, topic: str, table: Table, clo
     time, own = clock.placed(_arrival(table, stamps), stamps, ours)
     unset = 0 if stamps is None else int(np.isnan(stamps).sum())
     if unset and own:
-        notes.append(f"{unset} of {time.size} messages of {name} bear no stamp: their times of arrival count")
+        notes.append(f"{unset} of {time.size} messages of {topic} bear no stamp: their times of arrival count")
     if stamps is not None and not own:
         notes.append(f"the stamps of {name} are of another clock than those of yaw_rate: its times of arrival count")
     return time

@@ -19,6 +19,7 @@ class Damage:
         self._broken, self._read = Counter[str](), Counter[str]()
         self._why: dict[str, str] = {}
         self._ended: str | None = None
+        self._skipped = 0
 
     def read(self, topic: str) -> None:
         """A message of the topic was read."""
@@ -34,6 +35,10 @@ class Damage:
         why = str(error).splitlines()[0] if str(error) else type(error).__name__
         self._ended = f"{name} ends early, {after:.3g} s after its first message ({why}): nothing beyond it is read"
 
+    def skipped(self, count: int) -> None:
+        """So many bytes between messages are none."""
+        self._skipped += count
+
     def begin(self, topics: set[str]) -> None:
         """These topics are read from their beginning: they are counted anew."""
         for topic in topics:
@@ -47,6 +52,8 @@ class Damage:
         for topic, count in sorted(self._broken.items()):
             whole = count + self._read[topic]
             found.append(f"{count} of {whole} messages of {topic} cannot be read and are left out ({self._why[topic]})")
+        if self._skipped:
+            found.append(f"{self._skipped} bytes of the file belong to no whole message and are left out")
         return (*found, *([self._ended] if self._ended else []))
 
     def refuse(self) -> None:

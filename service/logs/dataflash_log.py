@@ -16,6 +16,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from service.logs.damage import Damage
 from service.logs.packages import needed
 from service.logs.table import Table, Topic
 
@@ -40,15 +41,18 @@ class DataflashLog:
 
     def __init__(self, path: Path, reader: Any) -> None:
         self.format = "ArduPilot DataFlash"
-        self._path = path
+        self._damage = Damage(path)
         self._bytes = np.frombuffer(reader.data_map, dtype=np.uint8)
         self._messages: dict[str, tuple[Any, np.ndarray[Any, np.dtype[np.int64]]]] = {}
+        whole = 0
         for number, form in reader.formats.items():
             places = np.asarray(reader.offsets[number], dtype=np.int64)
             places = places[places + form.len <= self._bytes.size]
+            whole += form.len * places.size
             if places.size and form.columns and form.name not in _SELF_DESCRIBING:
                 for name, of_it in self._instances(form, places):
                     self._messages[name] = (form, of_it)
+        self._damage.skipped(self._bytes.size - whole)
 
     @property
     def topics(self) -> tuple[Topic, ...]:
@@ -59,8 +63,8 @@ class DataflashLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read: nothing is known of it."""
-        return ()
+        """What could not be read."""
+        return self._damage.notes
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         return {name: self._table(*self._messages[name]) for name in names if name in self._messages}

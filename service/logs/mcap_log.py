@@ -148,7 +148,4 @@ def _each(message: Any) -> Sequence[Any]:
 
 
 def _json(payload: bytes) -> Any:
-    try:
-        return with_flags(json5.read(payload))
-    except ValueError:
-        return {}
+    return with_flags(json5.read(payload))

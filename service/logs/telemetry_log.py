@@ -15,12 +15,17 @@ from incsvr.errors import BadInput
 from service.inputs.instances import base, instance_field, numbered
 from service.inputs.owners import AUTOPILOT
 from service.logs.choosing import chosen
+from service.logs.damage import Damage
 from service.logs.gathering import Gathering
 from service.logs.packages import needed
 from service.logs.table import Table, Topic
 
 STAMP = 8
 """Bytes of the time of arrival before each packet: µs since 1970, big-endian."""
+COPY = 10.0
+"""By how much a second link may be late [s]: a busy sender's sequence numbers, of 8 bits, begin anew after that."""
+PACKETS = "the link"
+"""Whose the packets are that nobody can read."""
 HEADER = 8
 """Bytes of the shortest packet."""
 
@@ -28,11 +33,11 @@ HEADER = 8
 class TelemetryLog:
     """A telemetry log, read whole: its packets tell nothing without decoding them."""
 
-    def __init__(self, path: Path, gathered: Mapping[tuple[int, int, str], Gathering]) -> None:
+    def __init__(self, path: Path, gathered: Mapping[tuple[int, int, str], Gathering], damage: Damage) -> None:
         if not gathered:
             raise BadInput(f"{path}: there is no MAVLink message in it; give a telemetry log that a link wrote")
         self.format = "MAVLink telemetry"
-        self._system = ""
+        self._system, self._damage = "", damage
         self._gathered = {f"mavlink/{of}/{part}/{name}": messages for (of, part, name), messages in gathered.items()}
         self._system = chosen(self).system
         plain = f"mavlink/{self._system}/{AUTOPILOT}/"
@@ -53,8 +58,8 @@ class TelemetryLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read: nothing is known of it."""
-        return ()
+        """What could not be read."""
+        return self._damage.notes
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         return {name: messages.table() for name, messages in self._gathered.items() if name in names}
@@ -64,7 +69,8 @@ def open_log(path: Path) -> TelemetryLog:
     """Reads the whole file."""
     dialect = needed("pymavlink.dialects.v20.ardupilotmega", path, "a telemetry log")
     gathered: dict[tuple[int, int, str], Gathering] = {}
-    for arrival, message in messages(path.read_bytes(), dialect):
+    damage = Damage(path)
+    for arrival, message in messages(path.read_bytes(), dialect, damage):
         fields = {name: _plain(getattr(message, name)) for name in message.get_fieldnames()}
         kind = message.get_type()
         which = instance_field(kind)
@@ -74,30 +80,59 @@ def open_log(path: Path) -> TelemetryLog:
             kind if which is None else numbered(kind, fields.get(which)),
         )
         gathered.setdefault(key, Gathering()).add(arrival, fields)
-    return TelemetryLog(path, gathered)
+    return TelemetryLog(path, gathered, damage)
 
 
-def messages(content: bytes, dialect: Any) -> Iterator[tuple[float, Any]]:
+def messages(content: bytes, dialect: Any, damage: Damage) -> Iterator[tuple[float, Any]]:
     """Time of arrival [s since 1970] and message of each packet, MAVLink 1 and 2.
 
-    Damaged packets, and those of other dialects, are skipped: radio links and companions bring some of them.
+    Damaged packets are left out and counted; those of other dialects, which companions bring, are left out. A packet
+    that comes again over a second link counts once.
     """
     decoder = dialect.MAVLink(None)
-    place, end = 0, len(content)
+    place, end, read = 0, len(content), 0
+    framed, copies = 0, Copies()
     while place + STAMP + HEADER <= end:
         begin = place + STAMP
         size = _size(content[begin : begin + HEADER])
         if size:
+            packet, message = content[begin : begin + size], None
             try:
-                message = decoder.decode(bytearray(content[begin : begin + size]))
-            except dialect.MAVError:
-                message = None
+                message = decoder.decode(bytearray(packet))
+            except dialect.MAVError as error:
+                if framed := _size(content[begin + size + STAMP : begin + size + STAMP + HEADER]):
+                    damage.broken(PACKETS, error)
             if message is not None:
-                yield int.from_bytes(content[place:begin], "big") * 1e-6, message
-            if message is not None or _size(content[begin + size + STAMP : begin + size + STAMP + HEADER]):
-                place = begin + size
+                damage.read(PACKETS)
+                arrival = int.from_bytes(content[place:begin], "big") * 1e-6
+                if not copies.comes_again(packet, message, arrival):
+                    yield arrival, message
+            if message is not None or framed:
+                damage.skipped(place - read)
+                place = read = begin + size
                 continue
         place += 1  # what stands here is no packet: the next one is looked for
+    damage.skipped(end - read)
+
+
+class Copies:
+    """The newest packets, by which one is known that comes again over a second link."""
+
+    def __init__(self) -> None:
+        self._came: dict[bytes, float] = {}
+        self._numbers: dict[tuple[int, int], int] = {}
+
+    def comes_again(self, packet: bytes, message: Any, arrival: float) -> bool:
+        """Whether a packet came before; one of a sender that never counts is not said to."""
+        sender, number = (message.get_srcSystem(), message.get_srcComponent()), message.get_seq()
+        counts = self._numbers.get(sender, number) != number
+        while self._came and arrival - self._came[oldest := next(iter(self._came))] > COPY:
+            del self._came[oldest]
+        again = counts and packet in self._came
+        if not again:
+            self._numbers[sender] = number
+            self._came.setdefault(packet, arrival)
+        return again
 
 
 def _size(header: bytes) -> int:

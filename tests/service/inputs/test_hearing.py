@@ -68,6 +68,32 @@ def test_a_clock_that_is_a_little_apart_is_said(offset: float, pace: float, said
     assert all(("behind" in sentence) == (offset > 0.0) for sentence in sentences)
 
 
+def test_what_comes_again_late_does_not_move_the_clock() -> None:
+    """A second link brings every yaw rate once more, five seconds late; the torque bears no stamps."""
+    hearing = mapping(yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v"})
+    for k in range(200):
+        now = 0.05 * k
+        hear(hearing, "r", now, t=100.0 + now, v=0.1)
+        if k >= 100:
+            hear(hearing, "r", now + 0.01, t=95.0 + now, v=0.1)
+        assert hear(hearing, "n", now + 0.02, v=2.0)["torque"].t == [pytest.approx(100.02 + now)]
+
+
+@pytest.mark.parametrize("unset", [range(3), range(5, 100, 10), range(100)], ids=["first", "some", "all"])
+def test_a_stamp_of_zero_is_none(unset: range) -> None:
+    hearing = mapping(
+        yaw_rate={"topic": "r", "field": "v", "stamp": "t"}, torque={"topic": "n", "field": "v", "stamp": "t"}
+    )
+    begin, times = 1.7e9, []
+    for k in range(100):
+        stamp = 0.0 if k in unset else begin + 0.1 * k
+        times += hear(hearing, "r", begin + 0.1 * k, t=stamp, v=0.1)["yaw_rate"].t
+        torque = hear(hearing, "n", begin + 0.1 * k, t=stamp, v=2.0)["torque"].t
+        if k >= 3:
+            assert torque == [pytest.approx(times[-1], abs=1e-3)]
+    np.testing.assert_allclose(np.diff(times[3:]), 0.1, atol=1e-3)
+
+
 def test_a_counter_of_32_bits_that_runs_over() -> None:
     hearing = Hearing(Inputs(preset="blueos"))
     swim = dive(4.0, 10.0)

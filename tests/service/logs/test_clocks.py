@@ -1,0 +1,109 @@
+"""Logs whose clocks were set under way, and messages that come late, twice or with a wrong stamp."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Bag
+
+from incsvr.samples import Array
+from service.inputs.clocks import Clock
+from simulator.recordings import Recording
+from tests.service import link
+from tests.service.logs.dive import BOOT, EPOCH
+from tests.service.logs.test_middleware import DIVE, ROS2, imu, read, wrench
+from tests.service.logs.test_whose import DIVE as SWUM
+from tests.service.logs.test_whose import written
+from tests.service.logs.test_whose import read as read_vehicle
+
+IMU, WRENCH = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench"
+HALF = 4.0
+"""When a clock is set [s]."""
+LATE = 5.0
+"""By how much a second link is late [s]."""
+
+
+def bag(folder: Path, arrival: Array, stamps: Array) -> Path:
+    """The dive as a bag whose messages arrive and are stamped then [s since 1970]."""
+    with Bag(folder / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        turns = writer.add_connection("/imu/data", IMU, typestore=ROS2)
+        pushes = writer.add_connection("/thrust", WRENCH, typestore=ROS2)
+        for k, (rate, torque) in enumerate(zip(DIVE.rate, DIVE.torque, strict=True)):
+            when = round(1e9 * float(arrival[k]))
+            writer.write(turns, when, ROS2.serialize_cdr(imu(ROS2, float(stamps[k]), rate), IMU))
+            writer.write(pushes, when, ROS2.serialize_cdr(wrench(ROS2, torque), WRENCH))
+    return folder / "bag"
+
+
+def follows(recording: Recording, within: float = 1e-5) -> None:
+    """Every value of the dive stands once, at the time that has gone by since its beginning."""
+    for name, wanted in (("yaw_rate", DIVE.rate), ("torque", DIVE.torque)):
+        time, values = recording.streams()[name]
+        np.testing.assert_allclose(values, wanted, atol=1e-6)
+        np.testing.assert_allclose(time - time[0], DIVE.time, atol=within)
+
+
+def set_clock(time: Array) -> Array:
+    """Times of which those before `HALF` are of a clock that began in 1970 [s since 1970]."""
+    return np.where(time < HALF, 100.0, EPOCH) + time
+
+
+@pytest.mark.parametrize("stamps", ["set with it", "since boot", "set alone"])
+def test_a_log_whose_clock_is_set_goes_on(tmp_path: Path, stamps: str) -> None:
+    aware, boot = EPOCH + DIVE.time, 50.0 + DIVE.time
+    arrival = aware if stamps == "set alone" else set_clock(DIVE.time)
+    recording = read(bag(tmp_path, arrival, boot if stamps == "since boot" else set_clock(DIVE.time)))
+    period = float(np.median(np.diff(DIVE.time)))
+    follows(recording, within=0.01 * period)
+    said = [note for note in recording.notes if "the clock of the log was set at" in note]
+    assert len(said) == (stamps != "set alone")
+
+
+def test_a_log_without_stamps_whose_clock_is_set_goes_on(tmp_path: Path) -> None:
+    recording = read(bag(tmp_path, set_clock(DIVE.time), np.zeros(DIVE.time.size)))
+    follows(recording)
+
+
+def test_a_csv_whose_clock_is_set_goes_on(tmp_path: Path) -> None:
+    rows = np.c_[set_clock(DIVE.time), DIVE.rate, DIVE.torque]
+    path = tmp_path / "dive.csv"
+    np.savetxt(path, rows, delimiter=",", header="t,yaw_rate,torque", comments="", fmt="%.9f")
+    follows(read(path))
+
+
+def test_one_stamp_far_from_the_clock_gives_way_to_its_arrival(tmp_path: Path) -> None:
+    stamps = EPOCH + DIVE.time
+    stamps[[20, 41]] = EPOCH + 3e8, EPOCH - 4e6
+    follows(read(bag(tmp_path, EPOCH + DIVE.time, stamps)))
+
+
+@pytest.mark.parametrize("form", ["tlog", "mcap"])
+def test_messages_that_come_again_over_a_second_link_count_once(tmp_path: Path, form: str) -> None:
+    first = link.in_order(link.parameters(), link.swum(SWUM, armed_from=0.0))
+    again = [replace(each, at=each.at + LATE) for each in first if each.message.get_type() != "PARAM_VALUE"]
+    twice = read_vehicle(written(tmp_path, form, first, again)).streams()
+    (tmp_path / "once").mkdir()
+    once = read_vehicle(written(tmp_path / "once", form, first)).streams()
+    for name in ("yaw_rate", "torque"):
+        for one, other in zip(once[name], twice[name], strict=True):
+            np.testing.assert_allclose(other, one, atol=1e-6)
+
+
+def test_what_came_late_after_an_outage_stands_where_it_was_measured(tmp_path: Path) -> None:
+    first = link.in_order(link.parameters(), link.swum(SWUM, armed_from=0.0))
+    late = [replace(each, at=12.0) if 8.0 < each.at < 12.0 else each for each in first]
+    held_up = read_vehicle(written(tmp_path, "tlog", late)).streams()["yaw_rate"]
+    np.testing.assert_allclose(held_up[0] - BOOT, SWUM.time, atol=1e-3)
+    np.testing.assert_allclose(held_up[1], SWUM.rate, atol=1e-6)
+
+
+def test_a_simulation_at_half_the_pace_keeps_its_own_time() -> None:
+    time = np.arange(0.0, 60.0, 0.02)
+    clock = Clock.of(EPOCH + 2.0 * time, time)
+    others = time[::5] + 0.001
+    np.testing.assert_allclose(clock.placed(EPOCH + 2.0 * others, others)[0], others)
+    np.testing.assert_allclose(clock.placed(EPOCH + 2.0 * others, None)[0], others, atol=0.25)
