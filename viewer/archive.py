@@ -32,6 +32,14 @@ class Facts:
     complete: bool
 
 
+def is_recording(path: Path) -> bool:
+    """Whether a file is meant as a recording of Rerun, by its name or its first bytes; any other one is a log."""
+    if path.suffix == ".rrd" or not path.is_file():
+        return path.suffix == ".rrd"
+    with path.open("rb") as file:
+        return file.read(3) == b"RRF"
+
+
 def facts(path: Path) -> Facts:
     """Reads what a recording says about itself.
 

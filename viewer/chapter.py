@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import rerun as rr
@@ -30,7 +31,8 @@ class Chapter:
     def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
         self.recorder = recorder
         self.revision = 0
-        self._palette, self._choice, self._channels = palette, choice, 0
+        self._palette, self._choice = palette, choice
+        self._laid: tuple[int, int, tuple[str, ...]] = (0, 0, ())
         self._iteration: int | None = None
         self._vehicle: float | None = None
         self._said: tuple[Any, float] = (None, 0.0)  # what was last logged of the learner's health, and when
@@ -40,7 +42,7 @@ class Chapter:
         self._compare = ComparePage(recorder, palette, choice)
         self._health = HealthPage(recorder, palette)
         self._effects = EffectsPage(recorder)
-        self._slices, self._sliced = SlicesPage(recorder, palette), 0
+        self._slices = SlicesPage(recorder, palette)
 
     def iteration(self, frame: Frame) -> None:
         """One iteration, on every page that shows it."""
@@ -98,19 +100,32 @@ class Chapter:
         self._now(seen, None)
         self._effects.say(ledger)
 
+    @property
+    def suspected(self) -> Mapping[str, str]:
+        """What is drawn of suspected effects: entity → the title of its plot."""
+        return self._effects.found
+
     def flush(self) -> bool:
         """Brings all that came in to the file and the screen; False once the file had to be given up."""
         self._signals.flush()
-        self._show_channels()
+        self._lay_out()
         return self.recorder.flush()
 
-    def _show_channels(self) -> None:
-        """Pages for the further channels and velocities, laid out anew where one came for the first time."""
-        channels, others = self._signals.channels, self._slices.others
-        if (len(channels), len(others)) != (self._channels, self._sliced):
-            self._channels, self._sliced = len(channels), len(others)
+    def _lay_out(self) -> None:
+        """Pages for the further channels and velocities, and for what is suspected, laid out anew where one came."""
+        channels, others, found = self._signals.channels, self._slices.others, self.suspected
+        wanted = (len(channels), len(others), tuple(found))
+        if wanted != self._laid:
+            self._laid = wanted
             self.recorder.lay_out(
-                blueprint(self._palette, self._choice, channels=channels, others=others, axis=self.recorder.axis)
+                blueprint(
+                    self._palette,
+                    self._choice,
+                    channels=channels,
+                    others=others,
+                    found=found,
+                    axis=self.recorder.axis,
+                )
             )
 
     def _now(self, seen: float, vehicle: float | None) -> None:

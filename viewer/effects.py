@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
 from typing import Any
 
@@ -14,7 +15,7 @@ from incsvr.verdict import errors
 from service.wire import Batch, EffectsLedger
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats, Frame
-from viewer.names import effect, parameter, step, words
+from viewer.names import effect, found_title, parameter, step, words
 from viewer.palette import LIGHT
 from viewer.pauses import Pauses
 from viewer.recorder import Recorder
@@ -42,11 +43,18 @@ class EffectsPage:
             "effects/torque/predicted", rr.SeriesLines(colors=LIGHT.new, names="Predicted", widths=1.6), static=True
         )
         self._ledger, self._told = EffectsLedger(), False
+        self._found: dict[str, str] = {}
+
+    @property
+    def found(self) -> Mapping[str, str]:
+        """What is drawn of suspected effects while none is in force: entity → the title of its plot."""
+        return {} if self._ledger.effects else dict(self._found)
 
     def say(self, ledger: EffectsLedger) -> None:
         """The ledger, at the clocks that are set."""
         self._ledger, self._told = ledger, False
         self._tell()
+        self._draw_found()
 
     def log(self, frame: Frame) -> None:
         """One iteration's torque and its parts, on the vehicle's time."""
@@ -54,6 +62,7 @@ class EffectsPage:
             # What was said before the first iteration stands on the clock on the wall alone.
             self._tell()
             self._told = True
+        self._draw_found()
         batch = frame.report.batch
         time = np.array(batch.time)
         # A learner that changes over from some effects to others says its last batch again, split anew.
@@ -77,6 +86,26 @@ class EffectsPage:
         if frame.report.batch.parts:
             self._drawn = frame.report.batch.time[-1]
 
+    def _draw_found(self) -> None:
+        """The parameters of what is found and not in force, each with its interval, at the clocks that are set."""
+        for each in self._ledger.found:
+            name, intervals = str(each.get("effect", "?")), each.get("interval") or {}
+            for key, value in (each.get("parameters") or {}).items():
+                if not isinstance(value, float | int):
+                    continue
+                path = f"effects/found/{_entity(name)}/{key}"
+                if path not in self._found:
+                    self._found[path] = found_title(name, key)
+                    colours = {"estimate": LIGHT.new, "low": LIGHT.discarded, "high": LIGHT.discarded}
+                    for line, colour in colours.items():
+                        title = {"estimate": "Estimate", "low": "95 % from", "high": "to"}[line]
+                        style = rr.SeriesLines(colors=colour, names=title, widths=1.6)
+                        self._rec.log(f"{path}/{line}", style, static=True)
+                self._rec.log(f"{path}/estimate", rr.Scalars(float(value)))
+                low, high = intervals.get(key) or (value, value)
+                self._rec.log(f"{path}/low", rr.Scalars(float(low)))
+                self._rec.log(f"{path}/high", rr.Scalars(float(high)))
+
     def _tell(self) -> None:
         self._rec.write("effects/ledger", ledger_text(self._ledger))
 
@@ -97,7 +126,11 @@ def columns(batch: Batch) -> dict[str, Floats]:
 
 def _path(name: str) -> str:
     """Where a part of the torque is logged; a channel's effect is called coupling:sway, which no entity may be."""
-    return f"effects/parts/{name.replace(' ', '_').replace(':', '_')}"
+    return f"effects/parts/{_entity(name)}"
+
+
+def _entity(name: str) -> str:
+    return name.replace(" ", "_").replace(":", "_")
 
 
 def ledger_text(ledger: EffectsLedger) -> str:

@@ -50,6 +50,12 @@ def parameter(name: str, value: float, interval: Any = None) -> str:
     return shown + (f" ({interval[0]:.3g} to {interval[1]:.3g})" if interval and interval[0] < interval[1] else "")
 
 
+def found_title(name: str, parameter: str) -> str:
+    """The title of a suspected effect's parameter: Torque lag, suspected: time constant [s]."""
+    label, unit = LABELS.get(parameter, (parameter.replace("_", " "), ""))
+    return f"{effect(name)}, suspected: {label}" + (f" [{unit}]" if unit else "")
+
+
 def step(entry: Mapping[str, Any]) -> str:
     """One step of the ledger as a sentence; its evidence stands with the effect."""
     t, revision = entry.get("t", entry.get("at")), entry.get("revision")

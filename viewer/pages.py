@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -22,22 +22,38 @@ PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channe
 COLUMNS = 2
 """Plots of further channels beside each other."""
 WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
+NOTHING_FOUND: Mapping[str, str] = {}
+MOST_FOUND = 4
+"""Parameters of suspected effects that are drawn one above the other."""
 _END = rr.TimeRangeBoundary.infinite()
 SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
 def blueprint(
-    palette: Palette, choice: Choice, *, channels: Sequence[str] = (), others: Sequence[str] = (), axis: Axis = YAW
+    palette: Palette,
+    choice: Choice,
+    *,
+    channels: Sequence[str] = (),
+    others: Sequence[str] = (),
+    found: Mapping[str, str] = NOTHING_FOUND,
+    axis: Axis = YAW,
 ) -> rrb.Blueprint:
     """All pages as tabs, following the vehicle's time: on it every page has something to show.
 
     Where further channels have come, they have a page, too, and so have the further velocities that damping is learned
-    over. Names are those of the axis.
+    over. What is suspected while no effect is in force (`found`: entity → title) is drawn in place of the parts. Names
+    are those of the axis.
     """
     further: list[rrb.Container] = [_channels(channels)] if channels else []
     if others:
         further.append(_slices(palette, others, axis))
-    pages = (_learning(palette, axis), _compare(palette, choice, axis), _signals(axis), _effects(axis), _health(axis))
+    pages = (
+        _learning(palette, axis),
+        _compare(palette, choice, axis),
+        _signals(axis),
+        _effects(axis, found),
+        _health(axis),
+    )
     return rrb.Blueprint(
         rrb.Tabs(*pages, *further, active_tab=0),
         rrb.TopPanel(state="hidden"),
@@ -49,7 +65,7 @@ def blueprint(
     )
 
 
-def _plate(name: str, contents: list[str], size: tuple[int, int], axes: str, palette: Palette) -> rrb.Spatial2DView:
+def plate_view(name: str, contents: list[str], size: tuple[int, int], axes: str, palette: Palette) -> rrb.Spatial2DView:
     """An XY plot: the whole plate in sight, its picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
@@ -66,15 +82,15 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
     return rrb.Horizontal(
-        _plate(said(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
+        plate_view(said(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
         rrb.Vertical(
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="learning/table", name="This iteration"),
                 rrb.TextDocumentView(origin="learning/samples", name="Its samples"),
                 column_shares=[1.35, 1.0],
             ),
-            _plate("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
-            _plate("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
+            plate_view("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
+            plate_view("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
             row_shares=[1.22, 1.0, 1.0],
         ),
         column_shares=[1.55, 1.0],
@@ -85,7 +101,7 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
 def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     return rrb.Horizontal(
-        _plate(said(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
+        plate_view(said(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
         rrb.TextDocumentView(origin="learning/compared", name="Compared"),
         column_shares=[1.55, 1.0],
         name="Before and after",
@@ -123,7 +139,7 @@ def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical
         views = []
         for path, shown, title in zip(slices.axes(number), slices.entities(number), slices.TITLES, strict=True):
             named = f"{said(axis, title)}: {channel(name)}"
-            views.append(_plate(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
+            views.append(plate_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
         rows.append(rrb.Horizontal(*views))
     return rrb.Vertical(*rows, name="Slices")
 
@@ -133,17 +149,26 @@ def _channels(names: Sequence[str]) -> rrb.Grid:
     return rrb.Grid(*plots, grid_columns=min(COLUMNS, len(plots)), name="Channels")
 
 
-def _effects(axis: Axis) -> rrb.Horizontal:
+def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
+    plots: list[rrb.TimeSeriesView] = [
+        _plot("effects/torque", "Torque, with the effects [N m]", axis),
+        _plot("effects/parts", "What each part takes of the predicted torque [N m]", axis),
+    ]
+    if found:
+        plots = [_whole(path, title, axis) for path, title in list(found.items())[:MOST_FOUND]]
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
-        rrb.Vertical(
-            _plot("effects/torque", "Torque, with the effects [N m]", axis),
-            _plot("effects/parts", "What each part takes of the predicted torque [N m]", axis),
-            row_shares=[1.0, 1.0],
-        ),
+        rrb.Vertical(*plots),
         column_shares=[1.0, 1.8],
         name="Effects",
     )
+
+
+def _whole(path: str, name: str, axis: Axis) -> rrb.TimeSeriesView:
+    """All of what stands below an entity, over the vehicle's time."""
+    whole = rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END))
+    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(origin=path, name=said(axis, name), axis_x=whole, plot_legend=legend)
 
 
 def _health(axis: Axis) -> rrb.Horizontal:

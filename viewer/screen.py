@@ -8,7 +8,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
@@ -28,9 +28,10 @@ NOTICES_S = 9.0  # for so long the viewer's own notices lie over the plots after
 
 
 class Screen:
-    """A viewer on a recording, from `with` to its end."""
+    """A viewer on a recording, from `with` to its end; `pages` are its tabs in their order."""
 
-    def __init__(self, recording: Path) -> None:
+    def __init__(self, recording: Path, pages: Sequence[str] = PAGES) -> None:
+        self._pages = pages
         self._folder = tempfile.TemporaryDirectory()
         port = int(free_endpoint().rpartition(":")[2])
         self._log = Path(self._folder.name) / "viewer.log"
@@ -68,7 +69,7 @@ class Screen:
         for parts in now.blueprint.values():
             tabs = parts.get("ContainerBlueprint", {})
             if tabs.get("container_kind") == "Tabs":
-                tabs["active_tab"] = tabs["contents"][PAGES.index(page)]
+                tabs["active_tab"] = tabs["contents"][self._pages.index(page)]
         client.set_blueprint(now.blueprint, store_id=now.store_id)
         if iteration is None:
             client.set_time("vehicle_time", play_state="following")

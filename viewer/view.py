@@ -1,4 +1,4 @@
-"""`incsvr view`: shows what a learner does, live, and records it."""
+"""`incsvr view`: shows what a learner does, live, and records it; shows a recording, or a log before it is learned."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
@@ -19,19 +21,25 @@ from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
 from service.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.wire import Keys
-from viewer import archive, window
+from viewer import archive, log_page, window
 from viewer.bus import Bus
 from viewer.compare import Choice
 from viewer.follow import Follower
 from viewer.palette import PALETTES, Theme
+from viewer.recorder import Recorder, new_recording
 from viewer.shelf import Shelf
 
 log = logging.getLogger(__name__)
 
+LOG_READER = "simulator.log_picture"
+"""Reads a log for its picture; the viewer itself knows recordings and the bus alone."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_config_arguments(parser)
-    parser.add_argument("recording", nargs="?", type=Path, metavar="RECORDING", help="looks at this recording instead")
+    parser.add_argument(
+        "recording", nargs="?", type=Path, metavar="FILE", help="looks at this recording (.rrd), or at a log, instead"
+    )
     parser.add_argument(
         "--save", type=Path, metavar="FILE.rrd", help="records; goes on where the file is there already"
     )
@@ -42,10 +50,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
     parser.add_argument("--repair", action="store_true", help="mends a recording that was cut off")
+    import_module(LOG_READER).add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr view: %(message)s")
+    if args.recording is not None and not args.repair and not archive.is_recording(args.recording):
+        return look_at_log(args)
     if args.recording is not None:
         return look(args.recording, args.theme, repair=args.repair, headless=args.headless)
     if args.repair:
@@ -87,6 +98,27 @@ def look(path: Path, theme: Theme | None, *, repair: bool, headless: bool) -> in
     if headless:
         return 0
     return window.look(path, theme)
+
+
+def look_at_log(args: argparse.Namespace) -> int:
+    """Opens a log of any format in the viewer, or writes it as a recording."""
+    if args.headless and args.save is None:
+        raise BadInput("--headless shows nothing: give --save FILE.rrd to keep what is drawn of the log")
+    if not args.headless:
+        window.need_a_screen()
+    picture = import_module(LOG_READER).picture(args)
+    palette = PALETTES[args.theme or "dark"]
+    with TemporaryDirectory() as folder:
+        path = args.save or Path(folder) / "log.rrd"
+        try:
+            recorder = Recorder(new_recording(), log_page.blueprint(picture, palette), path=path, axis=picture.axis)
+        except (RuntimeError, OSError) as error:
+            raise BadInput(f"{path}: cannot be written ({error}); free some space or record elsewhere") from None
+        log_page.draw(recorder, picture, palette)
+        recorder.close()
+        if args.save is not None:
+            log.info("%s: %.2f MB; open it with `incsvr view %s`", path, path.stat().st_size / 1e6, path)
+        return 1 if recorder.broken else 0 if args.headless else window.look(path, args.theme or "dark")
 
 
 def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken: bool) -> None:

@@ -101,7 +101,7 @@ class ClockOfRate:
         return [self.newest + arrival - self.came], False
 
     def _unset(self, name: str, stamps: list[float]) -> bool:
-        """Whether a driver set no stamp: a zero far from the clock, or one more; the rule of `without_unset` in logs."""
+        """Whether a driver set no stamp: a zero far from the clock, or one more, as in `without_unset` of logs."""
         if stamps != [0.0]:
             return False
         self._zeros[name] += 1

@@ -248,7 +248,7 @@ def test_a_recording_of_another_release_says_what_to_do(tmp_path: Path, capsys: 
 
 
 def test_something_else_is_no_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "run.csv"
+    path = tmp_path / "run.rrd"
     path.write_text("t,yaw_rate,torque\n")
     assert main(["view", str(path)]) == 2
     assert "no Rerun recording" in capsys.readouterr().err

@@ -228,3 +228,24 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
     logged = series(path, "/effects")
     for name, values in found.items():
         assert logged[f"/{name}"][-values.size :] == pytest.approx(values)
+
+
+def test_what_is_suspected_is_drawn_until_effects_are_in_force(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "suspected.rrd"
+    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
+    about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
+    chapter.effects(EffectsLedger(mode="advise", found=(found | about,)), time.time())
+    for report, snapshot in run.iterations[:2]:
+        chapter.iteration(Frame(report, snapshot, None))
+    assert list(chapter.suspected) == ["effects/found/torque_lag/time_constant_s"]
+    chapter.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
+    assert not chapter.suspected
+    recorder.close()
+    drawn = series(path, "/effects/found")
+    assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {
+        "estimate": {0.71},
+        "low": {0.66},
+        "high": {0.76},
+    }

@@ -17,8 +17,8 @@ from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH
 from tests.service.logs.test_middleware import DIVE, ROS2, imu, read, wrench
 from tests.service.logs.test_whose import DIVE as SWUM
-from tests.service.logs.test_whose import written
 from tests.service.logs.test_whose import read as read_vehicle
+from tests.service.logs.test_whose import written
 
 IMU, WRENCH = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Wrench"
 HALF = 4.0
@@ -102,8 +102,8 @@ def test_what_came_late_after_an_outage_stands_where_it_was_measured(tmp_path: P
 
 
 def test_a_simulation_at_half_the_pace_keeps_its_own_time() -> None:
-    time = np.arange(0.0, 60.0, 0.02)
+    time: Array = np.arange(0.0, 60.0, 0.02, dtype=np.float64)
     clock = Clock.of(EPOCH + 2.0 * time, time)
-    others = time[::5] + 0.001
+    others: Array = np.asarray(time[::5] + 0.001, dtype=np.float64)
     np.testing.assert_allclose(clock.placed(EPOCH + 2.0 * others, others)[0], others)
     np.testing.assert_allclose(clock.placed(EPOCH + 2.0 * others, None)[0], others, atol=0.25)

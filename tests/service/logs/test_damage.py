@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-
-from mcap.writer import Writer
 
 from incsvr.errors import BadInput
 from tests.service import link

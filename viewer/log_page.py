@@ -1,0 +1,138 @@
+"""`incsvr view LOG`: a log's streams, channels, damping samples and batches, before anything is learned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.components import MarkerShape
+
+from incsvr.plant.axes import YAW
+from incsvr.plant.words import said
+from incsvr.samples import Samples
+from service.logs.picture import LogPicture
+from viewer.drawn import scalars
+from viewer.frame import VEHICLE_TIME, Floats
+from viewer.learning import DAMPING, HEIGHT, RATE, WIDTH, log_plate, symmetric
+from viewer.marks import shape, style
+from viewer.names import channel
+from viewer.pages import plate_view
+from viewer.palette import LIGHT, Colour, Palette
+from viewer.pauses import Pauses
+from viewer.plate import Entry, Plate
+from viewer.recorder import Recorder
+
+STREAMS, SAMPLES, CHANNELS = "log/streams", "log/samples", "log/channels"
+OWN = {YAW.rate: "Yaw rate [rad/s]", YAW.effort: "Torque [N m]"}
+"""The streams that are learned from, and how their plots are called."""
+_END = rr.TimeRangeBoundary.infinite()
+OUTER = (0.005, 0.995)
+"""Part of the samples that the plate shows whole: a few wild ones must not press all others flat."""
+HINT = (
+    "One batch after the other is learned, from left to right. **Samples** shows each batch over the yaw rate: move "
+    "the time to see the next one."
+)
+
+
+def blueprint(picture: LogPicture, palette: Palette) -> rrb.Blueprint:
+    """Tabs of the streams, the samples and the channels; those that the log has."""
+    shown = [_plot(f"{STREAMS}/{name}", said(picture.axis, title)) for name, title in OWN.items()]
+    pages: list[rrb.Container] = []
+    if picture.samples is not None:
+        shown += [_plot(f"{SAMPLES}/damping", said(picture.axis, "Damping samples [N m]"))]
+        entities = [f"{SAMPLES}/{name}" for name in ("axes", "all", "batch")]
+        plate = plate_view(
+            said(picture.axis, "Damping over yaw rate"), entities, (WIDTH, HEIGHT), f"{SAMPLES}/axes", palette
+        )
+        pages.append(rrb.Horizontal(plate, _words_view(), column_shares=[1.55, 1.0], name="Samples"))
+    pages.insert(0, rrb.Vertical(_words_view(), *shown, row_shares=[1.0, *[1.0] * len(shown)], name="Streams"))
+    if channels := _channels(picture):
+        plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in channels]
+        pages.append(rrb.Grid(*plots, grid_columns=min(2, len(plots)), name="Channels"))
+    return rrb.Blueprint(
+        rrb.Tabs(*pages, active_tab=0),
+        rrb.TopPanel(state="hidden"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def draw(recorder: Recorder, picture: LogPicture, palette: Palette) -> None:
+    """Logs everything, each value at its stamp."""
+    recorder.log("log/words", _words(picture), static=True)
+    for name, (stamps, values) in picture.streams.items():
+        own = name in OWN
+        path = f"{STREAMS}/{name}/measured" if own else f"{CHANNELS}/{name}/measured"
+        colour = LIGHT.before if name == YAW.effort else LIGHT.old
+        title = said(picture.axis, OWN[name].split(" [")[0]) if own else channel(name)
+        _line(recorder, path, title, colour, stamps, values)
+    if picture.samples is not None:
+        _samples(recorder, picture.samples, picture.batch, palette)
+
+
+def _words(picture: LogPicture) -> rr.TextDocument:
+    lines = [f"# {picture.name}", "", *(f"- {remark}" for remark in picture.remarks)]
+    if picture.samples is not None:
+        whole = len(picture.samples) // picture.batch
+        lines += ["", f"{whole} batches of {picture.batch} samples. {HINT}"]
+    return rr.TextDocument(said(picture.axis, "\n".join(lines)), media_type="text/markdown")
+
+
+def _line(recorder: Recorder, path: str, title: str, colour: Colour, stamps: Floats, values: Floats) -> None:
+    """A stream as a line that ends at pauses."""
+    at, value = Pauses().broken(stamps, values)
+    recorder.log(path, rr.SeriesLines(colors=colour, names=title, widths=1.4), static=True)
+    recorder.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=at)], scalars(value))
+
+
+def _samples(recorder: Recorder, samples: Samples, batch: int, palette: Palette) -> None:
+    """The samples over time, each batch in the colour of the one before the last, and over the yaw rate."""
+    ends = range(batch, len(samples) + 1, batch)
+    for number, colour in enumerate((LIGHT.support, LIGHT.outlier)):
+        path = f"{SAMPLES}/damping/{number}"
+        taken = (np.arange(len(samples)) // batch % 2 == number) & (np.arange(len(samples)) < batch * len(ends))
+        name = ("Batches 1, 3, 5 …", "Batches 2, 4, 6 …")[number]
+        mark = rr.SeriesPoints(colors=colour, names=name, markers=MarkerShape.Circle, marker_sizes=2.5)
+        recorder.log(path, mark, static=True)
+        times = [rr.TimeColumn(VEHICLE_TIME, duration=samples.time[taken])]
+        recorder.send_columns(path, times, scalars(samples.damping[taken]))
+    at = np.column_stack((samples.yaw_rate, samples.damping))
+    plate = _plate(at, palette)
+    seen = at[np.abs(at[:, 1]) <= plate.y.high]
+    recorder.set_clocks(vehicle=float(samples.time[0]))
+    log_plate(recorder, f"{SAMPLES}/axes", plate, palette, [f"{SAMPLES}/all", f"{SAMPLES}/batch"])
+    recorder.log(f"{SAMPLES}/all", *style("disc", palette.old, order=10.0), static=True)
+    recorder.log(f"{SAMPLES}/batch", *style("square", palette.new, order=20.0), static=True)
+    recorder.log(f"{SAMPLES}/all", *shape("disc", seen, plate))
+    for end in ends:
+        recorder.set_clocks(iteration=end // batch, vehicle=float(samples.time[end - 1]))
+        newest = at[end - batch : end]
+        recorder.log(f"{SAMPLES}/batch", *shape("square", newest[np.abs(newest[:, 1]) <= plate.y.high], plate))
+
+
+def _plate(at: Floats, palette: Palette) -> Plate:
+    """The axes around nearly all of the samples (n, 2) [rad/s, N m]."""
+    reach = np.abs(at[:, 0]).max(), np.abs(np.quantile(at[:, 1], OUTER)).max()
+    legend = ((Entry("disc", palette.old, "All samples"), Entry("square", palette.new, "The newest batch")),)
+    return Plate(
+        symmetric(float(reach[0]), RATE), symmetric(float(reach[1]), DAMPING), WIDTH, HEIGHT, legend=legend, font=32
+    )
+
+
+def _plot(path: str, name: str) -> rrb.TimeSeriesView:
+    """All of what stands below an entity, over the log's time."""
+    whole = rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END))
+    return rrb.TimeSeriesView(origin=path, name=name, axis_x=whole, plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop))
+
+
+def _words_view() -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin="log/words", name="This log")
+
+
+def _channels(picture: LogPicture) -> Sequence[str]:
+    return [name for name in picture.streams if name not in OWN]
