@@ -144,7 +144,9 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
             )
             _wait_until_ready(viewer, out / "view.log")
         hides = ("--set", f"simulation.underway={seed}", "--truth", str(truth))
-        player = stack.enter_context(_process(out, "simulate", "--connect", endpoint, "--speed", str(speed), *hides))
+        player = stack.enter_context(
+            _process(out, "simulate", "--connect", endpoint, "--speed", str(speed), "--patient", *hides)
+        )
         table = _table_of_this_run(stack, out)
         print(f"learner at {endpoint}; playing T1 and T2, {speed:g} times as fast", file=people)
         print(HEAD, file=people, flush=True)

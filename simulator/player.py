@@ -24,6 +24,7 @@ from incsvr.samples import Array
 from incsvr.signals import REQUIRED
 from service.wire import Keys, measurement
 from simulator.losses import health
+from simulator.patience import STEP, Patience
 
 log = logging.getLogger(__name__)
 
@@ -166,10 +167,14 @@ def play(
     speed: float,
     stop: threading.Event,
     progress: Callable[[int, float], None] = lambda count, t: None,
+    patience: Patience | None = None,
 ) -> int:
     """Sends the messages, `speed` times as fast as the vehicle did, until all are sent or `stop` is set.
 
     A message waits for room where the bus is slower than that; nothing is dropped on this side.
+
+    Args:
+        patience: waits for the learner after each few seconds of the vehicle's time.
 
     Returns:
         How many were sent.
@@ -187,8 +192,11 @@ def play(
     sequence = [0] * len(publishers)
     streams = what.stream.tolist()
     began, first, sent = time.monotonic(), float(what.send[0]) if len(what) else 0.0, 0
+    pause = first + STEP
     while sent < len(what) and not stop.is_set():
         now = first + (time.monotonic() - began) * speed
+        if patience is not None:
+            now = min(now, pause)
         due = int(np.searchsorted(what.send, now, side="right"))
         for index in range(sent, due):
             number = streams[index]
@@ -201,6 +209,9 @@ def play(
                 _wait_until_heard(session, keys, unheard & gone, before, stop)
                 unheard = set()
         progress(sent, now - first)
+        if patience is not None and (now == pause or sent == len(what)):
+            patience.wait(dict(zip(what.names, sequence, strict=True)))
+            pause += STEP
         if sent < len(what):
             stop.wait(min(LONGEST_WAIT, max(0.001, (float(what.send[sent]) - now) / speed)))
     # A question and its answer travel behind the measurements: when it is there, they have arrived.

@@ -24,6 +24,7 @@ from service.wire import Keys
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments
 from simulator.losses import health, loss, sent_to, settled
+from simulator.patience import Patience
 from simulator.play_progress import shown
 from simulator.player import Played, Unheard, messages, play, wait_for_learner
 from simulator.recordings import Recording, Streams, sequence
@@ -39,6 +40,11 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
     """The flags that `simulate` and `replay` share."""
     add_config_arguments(parser)
     parser.add_argument("--speed", type=float, default=1.0, help="how many times as fast as the vehicle (default 1)")
+    parser.add_argument(
+        "--patient",
+        action="store_true",
+        help="play no further while the learner traces, so that what it finds does not depend on the machine's speed",
+    )
     parser.add_argument("--wait", type=float, default=30.0, help="how long to wait for a learner [s] (default 30)")
 
 
@@ -98,12 +104,13 @@ def play_to_learner(
             return 1
         raise BadInput(nobody_at(where if bus.zenoh_file is None else f"the endpoint of {bus.zenoh_file}")) from None
     with session:
-        return _play(args, session, learners, what, name, stop)
+        return _play(args, session, config, learners, what, name, stop)
 
 
 def _play(
     args: argparse.Namespace,
     session: zenoh.Session,
+    config: Config,
     learners: Sequence[Keys],
     what: Played,
     name: str,
@@ -114,9 +121,10 @@ def _play(
             wait_for_learner(session, each, args.wait, stop)
     seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
     before, began = [health(session, each) for each in learners], time.monotonic()
+    patience = Patience(session, learners[0], config.learner.batch, stop) if args.patient else None
     try:
         with shown(args.command, name, len(what), seconds, args.speed) as progress:
-            sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress)
+            sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress, patience=patience)
     except Unheard as error:
         print(f"incsvr {args.command}: {error}", file=sys.stderr)
         return 1

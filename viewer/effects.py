@@ -136,7 +136,12 @@ def _entity(name: str) -> str:
 def ledger_text(ledger: EffectsLedger) -> str:
     """Markdown: the effects in force, then every step that led there."""
     lines = ["# Traced effects", ""]
-    if not ledger.effects:
+    if ledger.found and not ledger.effects:
+        lines.append(
+            "None is in force. The plots show the parameters of what was found, each with its interval of 95 %; "
+            "`incsvr effects promote NAME` puts it in force."
+        )
+    elif not ledger.effects:
         lines.append(
             "None: the model is the declared inertia and the learned damping.\n\n`incsvr trace RECORDING… --json FILE` "
             "finds what it lacks. With `effects: FILE` in its configuration the learner takes that up, with "

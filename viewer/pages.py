@@ -155,20 +155,13 @@ def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
         _plot("effects/parts", "What each part takes of the predicted torque [N m]", axis),
     ]
     if found:
-        plots = [_whole(path, title, axis) for path, title in list(found.items())[:MOST_FOUND]]
+        plots = [_plot(path, title, axis) for path, title in list(found.items())[:MOST_FOUND]]
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
         rrb.Vertical(*plots),
         column_shares=[1.0, 1.8],
         name="Effects",
     )
-
-
-def _whole(path: str, name: str, axis: Axis) -> rrb.TimeSeriesView:
-    """All of what stands below an entity, over the vehicle's time."""
-    whole = rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END))
-    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
-    return rrb.TimeSeriesView(origin=path, name=said(axis, name), axis_x=whole, plot_legend=legend)
 
 
 def _health(axis: Axis) -> rrb.Horizontal:

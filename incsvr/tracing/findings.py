@@ -35,6 +35,7 @@ class Finding:
         cannot_tell_from: alternatives that explain these recordings as well.
         next_manoeuvre: what to drive to tell them apart; empty where nothing is to be told apart.
         sentence: for people.
+        manoeuvre: what to drive, as rows of time [s] and torque [N m]; none where no manoeuvre helps.
     """
 
     effect: str
@@ -46,6 +47,7 @@ class Finding:
     cannot_tell_from: tuple[str, ...]
     next_manoeuvre: str
     sentence: str
+    manoeuvre: tuple[tuple[float, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         return {

@@ -34,6 +34,10 @@ BEYOND = 1.3
 """Times the fastest rate that was driven, beyond which nothing is known of the damping."""
 
 
+Rows = tuple[tuple[float, float], ...]
+"""A manoeuvre as a vehicle plays it: from when [s] which torque [N m] is asked, until the next row."""
+
+
 @dataclass(frozen=True, slots=True)
 class Manoeuvre:
     """A command in yaw: what to drive, in words, and the torque (n,) [N m] on the gyro's grid."""
@@ -41,13 +45,19 @@ class Manoeuvre:
     words: str
     torque: Array
 
+    def rows(self, step: float) -> Rows:
+        """When the torque changes [s] and what it is from then on [N m]; at the end nothing is asked any more."""
+        changes = np.flatnonzero(np.diff(self.torque, prepend=np.nan) != 0.0)
+        found = [(round(float(k * step), 4), round(float(self.torque[k]), 4)) for k in changes]
+        return (*found, (round(float(self.torque.size * step), 4), 0.0))
 
-def separate(problem: Problem, found: Tried, alternative: Tried) -> str:
-    """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none."""
-    other = alternative.hypothesis.parts[-1].name
+
+def separate(problem: Problem, found: Tried, alternative: Tried) -> tuple[str, Rows]:
+    """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none; its rows."""
+    other, step = alternative.hypothesis.parts[-1].name, problem.cells.resolution
     if float(np.ptp(problem.cells.signals.torque)) == 0.0:
-        return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still"
-    most, best = 0.0, ""
+        return f"to tell it from {other}, let the thrusters turn the vehicle: here they stood still", ()
+    most, best = 0.0, Manoeuvre("", np.empty(0))
     for manoeuvre in manoeuvres(problem):
         expected = _evidence(problem, found, alternative, manoeuvre)
         if expected >= ENOUGH:
@@ -55,14 +65,14 @@ def separate(problem: Problem, found: Tried, alternative: Tried) -> str:
                 {c for p in (*found.hypothesis.parts, *alternative.hypothesis.parts) for c in p.effect.channels}
             )
             beside = f" while {', '.join(read)} sweeps its range" if read else ""
-            return (
-                f"to tell it from {other}, drive {manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {2 * expected:.0f}"
-            )
+            words = f"{manoeuvre.words}{beside}: expected evidence 2Δℓ ≈ {2 * expected:.0f}"
+            return f"to tell it from {other}, drive {words}", manoeuvre.rows(step)
         if expected > most:
-            most, best = expected, manoeuvre.words
+            most, best = expected, manoeuvre
     if most < LITTLE:
-        return hopeless((other,))
-    return f"to tell it from {other}, drive {best}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
+        return hopeless((other,)), ()
+    words = f"{best.words}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
+    return f"to tell it from {other}, drive {words}", best.rows(step)
 
 
 def hopeless(others: Sequence[str]) -> str:

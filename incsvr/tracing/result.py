@@ -100,6 +100,7 @@ def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
         gain = float(np.sum(best.fitted.score - without[k].fitted.score)) / best.inflation
         others = alternatives(search, best, k)
         share = losses[k] / total
+        advice, manoeuvre = separate(problem, best, others[0]) if others else (hopeless(part.effect.ties), ())
         findings.append(
             Finding(
                 effect=part.name,
@@ -109,8 +110,9 @@ def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
                 p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.looks),
                 share=share,
                 cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
-                next_manoeuvre=separate(problem, best, others[0]) if others else hopeless(part.effect.ties),
+                next_manoeuvre=advice,
                 sentence=sentence(part.effect, parameters, spans[k], share),
+                manoeuvre=manoeuvre,
             )
         )
     return findings

@@ -196,6 +196,8 @@ def _before_and_after(error: Mapping[str, Any], key: str) -> str:
         key
     ]
     before, after = (error[when][key] for when in ("before", "after"))
+    if f"{before:.3g}" == f"{after:.3g}":
+        return f"{called} stays at {after:.3g} {unit}"
     moves = "grows" if after > before else "falls"
     return f"{called} {moves} from {before:.3g} to {after:.3g} {unit}"
 

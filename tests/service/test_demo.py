@@ -44,11 +44,10 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     assert act["right"]
     (finding,) = (each for each in act["found"] if each["effect"] == "dead_zone")
     steps = [step for step in act["history"] if step["effect"] == "dead_zone"]
-    assert steps[0]["step"] == "suspected"
-    assert steps[0]["t"] > act["truth"]["since"]
-    if finding["state"] == "proven":  # by its forecasts: over a few minutes these errors need not be less
-        before, after = (finding["error"][when]["torque_rmse"] for when in ("before", "after"))
-        assert f"torque {before:.3g} → {after:.3g} N m" in " ".join(done.stderr.split())
+    # The player waits while the learner traces: on any machine the same steps come at the same times.
+    assert [(step["step"], round(step["t"])) for step in steps] == [("suspected", 1005), ("proven", 1155)]
+    before, after = (finding["error"][when]["torque_rmse"] for when in ("before", "after"))
+    assert f"torque {before:.3g} → {after:.3g} N m" in " ".join(done.stderr.split())
     assert act["served_effects"] == []
     ledger = every(tmp_path / "leng.rrd", "TextDocument:text", "/effects/ledger")[-1]
     assert f"## Dead zone ({finding['state']})" in ledger

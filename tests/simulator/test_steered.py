@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
 from incsvr.tracing.findings import Finding
-from incsvr.tracing.manoeuvre import manoeuvres
+from incsvr.tracing.manoeuvre import Manoeuvre
 from service.cli import main
 from simulator import leng
-from simulator.manoeuvre import next_manoeuvre, profile_of, read_manoeuvre, write_manoeuvre
-from simulator.recordings import read
+from simulator.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
+from simulator.recordings import read, write
 from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
 from simulator.trace import runs_of
-
-STAIRS = "stairs of 25, 50, 75 and 100 % of 6 N m both ways, with rests, 2.5 s each"
+from simulator.trial import Trial, play
 
 
 def finding(manoeuvre: str) -> Finding:
@@ -46,28 +43,26 @@ def test_what_is_hidden_in_the_log_is_found(tmp_path: Path, capsys: pytest.Captu
     assert low < REVERSE_EFFICIENCY < high
 
 
-@pytest.mark.parametrize(
-    ("words", "length", "largest"),
-    [
-        ("steps between ±6.25 N m every 0.8 s for 8 s", 8.0, 6.25),
-        ("steps between ±6 N every 0.75 s for 8 s", 8.25, 6.0),  # whole steps
-        (STAIRS, 32.5, 6.0),
-        ("a sine of 3.1 N m and 4 s for 24 s", 24.0, 3.1),
-        ("a sweep of 1e+03 N m from 20 s to 0.5 s period in 12 s", 12.0, 1000.0),
-    ],
-)
-def test_a_manoeuvre_in_words_becomes_a_file_that_is_read_again(
-    words: str, length: float, largest: float, tmp_path: Path
+def test_the_manoeuvre_that_tells_a_tie_apart_is_a_file_that_is_read_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "next.csv"
-    sentence = next_manoeuvre([finding(f"to tell it from x, drive {words}: expected evidence 2Δℓ ≈ 40")], path)
-    assert "thrust_efficiency" in sentence
+    """Under one sine a delay and a lag look alike; steps tell them apart."""
+    log, path = tmp_path / "dive.csv", tmp_path / "next.csv"
+    outcome = play(Trial(5, ("torque_delay",), excitation="sine", duration=240.0, noise="commanded"))
+    write(log, outcome.recording)
+    assert main(["trace", str(log), "--inertia", str(outcome.inertia), "--manoeuvre", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert f"{path} holds the manoeuvre that tells torque_delay from torque_lag" in said
     time, torque = read_manoeuvre(path)
+    assert f"{time[-1]:.4g} s long" in said
     assert time[0] == 0.0
-    assert time[-1] == pytest.approx(length)
-    assert np.max(np.abs(torque)) == pytest.approx(largest, rel=0.01)
     assert torque[-1] == 0.0
-    assert np.min(torque) == pytest.approx(-largest, rel=0.01)
+    assert np.min(torque) < 0.0 < np.max(torque) <= 1.01 * float(np.nanmax(np.abs(outcome.recording.columns["torque"])))
+
+
+def test_the_rows_of_a_manoeuvre_are_its_changes() -> None:
+    rows = Manoeuvre("steps", np.array([5.0, 5.0, -5.0, -5.0, -5.0, 2.0])).rows(0.5)
+    assert rows == ((0.0, 5.0), (1.0, -5.0), (2.5, 2.0), (3.0, 0.0))
 
 
 def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
@@ -77,18 +72,9 @@ def test_where_no_manoeuvre_helps_none_is_written(tmp_path: Path) -> None:
     assert not path.exists()
 
 
-def test_every_manoeuvre_that_the_tracer_words_is_understood() -> None:
-    """The tracer's sentences and their reader stand in two files: this holds them together."""
-    signals = SimpleNamespace(torque=np.array([5.0, -5.0]), scale=0.9)
-    problem: Any = SimpleNamespace(cells=SimpleNamespace(signals=signals, resolution=0.05))
-    for each in manoeuvres(problem):
-        profile = profile_of(each.words)
-        assert profile is not None, each.words
-
-
 def test_the_vehicle_does_what_the_file_says(tmp_path: Path) -> None:
     path, out = tmp_path / "turn.csv", tmp_path / "out"
-    write_manoeuvre(path, (np.array([0.0, 40.0, 80.0]), np.array([60.0, -30.0, 0.0])))
+    write_manoeuvre(path, ((0.0, 60.0), (40.0, -30.0), (80.0, 0.0)))
     assert main(["simulate", "--torque", str(path), "--write", str(out)]) == 0
     recording = read(out / "turn.csv")
     (run,) = runs_of([recording])
