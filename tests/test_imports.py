@@ -38,6 +38,7 @@ ALLOWED = {
         "service.config",
         "service.config_sources",
         "service.extras",
+        "service.logs.picture",
         "service.session",
     },
 }
