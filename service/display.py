@@ -127,7 +127,7 @@ def _learning(health: Health) -> str:
 def _reasons(health: Health) -> tuple[RenderableType, ...]:
     table = Table.grid(padding=(0, 1, 0, 0))
     table.add_column(style=COLOURS[health.level])
-    table.add_column()
+    table.add_column(overflow="fold")  # a long path is whole: people copy the command that it stands in
     for reason in health.reasons:
         table.add_row("!", f"{reason[:1].upper()}{reason[1:]}.")
     return (Text(), Padding(table, 0))
