@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.extras import how_to_install
-from service.output import add_json_argument, emit
-from service.progress import progress
+from service.cli.extras import how_to_install
+from service.cli.output import add_json_argument, emit
+from service.cli.progress import progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

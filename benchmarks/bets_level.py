@@ -34,8 +34,8 @@ from incsvr.tracing import innovations
 from incsvr.tracing.candidates import admissible, leads
 from incsvr.tracing.fit import fit
 from incsvr.tracing.model import model_of
+from service.cli.progress import progress
 from service.config import Config
-from service.progress import progress
 from simulator.missions import play
 from simulator.recordings import Streams
 

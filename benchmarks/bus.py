@@ -78,7 +78,7 @@ def learner(**settings: Any) -> Iterator[Learner]:
     with tempfile.TemporaryDirectory() as state, ExitStack() as stack:
         chosen = {"state": state, "bus.listen": endpoint, **settings}
         words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json_text(value)}")]
-        served = stack.enter_context(process("service.cli", "serve", *words))
+        served = stack.enter_context(process("service.cli.command_line", "serve", *words))
         session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
         wait_for_learner(session, KEYS, PATIENCE, threading.Event())
         yield Learner(psutil.Process(served.pid), endpoint, session)

@@ -28,7 +28,7 @@ from incsvr.learning.criteria import Mask
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Array, Samples
-from service.progress import progress
+from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng
 

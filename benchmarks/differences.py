@@ -22,7 +22,7 @@ from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import State, start, step
 from incsvr.learning.policies.paper import Memory
 from incsvr.samples import Array, Samples
-from service.progress import progress
+from service.cli.progress import progress
 from simulator import leng
 
 RESULT = Path(__file__).parent / "results" / "differences.md"

@@ -52,7 +52,9 @@ def measure(vehicles: int, speed: float) -> dict[str, Any]:
         connect = ("--set", f"bus.connect={endpoint}")
         learners = [
             stack.enter_context(
-                process("service.cli", "serve", *connect, "--set", f"prefix={each}", "--set", f"state={folder}")
+                process(
+                    "service.cli.command_line", "serve", *connect, "--set", f"prefix={each}", "--set", f"state={folder}"
+                )
             )
             for each in prefixes
         ]
@@ -64,7 +66,7 @@ def measure(vehicles: int, speed: float) -> dict[str, Any]:
         before = [_processor([relay.pid]), _processor([each.pid for each in learners])]
         for each in prefixes:
             play = ("simulate", *connect, "--set", f"prefix={each}", "--set", "simulation.runs=[T1]")
-            stack.enter_context(process("service.cli", *play, "--speed", str(speed)))
+            stack.enter_context(process("service.cli.command_line", *play, "--speed", str(speed)))
         asked = _ask(shore, prefixes, wire.done)
         took = time.perf_counter() - began
         used = [_processor([relay.pid]) - before[0], _processor([each.pid for each in learners]) - before[1]]

@@ -35,7 +35,7 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.settings import COMMANDED
-from service.progress import progress
+from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng
 from simulator.missions import Mission, play

@@ -29,7 +29,7 @@ from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
-from service.progress import progress
+from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng
 from simulator.online import Errors, learn, signals_for

@@ -27,7 +27,7 @@ from benchmarks.trace_judge import GOOD, judge
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
-from service.progress import progress
+from service.cli.progress import progress
 
 RESULTS = Path(__file__).parent / "results"
 FIRST_SEED = 2_100_000

@@ -32,7 +32,7 @@ from incsvr.learning.learner import Settings
 from incsvr.samples import Array, Samples
 from incsvr.signals import Synchroniser
 from incsvr.signals.checks import Decision, Vehicle, implausible
-from service.progress import progress
+from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng
 

@@ -33,8 +33,8 @@ from benchmarks.repetition import (
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.samples import Array
-from service.output import add_json_argument, emit
-from service.progress import progress
+from service.cli.output import add_json_argument, emit
+from service.cli.progress import progress
 
 PAPER = {
     ("B1", "V1"): (3.14, 3.94, 418),

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from benchmarks.provenance import provenance, publish
 from incsvr.samples import Array
-from service.cli import main
+from service.cli.command_line import main
 from simulator.recordings import Recording, write
 
 RESULTS = Path(__file__).parent / "results"

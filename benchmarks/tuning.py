@@ -19,7 +19,7 @@ from benchmarks.provenance import provenance
 from benchmarks.repetition import LEARNERS
 from benchmarks.tables import table
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
-from service.progress import progress
+from service.cli.progress import progress
 from simulator import leng
 
 RESULT = Path(__file__).parent / "results" / "tuning.md"

@@ -37,7 +37,7 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS
-from service.progress import progress
+from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator.fitted import Fit
 from simulator.online import samples_of, signals_for

@@ -22,10 +22,10 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from service.cli import whole_parser
+from service.cli.command_line import whole_parser
+from service.cli.parser import Parser
 from service.commented import _bounds
 from service.config import Config
-from service.parser import Parser
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")

@@ -28,8 +28,8 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE
 from service import demo_underway
+from service.cli.output import add_json_argument, destination, emit
 from service.demo_report import HEAD, Failed, line, played, summary
-from service.output import add_json_argument, destination, emit
 from service.sections import Simulation
 from service.session import connecting, free_endpoint, open_session
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
@@ -242,7 +242,7 @@ def _wait_until_alive(session: zenoh.Session, learner: subprocess.Popen[bytes]) 
 
 
 def _command(*words: str) -> list[str]:
-    return [sys.executable, "-m", "service.cli", *words]
+    return [sys.executable, "-m", "service.cli.command_line", *words]
 
 
 @contextmanager

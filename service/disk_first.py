@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from incsvr.plant.axes import AXES
 from service import wire
+from service.cli.lines import iteration_line
 from service.config import Config
 from service.history import History
 from service.iterated import Outcome
-from service.lines import iteration_line
 from service.node import LearnerNode
 from service.outgoing import Outgoing
 from service.store import Store

@@ -9,10 +9,10 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.verdict import errors
+from service.cli.output import add_json_argument, emit
 from service.client import NoAnswer, reaching
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
-from service.output import add_json_argument, emit
 from service.wire import EffectsLedger
 
 VERBS = ("promote", "withdraw")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from service import wire
+from service.cli.lines import learning_line
 from service.config import Config
-from service.lines import learning_line
 from service.outgoing import Outgoing
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.arrivals import Arrivals
+from service.cli.output import add_json_argument, emit
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
 from service.inputs import asking
@@ -24,7 +25,6 @@ from service.inputs.known import RATE, TORQUE
 from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.survey import Survey
 from service.mapped_ingest import mapping
-from service.output import add_json_argument, emit
 from service.session import connecting, from_file, listening, open_session
 
 WIDTH = 80

@@ -13,6 +13,8 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals.seldom import too_slow
+from service.cli.output import add_json_argument, emit
+from service.cli.progress import progress
 from service.config_sources import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.clocks import going_on
@@ -26,8 +28,6 @@ from service.logs.cutting import Cut, add_cut_arguments
 from service.logs.dives import RULE, one_dive
 from service.logs.doubts import in_degrees, refuse_without_numbers
 from service.logs.reading import Description, described, read, since_1970, written_down
-from service.output import add_json_argument, emit
-from service.progress import progress
 
 WIDTH = 80
 FIELDS = 6

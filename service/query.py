@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
+from service.cli.output import add_json_argument, emit
 from service.client import NoAnswer, reaching
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments
-from service.output import add_json_argument, emit
 from service.wire import DampingReply, ModelSnapshot
 
 

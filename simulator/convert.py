@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from service.cli.output import add_json_argument, emit
 from service.config_sources import read as read_config
 from service.logs.cutting import ARMED
 from service.logs.dives import RULE
-from service.output import add_json_argument, emit
 from simulator.logs import Reading, add_log_arguments
 from simulator.recordings import Recording, sequence, write
 

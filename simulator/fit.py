@@ -17,12 +17,12 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
+from service.cli.output import add_json_argument, emit, report_destination
 from service.config import Config
 from service.config_sources import read as read_config
 from service.config_sources import sections
 from service.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
-from service.output import add_json_argument, emit, report_destination
 from simulator import coupling, declared_inertia, written
 from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import add_sign_argument, declared

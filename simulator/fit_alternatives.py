@@ -10,7 +10,7 @@ from incsvr.learning.model import Model
 from incsvr.learning.resolution import Unresolved, unresolved
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, TorqueKind
-from service.progress import progress
+from service.cli.progress import progress
 from simulator.fit_attempt import Terms
 from simulator.online import narrowed, signals_for
 from simulator.recordings import Recording, sequence

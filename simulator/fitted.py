@@ -21,8 +21,8 @@ from incsvr.plant.inertia import inertia_in_force
 from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.checks import told
+from service.cli.progress import progress
 from service.effects import TracedEffects
-from service.progress import progress
 from simulator import coupling
 from simulator.coupling import Told
 from simulator.declaration import Declaration

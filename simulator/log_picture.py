@@ -6,10 +6,10 @@ import argparse
 from dataclasses import replace
 
 from incsvr.errors import BadInput
+from service.cli.progress import progress
 from service.config import Config
 from service.config_sources import read as read_config
 from service.logs.picture import LogPicture
-from service.progress import progress
 from simulator.declared_inertia import inertia
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import learner_for, samples_of, signals_for

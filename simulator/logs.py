@@ -14,6 +14,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.samples import Array
+from service.cli.progress import progress
 from service.config import Config
 from service.inputs.arming import Spans, spans, within
 from service.inputs.measuring import Measured
@@ -26,7 +27,6 @@ from service.logs.dives import Dive, dives
 from service.logs.doubts import refuse_without_numbers
 from service.logs.opening import first_bytes
 from service.logs.reading import NOTHING_SAID, Description
-from service.progress import progress
 from simulator.axis_columns import of_axis, put_back, with_own_columns
 from simulator.cut_recordings import cut_recording
 from simulator.log_refusals import refuse_fraction, stillness

@@ -18,11 +18,11 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
+from service.cli.output import add_json_argument, destination, emit, report_destination
+from service.cli.progress import progress
 from service.config import Config
 from service.config_sources import read as read_config
 from service.logs.dives import RULE
-from service.output import add_json_argument, destination, emit, report_destination
-from service.progress import progress
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told
 from simulator.cures import in_names_of, of_the_log

@@ -16,10 +16,10 @@ from incsvr.learning.learner import Settings
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
+from service.cli.output import add_json_argument, emit
+from service.cli.progress import progress
 from service.config import Config
 from service.config_sources import read as read_config
-from service.output import add_json_argument, emit
-from service.progress import progress
 from simulator import leng, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for

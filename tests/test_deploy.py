@@ -18,7 +18,7 @@ from urllib.request import urlopen
 import pytest
 import yaml
 
-from service.cli import whole_parser
+from service.cli.command_line import whole_parser
 from service.config_sources import read
 from service.session import free_endpoint, listening, open_session
 from tests.conftest import ROOT

@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from service.cli import whole_parser
+from service.cli.command_line import whole_parser
+from service.cli.parser import Parser
 from service.config import Config
-from service.parser import Parser
 from tests.conftest import ROOT
 
 PAGES = sorted(

@@ -12,7 +12,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.tracing import Trace
-from service.extras import how_to_install
+from service.cli.extras import how_to_install
 
 try:
     from matplotlib import pyplot

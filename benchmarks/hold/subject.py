@@ -58,7 +58,7 @@ class Subject:
             self._alive.get()
         words = ["--set", self._place, "--set", f"state={json_text(str(self.state))}"]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "service.cli", "serve", *words],
+            [sys.executable, "-m", "service.cli.command_line", "serve", *words],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )

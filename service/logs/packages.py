@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.extras import how_to_install
+from service.cli.extras import how_to_install
 
 DISTRIBUTIONS = {
     "pyarrow": "pyarrow",

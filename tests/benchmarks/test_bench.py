@@ -9,7 +9,7 @@ import pytest
 from benchmarks import learning, solver
 from benchmarks.bench import text
 from benchmarks.provenance import provenance
-from service.cli import main
+from service.cli.command_line import main
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.chart import chart
 from benchmarks.repetition import AT_CONVERGENCE, BEFORE_CLEANING, stopped
 from benchmarks.table1 import PAPER, converged, text
-from service.cli import main
+from service.cli.command_line import main
 
 
 @pytest.fixture(scope="module")

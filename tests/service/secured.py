@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 
 from service import wire
 from service.certificates import loaded
-from service.cli import main
+from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
 from service.session import free_endpoint, from_file, open_session

@@ -16,7 +16,7 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
 from service.session import free_endpoint, listening, open_session

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from service import extras
-from service.cli import COMMANDS, main, whole_parser
+from service.cli.command_line import COMMANDS, extras, main, whole_parser
 from tests.conftest import ROOT
 
 EXAMPLES = [(name, example) for name, (_, _, example) in COMMANDS.items()]

@@ -12,7 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.plant.axes import BODY_YAW_RATE
 from incsvr.signals import SignalSettings
-from service.cli import main
+from service.cli.command_line import main
 from service.commented import commented
 from service.config import Config
 from service.config_sources import add_config_arguments, from_arguments, read

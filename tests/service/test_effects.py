@@ -14,7 +14,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.effects import configured as effects_of
 from service.effects import read_effects
 from service.node import LearnerNode
@@ -211,7 +211,11 @@ def test_serve_says_in_one_sentence_what_is_wrong(tmp_path: Path, content: str |
         path.write_text(content, encoding="utf-8")
     words = ["serve", "--listen", "tcp/127.0.0.1:0", "--set", "state=null", "--set", f"effects={path}"]
     done = subprocess.run(
-        [sys.executable, "-m", "service.cli", *words], capture_output=True, text=True, check=False, timeout=PATIENCE
+        [sys.executable, "-m", "service.cli.command_line", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
     )
     assert done.returncode == 2
     assert says in done.stderr

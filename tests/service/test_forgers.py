@@ -22,7 +22,7 @@ from zenoh.ext import (
 
 from incsvr.errors import BadInput
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.session import connecting, free_endpoint, from_file, open_session
 from simulator import leng
 from simulator.recordings import write
@@ -95,7 +95,7 @@ def test_a_player_that_is_not_heard_says_so_at_once(bus: Secured, tmp_path: Path
     write(tmp_path / "run.csv", run)
     words = ["--prefix", KEYS.prefix, "--set", f"bus.zenoh_file={bus.folder / f'{role}.json5'}", "--speed", "200"]
     done = subprocess.run(
-        [sys.executable, "-m", "service.cli", "replay", str(tmp_path / "run.csv"), *words],
+        [sys.executable, "-m", "service.cli.command_line", "replay", str(tmp_path / "run.csv"), *words],
         capture_output=True,
         text=True,
         check=False,

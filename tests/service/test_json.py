@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.wire.json_text import json_text
 from simulator.recordings import write
 from simulator.trial import Trial, play

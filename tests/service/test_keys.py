@@ -15,7 +15,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
-from service.cli import main
+from service.cli.command_line import main
 
 Check = Callable[..., str]
 

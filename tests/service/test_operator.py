@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.config import Config
 from service.node import LearnerNode
 from service.session import free_endpoint

@@ -26,7 +26,7 @@ KEYS = wire.Keys("leng/yaw")
 
 
 def command(*words: str) -> list[str]:
-    return [sys.executable, "-m", "service.cli", *words]
+    return [sys.executable, "-m", "service.cli.command_line", *words]
 
 
 @contextmanager
@@ -156,7 +156,9 @@ def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp
 
 def test_told_to_stop_while_it_waits_for_its_router_it_ends_without_an_error(tmp_path: Path) -> None:
     words = ["serve", "--set", f"bus.connect={free_endpoint()}", "--set", f"state={tmp_path}"]
-    with subprocess.Popen([sys.executable, "-m", "service.cli", *words], stderr=subprocess.PIPE, text=True) as learner:
+    with subprocess.Popen(
+        [sys.executable, "-m", "service.cli.command_line", *words], stderr=subprocess.PIPE, text=True
+    ) as learner:
         assert learner.stderr is not None
         assert "waiting for the bus" in learner.stderr.readline()
         learner.send_signal(signal.SIGTERM)

@@ -12,7 +12,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
 from service.keys import Place, make

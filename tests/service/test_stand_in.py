@@ -16,7 +16,7 @@ import zenoh
 
 from incsvr.samples import Array
 from service import wire
-from service.cli import main
+from service.cli.command_line import main
 from service.estimates import estimate, forecast_reply
 from service.node import LearnerNode
 from simulator import leng

@@ -16,9 +16,9 @@ import pytest
 
 from incsvr.plant.axes import AXES
 from service import wire
-from service.cli import main
-from service.display import WIDTH
-from service.lines import iteration_line
+from service.cli.command_line import main
+from service.cli.display import WIDTH
+from service.cli.lines import iteration_line
 from service.query import not_learned, table
 from service.session import free_endpoint
 from service.status import text

@@ -94,7 +94,7 @@ def test_systemd_hears_that_it_is_ready_learns_hangs_and_stops(
     environment = os.environ | {"NOTIFY_SOCKET": name, "WATCHDOG_USEC": str(round(WATCHDOG * 1e6))}
     words = ["serve", "--listen", free_endpoint(), "--set", f"state={tmp_path / 'state'}"]
     with subprocess.Popen(
-        [sys.executable, "-m", "service.cli", *words], env=environment, stderr=subprocess.DEVNULL
+        [sys.executable, "-m", "service.cli.command_line", *words], env=environment, stderr=subprocess.DEVNULL
     ) as learner:
         try:
             until(listener, "READY=1")

@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from incsvr.errors import BadInput
 from service import wire
 from service.bus_check import check_bus
-from service.cli import main
+from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
 from service.sections import Bus

@@ -14,7 +14,7 @@ from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.tracing.run import Run, check
-from service.cli import main
+from service.cli.command_line import main
 from simulator.recordings import Recording, of_axis, read, write
 from tests.incsvr.test_coriolis import STEP, wandering
 

@@ -14,7 +14,7 @@ from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
-from service.cli import main
+from service.cli.command_line import main
 from service.config_sources import read
 from service.tracing_job import answered
 from simulator import leng

@@ -11,7 +11,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.cli import main
+from service.cli.command_line import main
 from simulator import leng, slow_commands
 from simulator.declaration import declared
 from simulator.missions import Mission, play

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import incsvr
-from service.cli import main
+from service.cli.command_line import main
 from simulator.steered import write_log
 from tests.conftest import ROOT
 

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.slow_commands import examine
 from incsvr.learning.learner import Settings
-from service.cli import main
+from service.cli.command_line import main
 from service.config_sources import read
 from simulator import leng, planar, slow_commands
 from simulator.fitted import Fit

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from incsvr.samples import Array
-from service.cli import main
+from service.cli.command_line import main
 from service.config_sources import read as read_config
 from service.effects import configured
 from service.node import LearnerNode

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from service import ingest
-from service.cli import main
+from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
 from service.session import connecting, free_endpoint, listening, open_session

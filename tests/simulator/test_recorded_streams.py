@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from incsvr.samples import Array
 from incsvr.signals.bursts import bursts
-from service.cli import main
+from service.cli.command_line import main
 from simulator.online import signals_for
 from simulator.recorded_streams import remarks_of
 from simulator.recordings import Streams, from_streams, write

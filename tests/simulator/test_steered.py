@@ -11,7 +11,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.manoeuvre import Manoeuvre
-from service.cli import main
+from service.cli.command_line import main
 from simulator import leng
 from simulator.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
 from simulator.recordings import read, write

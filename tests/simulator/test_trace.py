@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from incsvr.samples import Array
-from service.cli import main
+from service.cli.command_line import main
 from simulator.recordings import Recording, write
 
 LENG = ("--inertia", "350")

@@ -14,7 +14,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Finding, Trace
-from service.cli import main
+from service.cli.command_line import main
 from simulator.recordings import Recording, write
 from simulator.trace import runs_of
 from simulator.trace_parts import after_steps

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from incsvr.samples import Array
-from service.cli import main
+from service.cli.command_line import main
 from simulator import slow_commands
 from simulator.recordings import Recording, write
 from simulator.trace_sensors import examined, notes

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.cli import main
+from service.cli.command_line import main
 from service.config_sources import read as read_config
 from simulator import leng
 from simulator.recordings import Recording, write

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.cli import main
+from service.cli.command_line import main
 from service.config_sources import read as read_config
 from service.session import free_endpoint
 from simulator import leng
@@ -41,7 +41,7 @@ def test_a_learner_that_starts_from_it_serves_the_curve_of_the_fit(
     endpoint, rates = free_endpoint(), np.linspace(-1.5, 1.5, 31)
     words = ["--config", written, "--connect", endpoint]
     serve = ["serve", "--config", str(written), "--listen", endpoint, "--set", "state=null"]
-    process = subprocess.Popen([sys.executable, "-m", "service.cli", *serve], stderr=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-m", "service.cli.command_line", *serve], stderr=subprocess.DEVNULL)
     try:
         played = [tmp_path / run.name for run in runs]
         for run, path in zip(runs, played, strict=True):  # without the channels, which nobody needs here

@@ -64,7 +64,7 @@ class Process:
     """A command of ours, with what it says on standard error line by line."""
 
     def __init__(self, words: list[str], limit_file: int | None = None) -> None:
-        program = "import sys; from service.cli import main; sys.exit(main())"
+        program = "import sys; from service.cli.command_line import main; sys.exit(main())"
         if limit_file is not None:
             # What a full disk looks like to a writer, without filling one.
             program = (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from service.cli import main
+from service.cli.command_line import main
 from tests.service import link
 from tests.service.logs.test_whose import DIVE, written
 from tests.viewer.readback import every, rows, series

@@ -14,7 +14,7 @@ import pytest
 import zenoh
 from rerun.chunk import RrdReader, StoreEntry
 
-from service.cli import main
+from service.cli.command_line import main
 from service.wire import SETS
 from tests.viewer.conftest import KEYS, PATIENCE, House, Run, learn_until, publish
 from tests.viewer.readback import every, points, rows, shown

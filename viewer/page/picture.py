@@ -38,7 +38,7 @@ def main() -> int:
             ("page", "--connect", bus, "--port", page.rpartition(":")[2].rstrip("/"), "--archive", archive),
             ("simulate", "--connect", bus, "--speed", "40"),
         ):
-            process = subprocess.Popen([sys.executable, "-m", "service.cli", *words])
+            process = subprocess.Popen([sys.executable, "-m", "service.cli.command_line", *words])
             stack.callback(process.wait)
             stack.callback(process.terminate)
         _wait(page)

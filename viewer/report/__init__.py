@@ -11,7 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.pictures import Learned
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
-from service.extras import how_to_install
+from service.cli.extras import how_to_install
 
 __all__ = ["write", "write_fit"]
 

@@ -19,7 +19,7 @@ import pytest
 from incsvr.effects.effect import Term
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.model import TracedModel
-from service.cli import main
+from service.cli.command_line import main
 from service.export.command import written
 from service.export.learned import Learned, of_file
 from service.session import free_endpoint
@@ -141,7 +141,7 @@ def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: p
     write(run, whole)
     endpoint, state = free_endpoint(), tmp_path / "state"
     serve = ["serve", "--listen", endpoint, "--set", f"state={state}"]
-    process = subprocess.Popen([sys.executable, "-m", "service.cli", *serve], stderr=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-m", "service.cli.command_line", *serve], stderr=subprocess.DEVNULL)
     try:
         assert main(["replay", str(run), "--connect", endpoint, "--speed", "200"]) == 0
         until, running = time.monotonic() + PATIENCE, {"source": ""}

@@ -13,7 +13,7 @@ import pytest
 import zenoh
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from service.cli import main
+from service.cli.command_line import main
 from service.inputs.hearing import Hearing
 from service.inputs.settings import Inputs
 from service.inputs.survey import Survey

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.cli import main
+from service.cli.command_line import main
 from simulator.recordings import read
 from tests.conftest import ROOT
 from tests.service.logs.dive import BOOT, dive
@@ -119,7 +119,7 @@ def test_what_cannot_be_converted(
 
 def test_a_missing_package_is_one_sentence_with_the_install_that_works(tmp_path: Path) -> None:
     path = dataflash(dive(seconds=8.0)).save(tmp_path / "dive.BIN")
-    program = "import sys; sys.modules['pymavlink'] = None; from service.cli import main; sys.exit(main(sys.argv[1:]))"
+    program = "import sys; sys.modules['pymavlink'] = None; from service.cli.command_line import main; sys.exit(main(sys.argv[1:]))"
     ran = subprocess.run(
         [sys.executable, "-c", program, "inspect", path], cwd=ROOT, capture_output=True, text=True, check=False
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.cli import main
+from service.cli.command_line import main
 from service.logs.cutting import Cut, NothingHeld, instant
 from simulator.kept import Kept
 from simulator.recordings import Recording, read, write

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from incsvr.plant.axes import AXES
-from service.cli import main
+from service.cli.command_line import main
 from simulator.logs import Reading
 from simulator.recordings import Recording, write
 from tests.service import link

@@ -13,7 +13,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 
-from service.cli import main
+from service.cli.command_line import main
 from service.inputs.quantities import meant
 from tests.service import link
 from tests.service.logs.dive import dive

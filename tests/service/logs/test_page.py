@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.cli import main
+from service.cli.command_line import main
 from tests.conftest import ROOT
 from tests.service.logs.dive import dive
 from tests.service.logs.test_vehicles import dataflash, telemetry, tlog, ulog

@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     # Here and not above: the command line names this module, and is what is completed.
-    from service.cli import whole_parser
+    from service.cli.command_line import whole_parser
 
     print(shtab.complete(whole_parser(), args.shell))
     return 0

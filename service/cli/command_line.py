@@ -13,9 +13,9 @@ import sys
 from collections.abc import Collection, Sequence
 
 from incsvr.errors import BadInput
-from service.extras import how_to_install
-from service.parser import Parser
-from service.progress import hidden
+from service.cli.extras import how_to_install
+from service.cli.parser import Parser
+from service.cli.progress import hidden
 
 COMMANDS = {
     "demo": (
@@ -97,7 +97,7 @@ COMMANDS = {
     ),
     "config": ("service.config_command", "what is in force, what is wrong", "incsvr config check config.yaml"),
     "completion": (
-        "service.completion",
+        "service.cli.completion",
         "prints a script by which a shell completes commands and flags",
         "incsvr completion bash > ~/.local/share/bash-completion/completions/incsvr",
     ),
