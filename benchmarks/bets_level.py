@@ -35,7 +35,7 @@ from incsvr.tracing.candidates import admissible, leads
 from incsvr.tracing.fit import fit
 from incsvr.tracing.model import model_of
 from service.cli.progress import progress
-from service.config import Config
+from service.config.configuration import Config
 from simulator.missions import play
 from simulator.recordings import Streams
 

@@ -28,8 +28,8 @@ from incsvr.errors import BadInput
 from incsvr.shadow import as_run
 from incsvr.tracing import trace
 from service import demo_underway
-from service.config import Config
-from service.config_sources import read
+from service.config.configuration import Config
+from service.config.sources import read
 from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play

@@ -15,7 +15,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.config import Config
+from service.config.configuration import Config
 from service.live import LiveTracing
 from service.node import LearnerNode
 from service.standing import Standing

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.provenance import provenance
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.config_sources import read
+from service.config.sources import read
 from service.node import LearnerNode
 from service.wire import Health, Measurement
 from service.wire.json_text import json_text

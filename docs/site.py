@@ -24,8 +24,8 @@ from pydantic_core import PydanticUndefined
 
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
-from service.commented import _bounds
-from service.config import Config
+from service.config.commented import _bounds
+from service.config.configuration import Config
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.config import Config
+from service.config.configuration import Config
 from service.disk import OTHER_ARCHIVE, passes, refusal
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed

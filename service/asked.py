@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from incsvr.samples import Array
-from service.config import Config
+from service.config.configuration import Config
 
 MAX_RATES = 5_000
 """400 kB of answer."""

@@ -7,8 +7,8 @@ from dataclasses import asdict
 from typing import Any, Protocol
 
 from incsvr.samples import Array
-from service.config import Config
-from service.sections import Tracing
+from service.config.configuration import Config
+from service.config.sections import Tracing
 from service.standing import FRESH_PART, TRIAL_PART, Standing, Work
 
 Streams = Mapping[str, tuple[Array, Array]]

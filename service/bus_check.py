@@ -17,9 +17,9 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.config import Config
+from service.config.configuration import Config
+from service.config.sections import Bus
 from service.disk import OTHER_STATE, unwritable, user_name
-from service.sections import Bus
 from service.session import from_file
 from service.validity import validities
 from service.wire import Keys

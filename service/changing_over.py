@@ -11,7 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Samples
 from service import wire
 from service.answers import Verb
-from service.config import Config
+from service.config.configuration import Config
 from service.disk_first import DiskFirst
 from service.effects import TracedEffects
 from service.ledger import findings

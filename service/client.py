@@ -12,7 +12,7 @@ from typing import TypeVar
 import zenoh
 
 from incsvr.errors import BadInput
-from service.config import Config
+from service.config.configuration import Config
 from service.session import Refused, connecting, from_file, nobody_at, open_session
 from service.wire import ErrorReply, Form, Keys, decode
 

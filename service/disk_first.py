@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from incsvr.plant.axes import AXES
 from service import wire
 from service.cli.lines import iteration_line
-from service.config import Config
+from service.config.configuration import Config
 from service.history import History
 from service.iterated import Outcome
 from service.node import LearnerNode

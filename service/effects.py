@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from incsvr.errors import BadInput
-from service.config import Config
+from service.config.configuration import Config
 
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation

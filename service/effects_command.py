@@ -11,8 +11,8 @@ from incsvr.errors import BadInput
 from incsvr.verdict import errors
 from service.cli.output import add_json_argument, emit
 from service.client import NoAnswer, reaching
-from service.config import Config
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.configuration import Config
+from service.config.sources import add_config_arguments, from_arguments
 from service.wire import EffectsLedger
 
 VERBS = ("promote", "withdraw")

@@ -16,7 +16,7 @@ from incsvr.plant.words import said
 from service import wire
 from service.cli.output import add_json_argument, emit
 from service.client import Client, NoAnswer, reaching
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.sources import add_config_arguments, from_arguments
 from service.health import SILENT
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 

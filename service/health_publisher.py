@@ -9,7 +9,7 @@ import zenoh
 
 from service import wire
 from service.cli.lines import learning_line
-from service.config import Config
+from service.config.configuration import Config
 from service.outgoing import Outgoing
 
 if TYPE_CHECKING:

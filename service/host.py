@@ -26,7 +26,7 @@ from service.answers import Answers, Verb
 from service.archive import archive_of
 from service.changing_over import ChangingOver
 from service.company import Company
-from service.config import Config
+from service.config.configuration import Config
 from service.disk_first import PARAMETERS, DiskFirst
 from service.effects import TracedEffects, configured
 from service.estimates import estimate

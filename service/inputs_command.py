@@ -17,8 +17,8 @@ import zenoh
 from incsvr.errors import BadInput
 from service.arrivals import Arrivals
 from service.cli.output import add_json_argument, emit
-from service.config import Config
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.configuration import Config
+from service.config.sources import add_config_arguments, from_arguments
 from service.inputs import asking
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE

@@ -15,7 +15,7 @@ from incsvr.samples import Array
 from incsvr.signals.seldom import too_slow
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
-from service.config_sources import read as read_config
+from service.config.sources import read as read_config
 from service.inputs.arming import spans, within
 from service.inputs.clocks import going_on
 from service.inputs.measuring import Measured

@@ -18,7 +18,7 @@ from incsvr.plant.axes import AXES
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Vehicle
 from service import wire
-from service.config import Config
+from service.config.configuration import Config
 from service.published import Served, report, snapshot
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from incsvr.verdict import Comparison, Verdict, in_force, level, on_trial
+from service.config.sections import Tracing
 from service.ledger import last
-from service.sections import Tracing
 from service.standing import TRIAL_PART, Content, Role, Standing
 
 

@@ -19,9 +19,9 @@ from pydantic import TypeAdapter, ValidationError
 from incsvr.errors import BadInput
 from service.certificates import VALID, Pair, authority, loaded, signed
 from service.cli.output import add_json_argument, emit
-from service.core_yaml import shown
+from service.config.core_yaml import shown
+from service.config.section import Prefix
 from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
-from service.section import Prefix
 from service.session import client_settings, listener_settings
 from service.wire.json_text import json_text
 

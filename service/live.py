@@ -18,7 +18,7 @@ from service.answers import Verb
 from service.beside import Begin, Beside
 from service.beside_watch import BesideWatch
 from service.child import Child, Died
-from service.config import Config
+from service.config.configuration import Config
 from service.effects import TracedEffects, taken_up
 from service.judged import judged
 from service.node import LearnerNode

@@ -17,7 +17,7 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.archive import Archive
 from service.arrivals import Arrivals
-from service.config import Config
+from service.config.configuration import Config
 from service.health import HealthWatch
 from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.inputs.hearing import Hearing

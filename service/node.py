@@ -23,7 +23,7 @@ from incsvr.signals.checks import Said, Vehicle
 from service import wire
 from service.asked import Asked
 from service.batches import Batches
-from service.config import Config
+from service.config.configuration import Config
 from service.effects import TracedEffects
 from service.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
 from service.published import Served, damping, snapshot, textbook

@@ -13,8 +13,8 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service import notify
 from service.company import take_prefix
-from service.config import Config, check_inertia
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.configuration import Config, check_inertia
+from service.config.sources import add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
 from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop

@@ -12,7 +12,7 @@ from incsvr.plant.axes import AXES, YAW, Axis
 from service.cli.display import WIDTH, screen
 from service.cli.output import add_json_argument, emit
 from service.client import Client, NoAnswer, reaching
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Health, ModelSnapshot
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.claim import Claim
-from service.config import Config
+from service.config.configuration import Config
 from service.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
 from service.history import History
 from service.state_file import Damaged, StateFile

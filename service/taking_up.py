@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.learning import learner
-from service.config import Config
+from service.config.configuration import Config
 from service.state_file import Damaged, StateFile
 from service.wire.json_text import json_text
 

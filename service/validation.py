@@ -12,7 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, BODY_YAW_RATE, YAW
 from incsvr.samples import Array, Samples
 from incsvr.signals import REQUIRED, synchronise
-from service.config import Config
+from service.config.configuration import Config
 from service.effects import TracedEffects
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.cli.output import add_json_argument, emit
-from service.config_sources import read as read_config
+from service.config.sources import read as read_config
 from service.logs.cutting import ARMED
 from service.logs.dives import RULE
 from simulator.logs import Reading, add_log_arguments

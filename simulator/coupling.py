@@ -23,7 +23,7 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.smoothing import smooth
-from service.config import Config
+from service.config.configuration import Config
 from simulator.online import samples_of, signals_for
 from simulator.recordings import Recording, sequence
 

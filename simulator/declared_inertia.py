@@ -12,7 +12,7 @@ from incsvr.learning.motion import held_motions, motions
 from incsvr.plant.body import Coupled
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
-from service.config import Config
+from service.config.configuration import Config
 from simulator.online import signals_for
 from simulator.recordings import Recording
 

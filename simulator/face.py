@@ -21,7 +21,7 @@ from incsvr.plant.words import said
 from incsvr.tracing.findings import Trace
 from service.cli.parser import Parser
 from service.cli.progress import hidden
-from service.config_sources import read as read_config
+from service.config.sources import read as read_config
 from simulator import fit as fit_command
 from simulator import trace as trace_command
 from simulator.logs import Reading

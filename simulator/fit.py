@@ -18,9 +18,9 @@ from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, report_destination
-from service.config import Config
-from service.config_sources import read as read_config
-from service.config_sources import sections
+from service.config.configuration import Config
+from service.config.sources import read as read_config
+from service.config.sources import sections
 from service.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
 from simulator import coupling, declared_inertia, written

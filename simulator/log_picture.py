@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from incsvr.errors import BadInput
 from service.cli.progress import progress
-from service.config import Config
-from service.config_sources import read as read_config
+from service.config.configuration import Config
+from service.config.sources import read as read_config
 from service.logs.picture import LogPicture
 from simulator.declared_inertia import inertia
 from simulator.logs import Reading, add_log_arguments

@@ -15,7 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.samples import Array
 from service.cli.progress import progress
-from service.config import Config
+from service.config.configuration import Config
 from service.inputs.arming import Spans, spans, within
 from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs, Preset, Source

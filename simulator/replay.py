@@ -15,8 +15,8 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.config import Config
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.configuration import Config
+from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
 from service.logs.dives import RULE
 from service.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.config_sources import from_arguments
+from service.config.sources import from_arguments
 from service.wire.json_text import write_json
 from simulator import leng, planar, underway
 from simulator.manoeuvre import read_manoeuvre

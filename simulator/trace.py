@@ -20,8 +20,8 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
 from service.cli.output import add_json_argument, destination, emit, report_destination
 from service.cli.progress import progress
-from service.config import Config
-from service.config_sources import read as read_config
+from service.config.configuration import Config
+from service.config.sources import read as read_config
 from service.logs.dives import RULE
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told

@@ -18,8 +18,8 @@ from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
-from service.config import Config
-from service.config_sources import read as read_config
+from service.config.configuration import Config
+from service.config.sources import read as read_config
 from simulator import leng, written
 from simulator.logs import Reading, add_log_arguments
 from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for

@@ -14,8 +14,8 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.settings import COMMANDED
-from service.commented import commented
-from service.config import Config
+from service.config.commented import commented
+from service.config.configuration import Config
 from simulator.recordings import Recording
 
 MARGIN = 2.0

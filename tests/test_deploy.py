@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 from service.cli.command_line import whole_parser
-from service.config_sources import read
+from service.config.sources import read
 from service.session import free_endpoint, listening, open_session
 from tests.conftest import ROOT
 

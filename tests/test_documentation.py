@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
-from service.config import Config
+from service.config.configuration import Config
 from tests.conftest import ROOT
 
 PAGES = sorted(

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.client import NoAnswer, reaching
-from service.config import Config
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.configuration import Config
+from service.config.sources import add_config_arguments, from_arguments
 from service.export import python_vehicle_simulator, simulators
 from service.export.learned import Learned, of_file, of_snapshot
 from service.export.table import as_csv, as_json

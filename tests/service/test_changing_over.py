@@ -17,7 +17,7 @@ from incsvr.effects import Term
 from incsvr.errors import BadInput
 from incsvr.tracing.model import TracedModel
 from service import wire
-from service.config import Config
+from service.config.configuration import Config
 from service.effects import TracedEffects, taken_up
 from service.host import Host
 from service.iterated import Outcome

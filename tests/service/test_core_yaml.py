@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 from incsvr.errors import BadInput
-from service import core_yaml
-from service.config_sources import read
-from service.core_yaml import parsed
+from service.config.configuration import core_yaml
+from service.config.core_yaml import parsed
+from service.config.sources import read
 
 LAUGHS = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n" for before, name in zip("abcdefgh", "bcdefghi", strict=True)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from service import wire
-from service.config import Config
+from service.config.configuration import Config
 from service.crew import Crew
 from service.host import Host
 from service.session import connecting, free_endpoint, listening, open_session

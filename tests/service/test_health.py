@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from incsvr.samples import Array
+from service.config.sections import HealthLimits
 from service.health import HealthWatch
 from service.node import LearnerNode
-from service.sections import HealthLimits
 from simulator import leng, slow_commands
 from tests.service.conftest import configured
 

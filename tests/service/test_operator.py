@@ -13,7 +13,7 @@ import pytest
 
 from service import wire
 from service.cli.command_line import main
-from service.config import Config
+from service.config.configuration import Config
 from service.node import LearnerNode
 from service.session import free_endpoint
 from service.standing import Standing

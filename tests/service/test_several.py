@@ -14,7 +14,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.config_sources import read
+from service.config.sources import read
 from service.query import table, velocities
 from service.wire import DampingReply
 from simulator import planar

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from service.config import Config
+from service.config.configuration import Config
 from service.history import NotKept
 from service.iterated import Outcome
 from service.node import LearnerNode

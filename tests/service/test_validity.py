@@ -17,9 +17,9 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus_check import check_bus
 from service.cli.command_line import main
+from service.config.sections import Bus
 from service.crew import Crew
 from service.host import Host
-from service.sections import Bus
 from service.session import Refused, certificates, connecting, free_endpoint, from_file, open_session
 from service.validity import SOON, Validity, dates
 from service.zenoh_file import endpoints

@@ -15,7 +15,7 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
-from service.config_sources import read
+from service.config.sources import read
 from service.tracing_job import answered
 from simulator import leng
 from simulator.coupling import declared

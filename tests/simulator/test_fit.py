@@ -12,7 +12,7 @@ import pytest
 from benchmarks.slow_commands import examine
 from incsvr.learning.learner import Settings
 from service.cli.command_line import main
-from service.config_sources import read
+from service.config.sources import read
 from simulator import leng, planar, slow_commands
 from simulator.fitted import Fit
 from simulator.missions import Mission, play

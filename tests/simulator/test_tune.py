@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.config_sources import read as read_config
+from service.config.sources import read as read_config
 from simulator import leng
 from simulator.recordings import Recording, write
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.config_sources import read as read_config
+from service.config.sources import read as read_config
 from service.session import free_endpoint
 from simulator import leng
 from simulator.recordings import Recording, write

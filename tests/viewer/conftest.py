@@ -18,7 +18,7 @@ import pytest
 import zenoh
 
 from incsvr.samples import Array
-from service.config_sources import read
+from service.config.sources import read
 from service.node import LearnerNode
 from service.session import connecting, free_endpoint, open_session
 from service.wire import Health, IterationReport, Keys, Measurement, ModelSnapshot, decode, encode

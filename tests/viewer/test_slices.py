@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from service.config_sources import read
+from service.config.sources import read
 from service.node import LearnerNode
 from service.wire import IterationReport, Measurement, ModelSnapshot
 from simulator import planar

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from service.config_sources import add_config_arguments, from_arguments
+from service.config.sources import add_config_arguments, from_arguments
 from service.session import connecting, from_file, told_to_stop
 from viewer.page.hosts import ours
 from viewer.page.learner import Learner

@@ -13,8 +13,8 @@ import pytest
 import zenoh
 
 from service import mapped_ingest
-from service.config import Config
-from service.config_sources import read
+from service.config.configuration import Config
+from service.config.sources import read
 from service.crew import Crew
 from service.host import Host
 from service.session import connecting, free_endpoint, listening, open_session

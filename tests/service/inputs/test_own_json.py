@@ -11,7 +11,7 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.arrivals import Arrivals
-from service.config_sources import read
+from service.config.sources import read
 from service.inputs.hearing import Hearing
 from service.inputs.settings import Inputs
 from service.session import free_endpoint, listening, open_session

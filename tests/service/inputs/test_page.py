@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from incsvr.errors import BadInput
-from service.config_sources import read
+from service.config.sources import read
 from service.inputs.hearing import Hearing
 from service.mapped_ingest import mapping
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from service.config import Config
+from service.config.configuration import Config
 from service.wire.json_text import json_text
 
 HEAD = """\

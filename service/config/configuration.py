@@ -1,6 +1,6 @@
 """The whole configuration as a value: typed, bounded, with units, and what follows from it for each part of a learner.
 
-What is wrong is said in one sentence that names where it came from. `service.config_sources` reads it.
+What is wrong is said in one sentence that names where it came from. `service.config.sources` reads it.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from incsvr.plant.axes import AXES, VELOCITIES, stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import SignalSettings
-from service.core_yaml import shown
+from service.config.core_yaml import shown
+from service.config.section import Name, Prefix, Section
+from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
+from service.config.vehicle import Vehicle
 from service.inputs.settings import Inputs
-from service.section import Name, Prefix, Section
-from service.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
-from service.vehicle import Vehicle
 from service.wire import Keys
 from service.wire.json_text import json_text
 

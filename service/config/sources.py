@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.config import Config, merged, validated
-from service.core_yaml import MAX_CHARACTERS, Document, parsed
+from service.config.configuration import Config, merged, validated
+from service.config.core_yaml import MAX_CHARACTERS, Document, parsed
 from service.inputs.presets.defaults import defaults
 
 

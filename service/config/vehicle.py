@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from incsvr.plant.attitude import Restoring
 from incsvr.plant.axes import AXES
 from incsvr.plant.inertia import mass_matrix
-from service.section import MassMatrix, Metres, Name, Section
+from service.config.section import MassMatrix, Metres, Name, Section
 
 
 class Vehicle(Section):

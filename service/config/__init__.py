@@ -1,0 +1,1 @@
+"""The configuration: its sections, where it comes from, how it is written."""
