@@ -22,8 +22,8 @@ import psutil
 import zenoh
 
 from incsvr.samples import Array
-from service.ingest import RING
-from service.session import connecting, free_endpoint, open_session
+from service.bus.ingest import RING
+from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
 from service.wire.json_text import json_text
 from simulator import leng

@@ -14,8 +14,8 @@ import numpy as np
 import zenoh
 
 from benchmarks.bus import BLOCK, KEYS, PATIENCE
-from service.ingest import places
-from service.session import connecting, listening, open_session
+from service.bus.ingest import places
+from service.bus.session import connecting, listening, open_session
 from service.wire import Keys, measurement
 from simulator import leng
 

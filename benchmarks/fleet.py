@@ -25,7 +25,7 @@ import zenoh
 
 from benchmarks.bus import PARTNERS, PATIENCE, process
 from benchmarks.provenance import provenance, publish
-from service.session import connecting, free_endpoint, open_session
+from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import IterationHistory, Keys, decode
 from simulator.player import wait_for_learner
 

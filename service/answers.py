@@ -1,7 +1,7 @@
 """Queries to the learner, answered from what is served: bad ones get an error reply that says what is wrong.
 
 The damping that is served has a thread of its own, so that no question for history, however long, delays it. Every
-answer is short, so that whoever asks and does not read holds up nobody: see `service.session`.
+answer is short, so that whoever asks and does not read holds up nobody: see `service.bus.session`.
 """
 
 from __future__ import annotations

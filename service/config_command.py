@@ -6,14 +6,14 @@ import argparse
 import os
 from pathlib import Path
 
-from service.bus_check import check_bus, check_files
+from service.bus.bus_check import check_bus, check_files
+from service.bus.mapped_ingest import mapping
 from service.cli.output import add_json_argument, emit
 from service.config.commented import commented
 from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
 from service.effects import configured
 from service.inputs.hearing import Hearing
-from service.mapped_ingest import mapping
 from service.validation import read_validation
 
 

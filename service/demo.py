@@ -28,10 +28,10 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE
 from service import demo_underway
+from service.bus.session import connecting, free_endpoint, open_session
 from service.cli.output import add_json_argument, destination, emit
 from service.config.sections import Simulation
 from service.demo_report import HEAD, Failed, line, played, summary
-from service.session import connecting, free_endpoint, open_session
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
 from service.wire.json_text import write_json
 

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 from incsvr.plant.axes import AXES
 from service import wire
+from service.bus.outgoing import Outgoing
 from service.cli.lines import iteration_line
 from service.config.configuration import Config
 from service.history import History
 from service.iterated import Outcome
 from service.node import LearnerNode
-from service.outgoing import Outgoing
 from service.store import Store
 
 if TYPE_CHECKING:
+    from service.bus.mapped_ingest import MappedIngest
     from service.live import LiveTracing
-    from service.mapped_ingest import MappedIngest
 
 log = logging.getLogger(__name__)
 

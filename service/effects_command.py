@@ -9,8 +9,8 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.verdict import errors
+from service.bus.client import NoAnswer, reaching
 from service.cli.output import add_json_argument, emit
-from service.client import NoAnswer, reaching
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import EffectsLedger

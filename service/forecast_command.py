@@ -14,8 +14,8 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
 from service import wire
+from service.bus.client import Client, NoAnswer, reaching
 from service.cli.output import add_json_argument, emit
-from service.client import Client, NoAnswer, reaching
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import SILENT
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth

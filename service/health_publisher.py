@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from service import wire
+from service.bus.outgoing import Outgoing
 from service.cli.lines import learning_line
 from service.config.configuration import Config
-from service.outgoing import Outgoing
 
 if TYPE_CHECKING:
     from service.diagnostics import Diagnostics

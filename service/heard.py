@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.samples import Array
 from incsvr.signals.streams import FUTURE, JUMP, Reading
 from service import wire
-from service.sequence import Sequence
+from service.bus.sequence import Sequence
 
 
 @dataclass(slots=True)

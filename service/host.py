@@ -24,6 +24,9 @@ from incsvr.samples import Array
 from service import wire
 from service.answers import Answers, Verb
 from service.archive import archive_of
+from service.bus.ingest import Ingest
+from service.bus.outgoing import Outgoing
+from service.bus.session import certificates, from_file, in_time
 from service.changing_over import ChangingOver
 from service.company import Company
 from service.config.configuration import Config
@@ -33,16 +36,13 @@ from service.estimates import estimate
 from service.health import HealthWatch
 from service.health_publisher import HealthPublisher
 from service.history import IN_MEMORY_BYTES, History
-from service.ingest import Ingest
 from service.node import LearnerNode
-from service.outgoing import Outgoing
-from service.session import certificates, from_file, in_time
 from service.store import Store
 from service.validation import read_validation
 
 if TYPE_CHECKING:
+    from service.bus.mapped_ingest import MappedIngest
     from service.live import LiveTracing
-    from service.mapped_ingest import MappedIngest
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +94,7 @@ class Host:
         if inputs.own:
             return None
         # Loaded where it is needed alone, like the other parts that not every learner has.
-        from service.mapped_ingest import MappedIngest
+        from service.bus.mapped_ingest import MappedIngest
 
         self.watch.asks = inputs.preset == "blueos"
         memory = (self._store.memory if self._store is not None else None) or {}

@@ -15,7 +15,9 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput
-from service.arrivals import Arrivals
+from service.bus.arrivals import Arrivals
+from service.bus.mapped_ingest import mapping
+from service.bus.session import connecting, from_file, listening, open_session
 from service.cli.output import add_json_argument, emit
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
@@ -24,8 +26,6 @@ from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.survey import Survey
-from service.mapped_ingest import mapping
-from service.session import connecting, from_file, listening, open_session
 
 WIDTH = 80
 POLL = 0.05

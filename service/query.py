@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
+from service.bus.client import NoAnswer, reaching
 from service.cli.output import add_json_argument, emit
-from service.client import NoAnswer, reaching
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import DampingReply, ModelSnapshot

@@ -12,12 +12,12 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service import notify
+from service.bus.session import connecting, from_file, in_time, listening, open_session, told_to_stop
 from service.company import take_prefix
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.crew import Crew
 from service.host import Host
-from service.session import connecting, from_file, in_time, listening, open_session, told_to_stop
 from service.wire import Keys
 from service.wire.json_text import json_text
 
@@ -109,8 +109,8 @@ def beginning(config: Config) -> tuple[str, ...]:
     heard = f"hears {keys.rate}, {keys.torque} and {keys.any_channel}"
     if not config.inputs.own:
         # Loaded where it is needed alone, like what listens there.
+        from service.bus.mapped_ingest import mapping
         from service.inputs.bus_keys import listened
-        from service.mapped_ingest import mapping
 
         heard = f"hears {', '.join(listened(mapping(config)))} and {keys.any_channel}"
     state = "nowhere (state: null)" if config.state is None else f"in {config.state / config.prefix}.sqlite"

@@ -9,9 +9,9 @@ import sys
 from rich.console import Console
 
 from incsvr.plant.axes import AXES, YAW, Axis
+from service.bus.client import Client, NoAnswer, reaching
 from service.cli.display import WIDTH, screen
 from service.cli.output import add_json_argument, emit
-from service.client import Client, NoAnswer, reaching
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Health, ModelSnapshot
 

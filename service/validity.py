@@ -18,7 +18,7 @@ from typing import Any
 
 import zenoh
 
-from service.zenoh_file import tls_section
+from service.bus.zenoh_file import tls_section
 
 SOON = timedelta(days=30)
 """So long before its end a certificate is said to end: a month leaves time for a visit to the vehicle."""

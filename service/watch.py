@@ -22,11 +22,11 @@ from rich.live import Live
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
+from service.bus.client import Client, NoAnswer, reaching
+from service.bus.session import told_to_stop
 from service.cli.display import WIDTH, screen
 from service.cli.lines import iteration_line, learning_line
-from service.client import Client, NoAnswer, reaching
 from service.config.sources import add_config_arguments, from_arguments
-from service.session import told_to_stop
 from service.status import look
 from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
 

@@ -15,11 +15,11 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
+from service.bus.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
 from service.logs.dives import RULE
-from service.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop
 from service.wire import Keys
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading, add_log_arguments

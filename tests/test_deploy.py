@@ -18,9 +18,9 @@ from urllib.request import urlopen
 import pytest
 import yaml
 
+from service.bus.session import free_endpoint, listening, open_session
 from service.cli.command_line import whole_parser
 from service.config.sources import read
-from service.session import free_endpoint, listening, open_session
 from tests.conftest import ROOT
 
 BLUEOS = ROOT / "deploy" / "blueos"

@@ -28,7 +28,7 @@ ALLOWED = {
         "service.effects",
         "service.cli.parser",
         "service.cli.progress",
-        "service.session",
+        "service.bus.session",
     },
     "viewer": {
         "viewer",
@@ -39,7 +39,7 @@ ALLOWED = {
         "service.config.sources",
         "service.cli.extras",
         "service.logs.picture",
-        "service.session",
+        "service.bus.session",
     },
 }
 FOREIGN = {"incsvr": {"numpy", "scipy"}}

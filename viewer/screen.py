@@ -16,7 +16,7 @@ from typing import Self, TypeVar
 from rerun.experimental import View, ViewerClient
 
 from incsvr.errors import BadInput
-from service.session import free_endpoint
+from service.bus.session import free_endpoint
 from viewer.archive import BINARY
 from viewer.pages import PAGES
 

@@ -17,9 +17,9 @@ from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
+from service.bus.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
-from service.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.wire import Keys
 from viewer import archive, log_page, window
 from viewer.bus import Bus

@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.bus import PARTNERS, process
 from benchmarks.hold.row import Row
 from benchmarks.hold.subject import Subject, fed
-from service.session import free_endpoint
+from service.bus.session import free_endpoint
 
 
 def restarts(times: int) -> list[Row]:

@@ -16,7 +16,7 @@ import zenoh
 from benchmarks.bus import BLOCK, KEYS
 from benchmarks.hold.row import Row
 from benchmarks.hold.subject import PATIENCE, Subject, fed, same
-from service.session import connecting, open_session
+from service.bus.session import connecting, open_session
 from service.wire import DampingReply, ModelSnapshot, measurement
 
 FORMS = (
@@ -53,7 +53,7 @@ LARGE = 45_000
 """Values in each message of a flood: 0.8 MB."""
 STOPS = """
 import sys, time
-from service.session import connecting, open_session
+from service.bus.session import connecting, open_session
 with open_session(connecting(sys.argv[1]), 30.0) as session:
     waiting = []
     for count in [50_000] * 3 + [5_000] * 40:

@@ -15,7 +15,7 @@ import zenoh
 
 from benchmarks.bus import KEYS, PARTNERS, process
 from incsvr.errors import BadInput
-from service.session import connecting, free_endpoint, open_session
+from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
 from service.wire.json_text import json_text
 

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.client import NoAnswer, reaching
+from service.bus.client import NoAnswer, reaching
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.export import python_vehicle_simulator, simulators

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 
+from service.bus.session import connecting, free_endpoint, open_session
 from service.config.configuration import Config
 from service.config.sections import Bus
-from service.session import connecting, free_endpoint, open_session
 from service.wire import Keys
 from simulator.player import wait_for_learner
 from tests.conftest import ROOT

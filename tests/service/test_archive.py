@@ -16,9 +16,9 @@ from mcap.reader import make_reader
 from incsvr.signals import synchronise
 from service import archive, wire
 from service.archive import Archive
+from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.logs.archive_files import archived
-from service.session import free_endpoint
 from simulator import leng, online
 from simulator.kept import Kept, is_archive
 from simulator.logs import Reading

@@ -16,10 +16,10 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
 from service import wire
+from service.bus.session import free_endpoint, listening, open_session
 from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
-from service.session import free_endpoint, listening, open_session
 from service.status import text
 from simulator.recordings import Recording, of_axis, write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured

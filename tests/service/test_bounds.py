@@ -15,7 +15,7 @@ import pytest
 import zenoh
 
 from service import wire
-from service.session import free_endpoint, open_session
+from service.bus.session import free_endpoint, open_session
 from tests.service.conftest import PATIENCE, StartBench, teach
 from tests.service.test_processes import KEYS, client, client_after, command, serving
 
@@ -76,7 +76,7 @@ def test_a_revision_is_answered_as_it_was_or_said_to_be_gone(start: StartBench, 
 
 STOPPED = """
 import sys, time
-from service.session import connecting, open_session
+from service.bus.session import connecting, open_session
 with open_session(connecting(sys.argv[1]), 20.0) as session:
     waiting = []
     for count in [50_000] * 3 + [5_000] * 40:

@@ -17,12 +17,12 @@ from incsvr.effects import Term
 from incsvr.errors import BadInput
 from incsvr.tracing.model import TracedModel
 from service import wire
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.effects import TracedEffects, taken_up
 from service.host import Host
 from service.iterated import Outcome
 from service.node import LearnerNode
-from service.session import connecting, free_endpoint, listening, open_session
 from service.standing import Standing
 from service.store import Store
 from simulator import leng

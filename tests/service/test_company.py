@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import zenoh
 
 from incsvr.errors import BadInput
+from service.bus.session import connecting, free_endpoint, open_session
 from service.company import take_prefix
-from service.session import connecting, free_endpoint, open_session
 
 LEARNERS = 3
 

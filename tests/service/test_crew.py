@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from service import wire
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.crew import Crew
 from service.host import Host
-from service.session import connecting, free_endpoint, listening, open_session
 from service.store import Store
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach

@@ -22,8 +22,8 @@ from zenoh.ext import (
 
 from incsvr.errors import BadInput
 from service import wire
+from service.bus.session import connecting, free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.session import connecting, free_endpoint, from_file, open_session
 from simulator import leng
 from simulator.recordings import write
 from tests.service.conftest import PATIENCE

@@ -14,11 +14,11 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.bus_check import check_files
+from service.bus.bus_check import check_files
+from service.bus.session import free_endpoint
 from service.disk import OTHER_STATE
 from service.history import History, NotKept
 from service.iterated import Outcome
-from service.session import free_endpoint
 from service.store import Store
 from service.wire import encode
 from tests.service.conftest import PATIENCE, configured, teach

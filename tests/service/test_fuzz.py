@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from service import wire
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.crew import Crew
 from service.host import Host
 from service.node import LearnerNode
-from service.session import connecting, free_endpoint, listening, open_session
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach
 

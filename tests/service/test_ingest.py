@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from service import wire
+from service.bus.ingest import LEAST, MAX_PAYLOAD, QUEUE_BYTES, RING, Ingest, places
+from service.bus.session import free_endpoint, listening, open_session
 from service.health import HealthWatch
-from service.ingest import LEAST, MAX_PAYLOAD, QUEUE_BYTES, RING, Ingest, places
 from service.node import LearnerNode
-from service.session import free_endpoint, listening, open_session
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
 
 KEYS = wire.Keys("leng/yaw")

@@ -18,9 +18,9 @@ import pytest
 
 from incsvr.errors import BadInput
 from service import wire
+from service.bus.session import free_endpoint
 from service.effects import configured as effects_of
 from service.node import LearnerNode
-from service.session import free_endpoint
 from simulator import player
 from simulator.player import messages
 from simulator.recordings import Recording

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from service.bus.session import Refused, free_endpoint, from_file, listening, open_session
 from service.cli.command_line import main
-from service.session import Refused, free_endpoint, from_file, listening, open_session
 from service.wire import Keys
 from tests.service.test_validity import tls
 

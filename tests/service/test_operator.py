@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from service import wire
+from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.configuration import Config
 from service.node import LearnerNode
-from service.session import free_endpoint
 from service.standing import Standing
 from service.store import Store
 from simulator.player import messages, play

@@ -17,7 +17,7 @@ import pytest
 import zenoh
 
 from service import wire
-from service.session import connecting, free_endpoint, open_session
+from service.bus.session import connecting, free_endpoint, open_session
 from simulator import leng
 from simulator.player import messages, play
 from tests.service.conftest import PATIENCE, teach
@@ -210,7 +210,7 @@ def test_a_signal_while_the_event_is_locked_is_heard() -> None:
     """It comes in the middle of the main thread's own wait, which holds the event's lock."""
     unlucky = (
         "import signal\n"
-        "from service.session import told_to_stop\n"
+        "from service.bus.session import told_to_stop\n"
         "stop = told_to_stop()\n"
         "with stop._cond:\n"
         "    signal.raise_signal(signal.SIGTERM)\n"

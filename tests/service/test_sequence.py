@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.sequence import MISSING, Sequence
+from service.bus.sequence import MISSING, Sequence
 
 
 def lost(*numbers: int) -> int:

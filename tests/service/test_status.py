@@ -16,11 +16,11 @@ import pytest
 
 from incsvr.plant.axes import AXES
 from service import wire
+from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.cli.display import WIDTH
 from service.cli.lines import iteration_line
 from service.query import not_learned, table
-from service.session import free_endpoint
 from service.status import text
 from tests.service.conftest import PATIENCE, teach
 from tests.service.test_processes import KEYS, client_after, command, endpoint, following, next_model

@@ -15,14 +15,14 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from incsvr.errors import BadInput
 from service import wire
-from service.bus_check import check_bus
+from service.bus.bus_check import check_bus
+from service.bus.session import Refused, certificates, connecting, free_endpoint, from_file, open_session
+from service.bus.zenoh_file import endpoints
 from service.cli.command_line import main
 from service.config.sections import Bus
 from service.crew import Crew
 from service.host import Host
-from service.session import Refused, certificates, connecting, free_endpoint, from_file, open_session
 from service.validity import SOON, Validity, dates
-from service.zenoh_file import endpoints
 from tests.service.conftest import configured
 from tests.service.secured import redated, until_settled
 
@@ -128,7 +128,7 @@ def test_an_expired_certificate_of_ones_own_is_refused_by_the_check_and_said_at_
 def test_a_clock_that_is_wrong_on_the_other_side_is_named(tls: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Here it is the client's that is put back: what it shows has ended by the learner's clock alone."""
     redated(tls, "viewer", -9 * DAY, -DAY)
-    for module in ("service.validity", "service.refusal"):
+    for module in ("service.validity", "service.bus.refusal"):
         monkeypatch.setattr(f"{module}.now", lambda: datetime.now(UTC) - 5 * DAY)
     redated(tls, "learner", -9 * DAY, 9 * DAY)
     with (

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from service import ingest
+from service.bus import ingest
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
 from service.crew import Crew
 from service.host import Host
-from service.session import connecting, free_endpoint, listening, open_session
 from service.wire import Health, Keys
 from simulator import leng
 from simulator.losses import Loss, health, loss, settled

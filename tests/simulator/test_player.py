@@ -12,8 +12,8 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
-from service.session import connecting, free_endpoint, listening, open_session
 from simulator.player import Faults, messages, play, wait_for_learner
 from simulator.recordings import read
 

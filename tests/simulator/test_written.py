@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.sources import read as read_config
-from service.session import free_endpoint
 from simulator import leng
 from simulator.recordings import Recording, write
 from simulator.recordings import read as read_recording

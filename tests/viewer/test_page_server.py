@@ -17,7 +17,7 @@ from urllib.parse import quote
 
 import pytest
 
-from service.session import connecting, free_endpoint
+from service.bus.session import connecting, free_endpoint
 from viewer.page.hosts import foreign, ours
 from viewer.page.learner import Learner
 from viewer.page.recordings import Recordings

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
+from service.bus.session import connecting, from_file, told_to_stop
 from service.config.sources import add_config_arguments, from_arguments
-from service.session import connecting, from_file, told_to_stop
 from viewer.page.hosts import ours
 from viewer.page.learner import Learner
 from viewer.page.recordings import Recordings

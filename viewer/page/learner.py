@@ -15,7 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from service.session import open_session
+from service.bus.session import open_session
 from service.wire import (
     EffectsLedger,
     FormType,

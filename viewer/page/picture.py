@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.request import urlopen
 
-from service.session import free_endpoint
+from service.bus.session import free_endpoint
 
 ITERATION = 21
 """At which the picture is taken: seven after the hull was mounted."""

@@ -19,10 +19,10 @@ import pytest
 from incsvr.effects.effect import Term
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.model import TracedModel
+from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import written
 from service.export.learned import Learned, of_file
-from service.session import free_endpoint
 from simulator import leng
 from simulator.recordings import write
 from tests.service.conftest import PATIENCE

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import zenoh
 
-from service import mapped_ingest
+from service.bus import mapped_ingest
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.config.sources import read
 from service.crew import Crew
 from service.host import Host
-from service.session import connecting, free_endpoint, listening, open_session
 from service.wire import Health
 from tests.service.conftest import PATIENCE, Bench
 

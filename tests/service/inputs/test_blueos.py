@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from service.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.wire import Health, Keys, ModelSnapshot, decode
 from tests.service.conftest import PATIENCE
 from tests.service.inputs import mavlink

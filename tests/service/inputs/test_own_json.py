@@ -10,11 +10,11 @@ import pytest
 
 from incsvr.errors import BadInput
 from service import wire
-from service.arrivals import Arrivals
+from service.bus.arrivals import Arrivals
+from service.bus.session import free_endpoint, listening, open_session
 from service.config.sources import read
 from service.inputs.hearing import Hearing
 from service.inputs.settings import Inputs
-from service.session import free_endpoint, listening, open_session
 from tests.service.inputs.conftest import Board
 from tests.service.logs.dive import BOOT, dive
 

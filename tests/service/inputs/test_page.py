@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from incsvr.errors import BadInput
+from service.bus.mapped_ingest import mapping
 from service.config.sources import read
 from service.inputs.hearing import Hearing
-from service.mapped_ingest import mapping
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "inputs.md").read_text(encoding="utf-8")
 CONFIGURATIONS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)

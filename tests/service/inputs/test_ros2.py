@@ -11,10 +11,10 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from zenoh.ext import Int64, z_deserialize
 
 from incsvr.errors import BadInput
+from service.bus.mapped_ingest import MappedIngest
 from service.inputs.bus_keys import matches, ros_type
 from service.inputs.hearing import Hearing
 from service.inputs.settings import Inputs
-from service.mapped_ingest import MappedIngest
 from tests.service.conftest import PATIENCE
 from tests.service.inputs.conftest import Board
 from tests.service.inputs.test_forms import MAVROS

@@ -13,11 +13,11 @@ import pytest
 import zenoh
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
 from service.inputs.hearing import Hearing
 from service.inputs.settings import Inputs
 from service.inputs.survey import Survey
-from service.session import connecting, free_endpoint, listening, open_session
 from tests.service.conftest import PATIENCE
 from tests.service.inputs import mavlink
 from tests.service.logs.dive import Dive, dive

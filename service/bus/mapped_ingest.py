@@ -16,10 +16,10 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.archive import Archive
-from service.arrivals import Arrivals
+from service.bus.arrivals import Arrivals
+from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.config.configuration import Config
 from service.health import HealthWatch
-from service.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.settings import Inputs, Source

@@ -15,7 +15,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from service.archive import Archive
-from service.ingest import AS_JSON, MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, RING
+from service.bus.ingest import AS_JSON, MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, RING
 from service.inputs.bus_keys import BRIDGED, bridged
 from service.inputs.hearing import Hearing
 from service.inputs.presets.ros import READ

@@ -12,8 +12,8 @@ from typing import TypeVar
 import zenoh
 
 from incsvr.errors import BadInput
+from service.bus.session import Refused, connecting, from_file, nobody_at, open_session
 from service.config.configuration import Config
-from service.session import Refused, connecting, from_file, nobody_at, open_session
 from service.wire import ErrorReply, Form, Keys, decode
 
 RETRY = 0.3

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from incsvr.errors import BadInput
-from service.zenoh_file import endpoints, tls_section
+from service.bus.zenoh_file import endpoints, tls_section
 
 if TYPE_CHECKING:
     from service.validity import Validity
@@ -162,11 +162,11 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
     """Why no session could be opened: `Refused` where somebody is at the endpoint."""
     tls = bool(tls_section(config))
     if "address already in use" in str(error).lower():
-        from service.neighbour import taken
+        from service.bus.neighbour import taken
 
         return Refused(taken(endpoints(config, "listen"), tls))
     if tls:
-        from service.refusal import refusal
+        from service.bus.refusal import refusal
 
         why_not = refusal(config)
         if why_not is not None:

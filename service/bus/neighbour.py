@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import zenoh
 
-from service.session import client_settings
+from service.bus.session import client_settings
 from service.wire import Keys
 from service.wire.json_text import json_text
 

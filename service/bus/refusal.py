@@ -11,8 +11,8 @@ from typing import Any
 
 import zenoh
 
+from service.bus.zenoh_file import endpoints, tls_section
 from service.validity import dates, early, now, validities
-from service.zenoh_file import endpoints, tls_section
 
 PATIENCE = 2.0
 """How long the other side may take for each step [s]."""

@@ -17,13 +17,13 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
+from service.bus.session import from_file
+from service.bus.zenoh_file import endpoints, section, tls_files
 from service.config.configuration import Config
 from service.config.sections import Bus
 from service.disk import OTHER_STATE, unwritable, user_name
-from service.session import from_file
 from service.validity import validities
 from service.wire import Keys
-from service.zenoh_file import endpoints, section, tls_files
 
 
 @contextmanager

@@ -1,0 +1,1 @@
+"""Zenoh: sessions, endpoints, clients, what comes in and what goes out."""
