@@ -18,11 +18,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from incsvr.errors import BadInput
 from service.bus.session import client_settings, listener_settings
-from service.certificates import VALID, Pair, authority, loaded, signed
 from service.cli.output import add_json_argument, emit
 from service.config.core_yaml import shown
 from service.config.section import Prefix
-from service.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
+from service.security.certificates import VALID, Pair, authority, loaded, signed
+from service.security.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
 from service.wire.json_text import json_text
 
 ENDPOINT = "tls/127.0.0.1:7447"

@@ -22,7 +22,7 @@ from service.bus.zenoh_file import endpoints, section, tls_files
 from service.config.configuration import Config
 from service.config.sections import Bus
 from service.disk import OTHER_STATE, unwritable, user_name
-from service.validity import validities
+from service.security.validity import validities
 from service.wire import Keys
 
 

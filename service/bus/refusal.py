@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 
 from service.bus.zenoh_file import endpoints, tls_section
-from service.validity import dates, early, now, validities
+from service.security.validity import dates, early, now, validities
 
 PATIENCE = 2.0
 """How long the other side may take for each step [s]."""

@@ -23,7 +23,7 @@ from incsvr.errors import BadInput
 from service.bus.zenoh_file import endpoints, tls_section
 
 if TYPE_CHECKING:
-    from service.validity import Validity
+    from service.security.validity import Validity
 from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
@@ -153,7 +153,7 @@ def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
     if not tls_section(config):
         return ()
     # Loaded where it is needed alone: most buses have none.
-    from service.validity import validities
+    from service.security.validity import validities
 
     return validities(config)
 

@@ -23,7 +23,7 @@ from service.bus.zenoh_file import tls_section
 SOON = timedelta(days=30)
 """So long before its end a certificate is said to end: a month leaves time for a visit to the vehicle."""
 FIRST = datetime(2020, 1, 1, tzinfo=UTC)
-"""Since then our certificates are valid (`service.certificates`): a clock that says less is wrong."""
+"""Since then our certificates are valid (`service.security.certificates`): a clock that says less is wrong."""
 _PEM = re.compile(rb"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----", re.DOTALL)
 _UTC_TIME, _GENERALIZED_TIME, _VERSION = 0x17, 0x18, 0xA0
 

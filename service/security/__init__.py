@@ -1,0 +1,1 @@
+"""Certificates and roles on a secured bus."""
