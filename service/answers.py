@@ -23,10 +23,10 @@ from service import wire
 from service.asked import Asked, asked, listed, names
 from service.estimates import forecast_reply
 from service.health import HealthWatch
-from service.history import History
 from service.node import LearnerNode
 from service.published import NothingLearned, damping
-from service.state_file import Row
+from service.state.history import History
+from service.state.state_file import Row
 
 log = logging.getLogger(__name__)
 

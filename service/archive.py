@@ -23,9 +23,9 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.disk import OTHER_ARCHIVE, passes, refusal
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
+from service.state.disk import OTHER_ARCHIVE, passes, refusal
 from service.wire import Keys
 from service.wire.json_text import json_text
 

@@ -12,10 +12,10 @@ from incsvr.samples import Samples
 from service import wire
 from service.answers import Verb
 from service.config.configuration import Config
-from service.disk_first import DiskFirst
 from service.effects import TracedEffects
 from service.ledger import findings
 from service.node import LearnerNode
+from service.state.disk_first import DiskFirst
 from service.validation import read_validation
 
 if TYPE_CHECKING:

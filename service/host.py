@@ -30,14 +30,14 @@ from service.bus.session import certificates, from_file, in_time
 from service.changing_over import ChangingOver
 from service.company import Company
 from service.config.configuration import Config
-from service.disk_first import PARAMETERS, DiskFirst
 from service.effects import TracedEffects, configured
 from service.estimates import estimate
 from service.health import HealthWatch
 from service.health_publisher import HealthPublisher
-from service.history import IN_MEMORY_BYTES, History
 from service.node import LearnerNode
-from service.store import Store
+from service.state.disk_first import PARAMETERS, DiskFirst
+from service.state.history import IN_MEMORY_BYTES, History
+from service.state.store import Store
 from service.validation import read_validation
 
 if TYPE_CHECKING:

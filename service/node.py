@@ -28,8 +28,8 @@ from service.effects import TracedEffects
 from service.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
 from service.published import Served, damping, snapshot, textbook
 from service.recent_batches import RecentBatches
-from service.restored import restored
 from service.stand_in import StandIn
+from service.state.restored import restored
 from service.window import Window
 
 

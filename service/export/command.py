@@ -15,7 +15,7 @@ from service.config.sources import add_config_arguments, from_arguments
 from service.export import python_vehicle_simulator, simulators
 from service.export.learned import Learned, of_file, of_snapshot
 from service.export.table import as_csv, as_json
-from service.state_file import Damaged, StateFile
+from service.state.state_file import Damaged, StateFile
 from service.wire import ModelSnapshot, decode
 from service.wire.json_text import json_text
 

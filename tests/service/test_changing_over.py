@@ -24,7 +24,7 @@ from service.host import Host
 from service.iterated import Outcome
 from service.node import LearnerNode
 from service.standing import Standing
-from service.store import Store
+from service.state.store import Store
 from simulator import leng
 from simulator.recordings import Recording
 from tests.hidden import recording, with_channels, write_trace

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from incsvr.errors import BadInput
-from service.config.configuration import core_yaml
+from service.config import core_yaml
 from service.config.core_yaml import parsed
 from service.config.sources import read
 

@@ -13,7 +13,7 @@ from service.bus.session import connecting, free_endpoint, listening, open_sessi
 from service.config.configuration import Config
 from service.crew import Crew
 from service.host import Host
-from service.store import Store
+from service.state.store import Store
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.history import NotKept
 from service.iterated import Outcome
 from service.node import LearnerNode
-from service.state_file import StateFile
-from service.store import Store
+from service.state.history import NotKept
+from service.state.state_file import StateFile
+from service.state.store import Store
 from simulator import leng
 from tests.service.conftest import StartBench, configured
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from service import wire
-from service.store import Store
+from service.state.store import Store
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured, teach
 
 

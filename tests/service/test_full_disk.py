@@ -16,10 +16,10 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_files
 from service.bus.session import free_endpoint
-from service.disk import OTHER_STATE
-from service.history import History, NotKept
 from service.iterated import Outcome
-from service.store import Store
+from service.state.disk import OTHER_STATE
+from service.state.history import History, NotKept
+from service.state.store import Store
 from service.wire import encode
 from tests.service.conftest import PATIENCE, configured, teach
 from tests.service.test_processes import KEYS, answered, client_after, following, next_model, serving

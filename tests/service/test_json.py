@@ -26,7 +26,7 @@ OTHERWISE = {
     "service/wire/json_text.py": "the place itself",
     "service/effects.py": "a checksum of effects, not written as JSON",
     "service/inputs/forms/json5.py": "a token of JSON5 as JSON spells it",
-    "service/restored.py": "refuses a memory that holds what is no number",
+    "service/state/restored.py": "refuses a memory that holds what is no number",
 }
 """Who calls json.dumps beside the one place that writes, and why."""
 

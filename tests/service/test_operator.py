@@ -17,7 +17,7 @@ from service.cli.command_line import main
 from service.config.configuration import Config
 from service.node import LearnerNode
 from service.standing import Standing
-from service.store import Store
+from service.state.store import Store
 from simulator.player import messages, play
 from simulator.trial import play as play_trial
 from tests.hidden import recording, write_trace

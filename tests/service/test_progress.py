@@ -14,7 +14,10 @@ from simulator import leng
 from simulator.recordings import Recording, write
 
 #: Without patience a bar is there at once, so that no log must be large enough for it.
-IMPATIENT = "import sys, service.cli.progress as p; p.PATIENCE = 0.0; from service.cli.command_line import main; sys.exit(main())"
+IMPATIENT = (
+    "import sys, service.cli.progress as p; p.PATIENCE = 0.0; "
+    "from service.cli.command_line import main; sys.exit(main())"
+)
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ import pytest
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.history import NotKept
 from service.iterated import Outcome
 from service.node import LearnerNode
-from service.store import Store
+from service.state.history import NotKept
+from service.state.store import Store
 from service.wire import encode
 from simulator import leng
 from tests.service.conftest import configured

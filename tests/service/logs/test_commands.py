@@ -119,7 +119,10 @@ def test_what_cannot_be_converted(
 
 def test_a_missing_package_is_one_sentence_with_the_install_that_works(tmp_path: Path) -> None:
     path = dataflash(dive(seconds=8.0)).save(tmp_path / "dive.BIN")
-    program = "import sys; sys.modules['pymavlink'] = None; from service.cli.command_line import main; sys.exit(main(sys.argv[1:]))"
+    program = (
+        "import sys; sys.modules['pymavlink'] = None; from service.cli.command_line import main; "
+        "sys.exit(main(sys.argv[1:]))"
+    )
     ran = subprocess.run(
         [sys.executable, "-c", program, "inspect", path], cwd=ROOT, capture_output=True, text=True, check=False
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 from incsvr.learning import learner
 from service.config.configuration import Config
-from service.state_file import Damaged, StateFile
+from service.state.state_file import Damaged, StateFile
 from service.wire.json_text import json_text
 
 FORM = 2  # of the tables and of what is in them

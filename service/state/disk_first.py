@@ -11,10 +11,10 @@ from service import wire
 from service.bus.outgoing import Outgoing
 from service.cli.lines import iteration_line
 from service.config.configuration import Config
-from service.history import History
 from service.iterated import Outcome
 from service.node import LearnerNode
-from service.store import Store
+from service.state.history import History
+from service.state.store import Store
 
 if TYPE_CHECKING:
     from service.bus.mapped_ingest import MappedIngest

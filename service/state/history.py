@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from incsvr.errors import BadInput
-from service.state_file import Damaged, Row, StateFile
+from service.state.state_file import Damaged, Row, StateFile
 
 log = logging.getLogger(__name__)
 

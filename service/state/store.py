@@ -1,6 +1,6 @@
 """What survives a crash: the learner's memory after each iteration and the history of what it published.
 
-One file for each learner (`service.state_file`). A state that does not fit, is damaged or cannot be taken up is set
+One file for each learner (`service.state.state_file`). A state that does not fit, is damaged or cannot be taken up is set
 aside under another name, never half-read, and one that was set aside earlier comes back where it fits. While the disk
 takes nothing, the newest revisions wait in the process's memory, and are answered from there.
 """
@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.claim import Claim
 from service.config.configuration import Config
-from service.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
-from service.history import History
-from service.state_file import Damaged, StateFile
-from service.taking_up import LOST, bring_back, identity, is_lost, set_aside, take_up
+from service.state.claim import Claim
+from service.state.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
+from service.state.history import History
+from service.state.state_file import Damaged, StateFile
+from service.state.taking_up import LOST, bring_back, identity, is_lost, set_aside, take_up
 from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
