@@ -22,7 +22,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.asked import Asked, asked, listed, names
 from service.estimates import forecast_reply
-from service.health import HealthWatch
+from service.health.health_watch import HealthWatch
 from service.node import LearnerNode
 from service.published import NothingLearned, damping
 from service.state.history import History

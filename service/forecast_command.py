@@ -17,7 +17,7 @@ from service import wire
 from service.bus.client import Client, NoAnswer, reaching
 from service.cli.output import add_json_argument, emit
 from service.config.sources import add_config_arguments, from_arguments
-from service.health import SILENT
+from service.health.health_watch import SILENT
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 
 SHOWN = 20

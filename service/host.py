@@ -32,8 +32,8 @@ from service.company import Company
 from service.config.configuration import Config
 from service.effects import TracedEffects, configured
 from service.estimates import estimate
-from service.health import HealthWatch
-from service.health_publisher import HealthPublisher
+from service.health.health_watch import HealthWatch
+from service.health.publisher import HealthPublisher
 from service.node import LearnerNode
 from service.state.disk_first import PARAMETERS, DiskFirst
 from service.state.history import IN_MEMORY_BYTES, History

@@ -19,7 +19,7 @@ from zenoh.handlers import RingChannel
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, YAW_RATE
 from service.archive import Archive
-from service.health import HealthWatch
+from service.health.health_watch import HealthWatch
 from service.inputs.forms.own import Refused, parse
 from service.node import LearnerNode
 from service.wire import Keys

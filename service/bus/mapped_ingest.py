@@ -19,7 +19,7 @@ from service.archive import Archive
 from service.bus.arrivals import Arrivals
 from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.config.configuration import Config
-from service.health import HealthWatch
+from service.health.health_watch import HealthWatch
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.settings import Inputs, Source

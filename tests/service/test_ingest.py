@@ -10,7 +10,7 @@ import pytest
 from service import wire
 from service.bus.ingest import LEAST, MAX_PAYLOAD, QUEUE_BYTES, RING, Ingest, places
 from service.bus.session import free_endpoint, listening, open_session
-from service.health import HealthWatch
+from service.health.health_watch import HealthWatch
 from service.node import LearnerNode
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
 

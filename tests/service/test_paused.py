@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.samples import Array
 from service.asked import Asked
-from service.health import HealthWatch
+from service.health.health_watch import HealthWatch
 from service.iterated import Outcome
 from service.node import LearnerNode
 from simulator import leng

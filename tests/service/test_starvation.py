@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.samples import Array
 from service import wire
-from service.health import HealthWatch
+from service.health.health_watch import HealthWatch
 from service.node import LearnerNode
 from simulator import slow_commands
 from tests.service.conftest import configured

@@ -21,11 +21,11 @@ from incsvr.signals.streams import JUMP
 from service import health_sentences as sentences
 from service import wire
 from service.config.sections import HealthLimits
-from service.heard import Heard, Lately
-from service.learning_state import LearningState
+from service.health.heard import Heard, Lately
+from service.health.learning_state import LearningState
+from service.health.starvation import NAMES, Starvation, slow_stream
 from service.node import LearnerNode
 from service.recent import Pace
-from service.starvation import NAMES, Starvation, slow_stream
 
 #: A stream that has not come for so long [s] is one to stand in for: streams come at 2 Hz and more.
 SILENT = 1.0

@@ -13,7 +13,7 @@ from service.cli.lines import learning_line
 from service.config.configuration import Config
 
 if TYPE_CHECKING:
-    from service.diagnostics import Diagnostics
+    from service.health.diagnostics import Diagnostics
 
 log = logging.getLogger(__name__)
 
@@ -66,7 +66,7 @@ class HealthPublisher:
             key = self._config.health.diagnostics
             if key is None and ros_rate is None:
                 return
-            from service.diagnostics import Diagnostics, beside
+            from service.health.diagnostics import Diagnostics, beside
 
             key = key or beside(ros_rate or "")
             log.info("%s: health goes out as diagnostics on %s, too", self._config.prefix, key)

@@ -10,7 +10,7 @@ from incsvr.learning.excitation import MANOEUVRE
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array
-from service.heard import Heard
+from service.health.heard import Heard
 from service.node import LearnerNode
 
 #: What the sender of a refused message should send, by the reasons.
