@@ -12,8 +12,8 @@ from service.cli.output import add_json_argument, emit
 from service.config.commented import commented
 from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
-from service.effects import configured
 from service.inputs.hearing import Hearing
+from service.live.effects import configured
 from service.validation import read_validation
 
 

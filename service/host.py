@@ -27,13 +27,13 @@ from service.archive import archive_of
 from service.bus.ingest import Ingest
 from service.bus.outgoing import Outgoing
 from service.bus.session import certificates, from_file, in_time
-from service.changing_over import ChangingOver
 from service.company import Company
 from service.config.configuration import Config
-from service.effects import TracedEffects, configured
 from service.estimates import estimate
 from service.health.health_watch import HealthWatch
 from service.health.publisher import HealthPublisher
+from service.live.changing_over import ChangingOver
+from service.live.effects import TracedEffects, configured
 from service.node import LearnerNode
 from service.state.disk_first import PARAMETERS, DiskFirst
 from service.state.history import IN_MEMORY_BYTES, History
@@ -42,7 +42,7 @@ from service.validation import read_validation
 
 if TYPE_CHECKING:
     from service.bus.mapped_ingest import MappedIngest
-    from service.live import LiveTracing
+    from service.live.live_tracing import LiveTracing
 
 log = logging.getLogger(__name__)
 
@@ -119,7 +119,7 @@ class Host:
         effects, live = self._effects, None
         if self._config.tracing.on:
             # Loaded where it is needed alone: most learners do without.
-            from service.live import LiveTracing
+            from service.live.live_tracing import LiveTracing
 
             live = LiveTracing(self._config, (memory or {}).get("live"))
             effects = live.effects

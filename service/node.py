@@ -24,8 +24,8 @@ from service import wire
 from service.asked import Asked
 from service.batches import Batches
 from service.config.configuration import Config
-from service.effects import TracedEffects
 from service.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
+from service.live.effects import TracedEffects
 from service.published import Served, damping, snapshot, textbook
 from service.recent_batches import RecentBatches
 from service.stand_in import StandIn

@@ -13,7 +13,7 @@ from incsvr.plant.axes import AXES, BODY_YAW_RATE, YAW
 from incsvr.samples import Array, Samples
 from incsvr.signals import REQUIRED, synchronise
 from service.config.configuration import Config
-from service.effects import TracedEffects
+from service.live.effects import TracedEffects
 
 
 def read_validation(path: Path, config: Config, effects: TracedEffects | None = None) -> Samples:

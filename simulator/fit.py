@@ -21,7 +21,7 @@ from service.cli.output import add_json_argument, emit, report_destination
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
-from service.effects import TracedEffects, configured, read_effects
+from service.live.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
 from simulator import coupling, declared_inertia, written
 from simulator.cures import in_names_of, of_the_log

@@ -19,7 +19,7 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.checks import Vehicle, Verdict
 from incsvr.signals.coupled import freed
 from incsvr.traced_motion import traced_free_run_errors
-from service.effects import TracedEffects
+from service.live.effects import TracedEffects
 from simulator.online import learner_for, samples_of, wanted_streams
 from simulator.recordings import Recording
 

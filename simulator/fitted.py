@@ -22,7 +22,7 @@ from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.checks import told
 from service.cli.progress import progress
-from service.effects import TracedEffects
+from service.live.effects import TracedEffects
 from simulator import coupling
 from simulator.coupling import Told
 from simulator.declaration import Declaration

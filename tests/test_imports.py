@@ -25,7 +25,7 @@ ALLOWED = {
         "service.config.commented",
         "service.config.configuration",
         "service.config.sources",
-        "service.effects",
+        "service.live.effects",
         "service.cli.parser",
         "service.cli.progress",
         "service.bus.session",

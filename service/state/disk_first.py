@@ -18,7 +18,7 @@ from service.state.store import Store
 
 if TYPE_CHECKING:
     from service.bus.mapped_ingest import MappedIngest
-    from service.live import LiveTracing
+    from service.live.live_tracing import LiveTracing
 
 log = logging.getLogger(__name__)
 

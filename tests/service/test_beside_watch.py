@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from service.beside_watch import LONG_S, BesideWatch
-from service.child import DEADLINE
+from service.live.beside_watch import LONG_S, BesideWatch
+from service.live.child import DEADLINE
 
 
 def test_deaths_are_counted_until_there_is_an_answer() -> None:

@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from incsvr.errors import BadInput
-from service.child import Child
+from service.live.child import Child
 from simulator import leng
 from simulator.recordings import Streams
 from tests.hidden import recording

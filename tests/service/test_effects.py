@@ -15,8 +15,8 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.cli.command_line import main
-from service.effects import configured as effects_of
-from service.effects import read_effects
+from service.live.effects import configured as effects_of
+from service.live.effects import read_effects
 from service.node import LearnerNode
 from simulator.recordings import Recording, write
 from tests.hidden import TRUTH, recording

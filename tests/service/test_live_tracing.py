@@ -19,7 +19,7 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import free_endpoint
-from service.effects import configured as effects_of
+from service.live.effects import configured as effects_of
 from service.node import LearnerNode
 from simulator import player
 from simulator.player import messages
@@ -75,7 +75,7 @@ def named(effects: tuple[dict[str, Any], ...]) -> list[str]:
 
 def tracing() -> list[psutil.Process]:
     """The processes beside the learners of this one."""
-    return [each for each in psutil.Process().children() if "service.tracing_job" in each.cmdline()]
+    return [each for each in psutil.Process().children() if "service.live.tracing_job" in each.cmdline()]
 
 
 def latest(bench: Bench) -> wire.ModelSnapshot:
@@ -214,9 +214,7 @@ def test_a_learner_that_is_killed_takes_its_process_with_it(tmp_path: Path, lagg
 
 
 def test_where_it_is_off_nothing_of_it_is_loaded_or_kept() -> None:
-    program = (
-        "import sys, service.serve; sys.exit(bool({'service.live', 'service.child', 'scipy.stats'} & {*sys.modules}))"
-    )
+    program = "import sys, service.serve; sys.exit(bool({'service.live.live_tracing', 'service.live.child', 'scipy.stats'} & {*sys.modules}))"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
     node = LearnerNode(configured(), boot="")
     node.push("yaw_rate", np.arange(50, dtype=np.float64), np.zeros(50))

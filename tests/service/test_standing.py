@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from incsvr.verdict import Verdict
-from service.standing import STANDING_BETS, STEPS, Standing
+from service.live.standing import STANDING_BETS, STEPS, Standing
 
 WINDOW, PROOF = 900.0, 300.0
 LAG = {"effects": [{"effect": "torque_lag"}], "model": {}}

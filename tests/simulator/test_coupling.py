@@ -16,7 +16,7 @@ from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
 from service.config.sources import read
-from service.tracing_job import answered
+from service.live.tracing_job import answered
 from simulator import leng
 from simulator.coupling import declared
 from simulator.online import samples_of, signals_for

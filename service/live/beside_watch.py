@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from service.child import DEADLINE
-from service.standing import Work
+from service.live.child import DEADLINE
+from service.live.standing import Work
 
 LONG_S = 120.0
 """A piece of work that takes longer [s], wall time, is told: the slowest trace known took 24."""

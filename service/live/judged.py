@@ -9,8 +9,8 @@ from typing import Any
 
 from incsvr.verdict import Comparison, Verdict, in_force, level, on_trial
 from service.config.sections import Tracing
-from service.ledger import last
-from service.standing import TRIAL_PART, Content, Role, Standing
+from service.live.ledger import last
+from service.live.standing import TRIAL_PART, Content, Role, Standing
 
 
 @dataclass(frozen=True, slots=True)

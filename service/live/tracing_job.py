@@ -1,4 +1,4 @@
-"""The program of the process beside the learner: `python -m service.tracing_job FOLDER` traces, or compares free runs.
+"""The program of the process beside the learner: `python -m service.live.tracing_job FOLDER` traces, or compares free runs.
 
 The folder holds `job.json` and `streams.npz`; the answer is written there as `answer.json`. Exit status 0 done, 2 the
 data cannot answer (one sentence on standard error). Standard input is a pipe that the learner holds: when it closes,
@@ -30,7 +30,7 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
-from service.child import NO_ANSWER
+from service.live.child import NO_ANSWER
 from service.wire.json_text import write_json
 
 NICE = 10

@@ -12,15 +12,15 @@ from incsvr.samples import Samples
 from service import wire
 from service.answers import Verb
 from service.config.configuration import Config
-from service.effects import TracedEffects
-from service.ledger import findings
+from service.live.effects import TracedEffects
+from service.live.ledger import findings
 from service.node import LearnerNode
 from service.state.disk_first import DiskFirst
 from service.validation import read_validation
 
 if TYPE_CHECKING:
-    from service.live import LiveTracing
-    from service.standing import Standing
+    from service.live.live_tracing import LiveTracing
+    from service.live.standing import Standing
 
 log = logging.getLogger(__name__)
 

@@ -9,13 +9,13 @@ from typing import Any, Protocol
 from incsvr.samples import Array
 from service.config.configuration import Config
 from service.config.sections import Tracing
-from service.standing import FRESH_PART, TRIAL_PART, Standing, Work
+from service.live.standing import FRESH_PART, TRIAL_PART, Standing, Work
 
 Streams = Mapping[str, tuple[Array, Array]]
 
 
 class Beside(Protocol):
-    """What works beside the learner, as `service.child.Child` does in a process of its own."""
+    """What works beside the learner, as `service.live.child.Child` does in a process of its own."""
 
     @property
     def ended(self) -> bool: ...
@@ -36,7 +36,7 @@ def recent(streams: Streams, settings: Tracing, standing: Standing, work: Work, 
 
 
 def job(config: Config, standing: Standing, work: Work, newest: float) -> dict[str, Any]:
-    """The work that is due at `newest` [s], as `service.tracing_job.answered` takes it."""
+    """The work that is due at `newest` [s], as `service.live.tracing_job.answered` takes it."""
     coupled, smoothing = config.coupled(), config.signals.smoothing
     body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
     return body | _job(config, standing, work, newest)

@@ -35,7 +35,7 @@ class Died(BadInput):
 
 
 class Child:
-    """One piece of work (see `service.tracing_job`) in a process of its own, until `close`."""
+    """One piece of work (see `service.live.tracing_job`) in a process of its own, until `close`."""
 
     def __init__(self, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float) -> None:
         self._folder = TemporaryDirectory(prefix="incsvr-", ignore_cleanup_errors=True)
@@ -45,7 +45,7 @@ class Child:
             _save(folder, job, streams)
             with (folder / "said").open("wb") as said:
                 self.process = subprocess.Popen(
-                    [sys.executable, "-m", "service.tracing_job", str(folder)],
+                    [sys.executable, "-m", "service.live.tracing_job", str(folder)],
                     stdin=subprocess.PIPE,
                     stdout=said,
                     stderr=said,

@@ -13,16 +13,16 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.verdict import Comparison
-from service import beside, ledger
 from service.answers import Verb
-from service.beside import Begin, Beside
-from service.beside_watch import BesideWatch
-from service.child import Child, Died
 from service.config.configuration import Config
-from service.effects import TracedEffects, taken_up
-from service.judged import judged
+from service.live import beside, ledger
+from service.live.beside import Begin, Beside
+from service.live.beside_watch import BesideWatch
+from service.live.child import Child, Died
+from service.live.effects import TracedEffects, taken_up
+from service.live.judged import judged
+from service.live.standing import RESIDUAL, Content, Standing, Work
 from service.node import LearnerNode
-from service.standing import RESIDUAL, Content, Standing, Work
 
 log = logging.getLogger(__name__)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from service.standing import Content, Role, Standing
+from service.live.standing import Content, Role, Standing
 
 EVIDENCE = ("p_value", "share")
 """Of a finding, what a step about it repeats."""

@@ -1,0 +1,1 @@
+"""Live tracing: the process beside the learner, the ledger, effects in force."""
