@@ -16,10 +16,10 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.config.configuration import Config
+from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
 from service.live.standing import Standing
 from service.live.tracing_job import answered
-from service.node import LearnerNode
 from service.wire.json_text import json_text
 from simulator.recordings import Recording
 

@@ -20,7 +20,7 @@ from benchmarks.provenance import provenance
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.config.sources import read
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from service.wire import Health, Measurement
 from service.wire.json_text import json_text
 from simulator.leng import recording

@@ -12,12 +12,12 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.bus.session import connecting, from_file, in_time, listening, open_session, told_to_stop
-from service.company import take_prefix
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
-from service.crew import Crew
 from service.health import notify
-from service.host import Host
+from service.learner.company import take_prefix
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.wire import Keys
 from service.wire.json_text import json_text
 

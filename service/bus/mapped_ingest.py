@@ -23,7 +23,7 @@ from service.health.health_watch import HealthWatch
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.settings import Inputs, Source
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from service.wire import Keys
 
 SETTLED = 2.0

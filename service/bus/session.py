@@ -38,7 +38,7 @@ _COMMON: dict[str, Any] = {
 _RELAYED: dict[str, Any] = {
     # Whoever asks and does not read is cut off after this time [µs]: Zenoh holds its tables while a message waits for
     # room, so that for all others the bus stands still so long. Sixteen batches of 64 kB are more than one answer
-    # (`service.answers`), so that a slow link that reads on is never cut off.
+    # (`service.learner.answers`), so that a slow link that reads on is never cut off.
     "tx": {
         "lease": 2000,
         "queue": {"size": {"data": 16}, "congestion_control": {"block": {"wait_before_close": 500_000}}},

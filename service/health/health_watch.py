@@ -24,8 +24,8 @@ from service.config.sections import HealthLimits
 from service.health.heard import Heard, Lately
 from service.health.learning_state import LearningState
 from service.health.starvation import NAMES, Starvation, slow_stream
-from service.node import LearnerNode
-from service.recent import Pace
+from service.learner.node import LearnerNode
+from service.learner.recent import Pace
 
 #: A stream that has not come for so long [s] is one to stand in for: streams come at 2 Hz and more.
 SILENT = 1.0

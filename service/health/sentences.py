@@ -11,7 +11,7 @@ from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array
 from service.health.heard import Heard
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 
 #: What the sender of a refused message should send, by the reasons.
 CURES = {

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from incsvr.errors import BadInput
 from incsvr.samples import Samples
 from service import wire
-from service.answers import Verb
 from service.config.configuration import Config
+from service.learner.answers import Verb
+from service.learner.node import LearnerNode
 from service.live.effects import TracedEffects
 from service.live.ledger import findings
-from service.node import LearnerNode
 from service.state.disk_first import DiskFirst
 from service.validation import read_validation
 

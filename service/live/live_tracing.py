@@ -13,8 +13,9 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from incsvr.verdict import Comparison
-from service.answers import Verb
 from service.config.configuration import Config
+from service.learner.answers import Verb
+from service.learner.node import LearnerNode
 from service.live import beside, ledger
 from service.live.beside import Begin, Beside
 from service.live.beside_watch import BesideWatch
@@ -22,7 +23,6 @@ from service.live.child import Child, Died
 from service.live.effects import TracedEffects, taken_up
 from service.live.judged import judged
 from service.live.standing import RESIDUAL, Content, Standing, Work
-from service.node import LearnerNode
 
 log = logging.getLogger(__name__)
 

@@ -11,8 +11,8 @@ from service import wire
 from service.bus.outgoing import Outgoing
 from service.cli.lines import iteration_line
 from service.config.configuration import Config
-from service.iterated import Outcome
-from service.node import LearnerNode
+from service.learner.iterated import Outcome
+from service.learner.node import LearnerNode
 from service.state.history import History
 from service.state.store import Store
 

@@ -19,8 +19,8 @@ from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.config.sources import read
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from simulator import leng
 from simulator.player import Messages, messages, play
 from simulator.recordings import Recording

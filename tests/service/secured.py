@@ -18,8 +18,8 @@ from cryptography.hazmat.primitives import hashes, serialization
 from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.security.certificates import loaded
 from tests.service.conftest import PATIENCE, configured, teach
 

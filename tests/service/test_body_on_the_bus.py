@@ -18,8 +18,8 @@ from incsvr.signals import SignalSettings, synchronise
 from service import wire
 from service.bus.session import free_endpoint, listening, open_session
 from service.cli.command_line import main
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.status import text
 from simulator.recordings import Recording, of_axis, write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured

@@ -19,11 +19,11 @@ from incsvr.tracing.model import TracedModel
 from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
-from service.host import Host
-from service.iterated import Outcome
+from service.learner.host import Host
+from service.learner.iterated import Outcome
+from service.learner.node import LearnerNode
 from service.live.effects import TracedEffects, taken_up
 from service.live.standing import Standing
-from service.node import LearnerNode
 from service.state.store import Store
 from simulator import leng
 from simulator.recordings import Recording

@@ -11,8 +11,8 @@ import pytest
 from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.state.store import Store
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach

@@ -11,7 +11,7 @@ import zenoh
 
 from incsvr.signals import synchronise
 from service import wire
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from simulator import leng, online
 from simulator.player import Faults, messages
 from simulator.recordings import Recording

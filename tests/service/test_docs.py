@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.asked import MAX_RATES
 from service.inputs.forms.own import parse
+from service.learner.asked import MAX_RATES
 from tests.service.conftest import teach
 from tests.service.test_processes import KEYS, client_after, endpoint, following, next_model
 

@@ -15,9 +15,9 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.cli.command_line import main
+from service.learner.node import LearnerNode
 from service.live.effects import configured as effects_of
 from service.live.effects import read_effects
-from service.node import LearnerNode
 from simulator.recordings import Recording, write
 from tests.hidden import TRUTH, recording
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured

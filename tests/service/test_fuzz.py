@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
-from service.crew import Crew
-from service.host import Host
-from service.node import LearnerNode
+from service.learner.crew import Crew
+from service.learner.host import Host
+from service.learner.node import LearnerNode
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach
 

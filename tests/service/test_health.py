@@ -10,7 +10,7 @@ import pytest
 from incsvr.samples import Array
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthWatch
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from simulator import leng, slow_commands
 from tests.service.conftest import configured
 

@@ -11,7 +11,7 @@ from service import wire
 from service.bus.ingest import LEAST, MAX_PAYLOAD, QUEUE_BYTES, RING, Ingest, places
 from service.bus.session import free_endpoint, listening, open_session
 from service.health.health_watch import HealthWatch
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
 
 KEYS = wire.Keys("leng/yaw")

@@ -19,8 +19,8 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import free_endpoint
+from service.learner.node import LearnerNode
 from service.live.effects import configured as effects_of
-from service.node import LearnerNode
 from simulator import player
 from simulator.player import messages
 from simulator.recordings import Recording

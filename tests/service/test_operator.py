@@ -15,8 +15,8 @@ from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.configuration import Config
+from service.learner.node import LearnerNode
 from service.live.standing import Standing
-from service.node import LearnerNode
 from service.state.store import Store
 from simulator.player import messages, play
 from simulator.trial import play as play_trial

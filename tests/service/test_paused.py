@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from incsvr.samples import Array
-from service.asked import Asked
 from service.health.health_watch import HealthWatch
-from service.iterated import Outcome
-from service.node import LearnerNode
+from service.learner.asked import Asked
+from service.learner.iterated import Outcome
+from service.learner.node import LearnerNode
 from simulator import leng
 from tests.service.conftest import configured
 

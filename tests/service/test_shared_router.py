@@ -14,9 +14,9 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.crew import Crew
-from service.host import Host
 from service.keys import Place, make
+from service.learner.crew import Crew
+from service.learner.host import Host
 from tests.service.conftest import PATIENCE, configured, teach
 
 FIRST, SECOND = wire.Keys("crab/yaw"), wire.Keys("eel/yaw")

@@ -17,8 +17,8 @@ import zenoh
 from incsvr.samples import Array
 from service import wire
 from service.cli.command_line import main
-from service.estimates import estimate, forecast_reply
-from service.node import LearnerNode
+from service.learner.estimates import estimate, forecast_reply
+from service.learner.node import LearnerNode
 from simulator import leng
 from simulator.recordings import Recording
 from tests.service.conftest import PATIENCE, StartBench, configured, teach

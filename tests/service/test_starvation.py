@@ -11,7 +11,7 @@ import pytest
 from incsvr.samples import Array
 from service import wire
 from service.health.health_watch import HealthWatch
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from simulator import slow_commands
 from tests.service.conftest import configured
 

@@ -19,8 +19,8 @@ from typing import Any
 import pytest
 
 from service.bus.session import free_endpoint, listening, open_session
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, configured
 

@@ -20,8 +20,8 @@ from service.bus.session import Refused, certificates, connecting, free_endpoint
 from service.bus.zenoh_file import endpoints
 from service.cli.command_line import main
 from service.config.sections import Bus
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.security.validity import SOON, Validity, dates
 from tests.service.conftest import configured
 from tests.service.secured import redated, until_settled

@@ -9,8 +9,8 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
 from incsvr.signals.streams import BELIEVED, CAPACITY
-from service.batches import Batches
-from service.window import Window
+from service.learner.batches import Batches
+from service.learner.window import Window
 from simulator import leng
 
 SETTINGS = SignalSettings(channels=("depth",))

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from incsvr.errors import BadInput
 from service import wire
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from simulator import leng
 from tests.service.conftest import configured
 

@@ -12,8 +12,8 @@ import pytest
 from incsvr.samples import Array
 from service.cli.command_line import main
 from service.config.sources import read as read_config
+from service.learner.node import LearnerNode
 from service.live.effects import configured
-from service.node import LearnerNode
 from simulator.recordings import write
 from tests.hidden import recording, with_channels, write_trace
 

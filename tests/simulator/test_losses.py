@@ -13,8 +13,8 @@ import pytest
 from service.bus import ingest
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.wire import Health, Keys
 from simulator import leng
 from simulator.losses import Loss, health, loss, settled

@@ -20,7 +20,7 @@ import zenoh
 from incsvr.samples import Array
 from service.bus.session import connecting, free_endpoint, open_session
 from service.config.sources import read
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from service.wire import Health, IterationReport, Keys, Measurement, ModelSnapshot, decode, encode
 from simulator.leng import recording
 

@@ -14,8 +14,8 @@ from rerun.chunk import RrdReader
 from incsvr.effects import Term
 from incsvr.tracing.model import TracedModel
 from service.bus.session import listening, open_session
+from service.learner.node import LearnerNode
 from service.live.effects import taken_up
-from service.node import LearnerNode
 from service.wire import IterationReport, encode
 from simulator import leng
 from tests.hidden import recording, write_trace

@@ -10,7 +10,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from service.config.sources import read
-from service.node import LearnerNode
+from service.learner.node import LearnerNode
 from service.wire import IterationReport, Measurement, ModelSnapshot
 from simulator import planar
 from tests.viewer.conftest import Run

@@ -16,8 +16,8 @@ from service.bus import mapped_ingest
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.config.sources import read
-from service.crew import Crew
-from service.host import Host
+from service.learner.crew import Crew
+from service.learner.host import Host
 from service.wire import Health
 from tests.service.conftest import PATIENCE, Bench
 

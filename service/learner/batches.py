@@ -26,7 +26,7 @@ from incsvr.signals.streams import JUMP, Reading
 if TYPE_CHECKING:
     from incsvr.compensation import Compensation
     from incsvr.plant.body import Coupled
-    from service.window import Window
+    from service.learner.window import Window
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
 WAITING_BATCHES = 200

@@ -17,8 +17,8 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.samples import Array, Samples
 from service import wire
-from service.asked import Asked
-from service.batches import sampled
+from service.learner.asked import Asked
+from service.learner.batches import sampled
 
 
 class NothingLearned(BadInput):

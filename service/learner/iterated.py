@@ -19,7 +19,7 @@ from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Vehicle
 from service import wire
 from service.config.configuration import Config
-from service.published import Served, report, snapshot
+from service.learner.published import Served, report, snapshot
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service import wire
-from service.node import LearnerNode
-from service.published import check_trained
-from service.stand_in import Ahead, StandIn
+from service.learner.node import LearnerNode
+from service.learner.published import check_trained
+from service.learner.stand_in import Ahead, StandIn
 
 EFFECTS = "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
 SEVERAL = (

@@ -21,16 +21,16 @@ from incsvr.learning.learner import Iteration
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Said, Vehicle
 from service import wire
-from service.asked import Asked
-from service.batches import Batches
 from service.config.configuration import Config
-from service.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
+from service.learner.asked import Asked
+from service.learner.batches import Batches
+from service.learner.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
+from service.learner.published import Served, damping, snapshot, textbook
+from service.learner.recent_batches import RecentBatches
+from service.learner.stand_in import StandIn
+from service.learner.window import Window
 from service.live.effects import TracedEffects
-from service.published import Served, damping, snapshot, textbook
-from service.recent_batches import RecentBatches
-from service.stand_in import StandIn
 from service.state.restored import restored
-from service.window import Window
 
 
 class LearnerNode:

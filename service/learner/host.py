@@ -3,7 +3,7 @@
     measurements → Ingest → LearnerNode → disk → bus
                                  ↑ Answers
 
-It has no threads but the one that answers for damping: `service.crew` does the work for all learners of a process. The
+It has no threads but the one that answers for damping: `service.learner.crew` does the work for all learners of a process. The
 liveliness token is declared last: who sees it can ask.
 """
 
@@ -22,19 +22,19 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service import wire
-from service.answers import Answers, Verb
 from service.archive import archive_of
 from service.bus.ingest import Ingest
 from service.bus.outgoing import Outgoing
 from service.bus.session import certificates, from_file, in_time
-from service.company import Company
 from service.config.configuration import Config
-from service.estimates import estimate
 from service.health.health_watch import HealthWatch
 from service.health.publisher import HealthPublisher
+from service.learner.answers import Answers, Verb
+from service.learner.company import Company
+from service.learner.estimates import estimate
+from service.learner.node import LearnerNode
 from service.live.changing_over import ChangingOver
 from service.live.effects import TracedEffects, configured
-from service.node import LearnerNode
 from service.state.disk_first import PARAMETERS, DiskFirst
 from service.state.history import IN_MEMORY_BYTES, History
 from service.state.store import Store

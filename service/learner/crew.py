@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self
 
-from service.host import Host
+from service.learner.host import Host
 
 log = logging.getLogger(__name__)
 

@@ -20,11 +20,11 @@ from zenoh.handlers import RingChannel
 
 from incsvr.errors import BadInput
 from service import wire
-from service.asked import Asked, asked, listed, names
-from service.estimates import forecast_reply
 from service.health.health_watch import HealthWatch
-from service.node import LearnerNode
-from service.published import NothingLearned, damping
+from service.learner.asked import Asked, asked, listed, names
+from service.learner.estimates import forecast_reply
+from service.learner.node import LearnerNode
+from service.learner.published import NothingLearned, damping
 from service.state.history import History
 from service.state.state_file import Row
 

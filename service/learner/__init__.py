@@ -1,0 +1,1 @@
+"""One learner: measurements become batches, iterations and answers."""
