@@ -36,8 +36,8 @@ from incsvr.tracing.fit import fit
 from incsvr.tracing.model import model_of
 from service.cli.progress import progress
 from service.config.configuration import Config
+from service.recordings.recording import Streams
 from simulator.missions import play
-from simulator.recordings import Streams
 
 RESULTS = Path(__file__).parent / "results"
 WINDOW, TRIAL = 600.0, 300.0

@@ -36,11 +36,11 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.checks import Vehicle
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
+from service.recordings.online import learner_for, samples_of, signals_for
+from service.recordings.recording import RATE_LIMIT, Recording, read, sequence
 from service.wire.json_text import json_text
 from simulator import leng
 from simulator.missions import Mission, play
-from simulator.online import learner_for, samples_of, signals_for
-from simulator.recordings import RATE_LIMIT, Recording, read, sequence
 
 HORIZONS = (1.0, 5.0, 20.0, 60.0)
 """[s]"""

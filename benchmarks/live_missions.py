@@ -30,11 +30,11 @@ from incsvr.tracing import trace
 from service import demo_underway
 from service.config.configuration import Config
 from service.config.sources import read
+from service.recordings.online import learner_for, samples_of, signals_for
+from service.recordings.recording import RATE_LIMIT, Streams, sequence
 from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play
-from simulator.online import learner_for, samples_of, signals_for
-from simulator.recordings import RATE_LIMIT, Streams, sequence
 from simulator.written import scaled
 
 RESULTS = Path(__file__).parent / "results"

@@ -20,8 +20,8 @@ from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
 from service.live.standing import Standing
 from service.live.tracing_job import answered
+from service.recordings.recording import Recording
 from service.wire.json_text import json_text
-from simulator.recordings import Recording
 
 CHUNK = 3.0
 """So much of each stream comes at once [s]: less than a batch."""

@@ -11,10 +11,10 @@ from benchmarks.mission_cases import IDLE, circumstance
 from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
+from service.recordings.online import signals_for
+from service.recordings.recording import RATE_LIMIT
 from simulator.fitted import Fit
 from simulator.missions import Outcome
-from simulator.online import signals_for
-from simulator.recordings import RATE_LIMIT
 
 Record = dict[str, Any]
 POLICIES = ("paper", "weighted")

@@ -26,8 +26,8 @@ from incsvr.learning.baselines import (
 )
 from incsvr.samples import Array, Samples
 from incsvr.signals import TORQUE, YAW_RATE, synchronise
-from simulator.online import signals_for
-from simulator.recordings import RATE_LIMIT
+from service.recordings.online import signals_for
+from service.recordings.recording import RATE_LIMIT
 
 Record = dict[str, Any]
 LAST = 500

@@ -8,9 +8,9 @@ import numpy as np
 
 from benchmarks.policies import Policy, scaled
 from incsvr.signals import synchronise
+from service.recordings.online import learn, signals_for
+from service.recordings.recording import RATE_LIMIT
 from simulator.missions import Mission, Outcome, play
-from simulator.online import learn, signals_for
-from simulator.recordings import RATE_LIMIT
 
 MISSIONS = ("survey", "waypoints", "zigzag", "circles", "day")
 """Ordinary missions, of the vehicle "auv", on which both are tried."""

@@ -30,10 +30,10 @@ from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.cli.progress import progress
+from service.recordings.online import Errors, learn, signals_for
+from service.recordings.recording import read, sequence
 from service.wire.json_text import json_text
 from simulator import leng
-from simulator.online import Errors, learn, signals_for
-from simulator.recordings import read, sequence
 
 TUNED_ON = (
     "the weighted policy's constants were set on simulated seeds from 1,000 on. How it works was also shaped by "

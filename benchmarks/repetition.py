@@ -31,8 +31,8 @@ from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.tuning import ranked, search
 from incsvr.samples import Array, Samples
+from service.recordings.recording import sequence
 from simulator import leng
-from simulator.recordings import sequence
 
 LEARNERS: Mapping[str, Settings] = {
     "paper": Settings(policy="paper"),

@@ -38,9 +38,9 @@ from incsvr.learning.several.velocities import points
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Vehicle
+from service.recordings.online import learner_for, samples_of, signals_for
+from service.recordings.recording import read, sequence
 from simulator import leng, planar
-from simulator.online import learner_for, samples_of, signals_for
-from simulator.recordings import read, sequence
 
 RESULTS = Path(__file__).parent / "results"
 MEASURED = Path(__file__).parents[2] / "shared" / "measured"

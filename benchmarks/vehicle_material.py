@@ -18,8 +18,8 @@ from incsvr.tracing.cells import cut
 from incsvr.tracing.channels import usable
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.torque_nature import TorqueNature
+from service.recordings.recording import Recording, read
 from simulator import coupling
-from simulator.recordings import Recording, read
 from simulator.trace import runs_of
 
 BEYOND = 1.5

@@ -38,10 +38,10 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS
 from service.cli.progress import progress
+from service.recordings.online import samples_of, signals_for
+from service.recordings.recording import sequence
 from service.wire.json_text import json_text
 from simulator.fitted import Fit
-from simulator.online import samples_of, signals_for
-from simulator.recordings import sequence
 from simulator.trace import traced
 
 MEASURED = Path(__file__).parents[2] / "shared" / "measured"

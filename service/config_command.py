@@ -14,7 +14,7 @@ from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
 from service.inputs.hearing import Hearing
 from service.live.effects import configured
-from service.validation import read_validation
+from service.recordings.validation import read_validation
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,8 +11,8 @@ from service.cli.output import add_json_argument, emit
 from service.config.sources import read as read_config
 from service.logs.cutting import ARMED
 from service.logs.dives import RULE
-from simulator.logs import Reading, add_log_arguments
-from simulator.recordings import Recording, sequence, write
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording, sequence, write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -24,8 +24,8 @@ from incsvr.signals.coupled import freed
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.smoothing import smooth
 from service.config.configuration import Config
-from simulator.online import samples_of, signals_for
-from simulator.recordings import Recording, sequence
+from service.recordings.online import samples_of, signals_for
+from service.recordings.recording import Recording, sequence
 
 HELP = (
     "M with added mass, [kg], [kg m²]: its diagonal from surge to yaw, or all 36 entries row by row, with commas "

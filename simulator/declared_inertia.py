@@ -13,8 +13,8 @@ from incsvr.plant.body import Coupled
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
-from simulator.online import signals_for
-from simulator.recordings import Recording
+from service.recordings.online import signals_for
+from service.recordings.recording import Recording
 
 ESTIMATE = "estimate"
 MISSING = (

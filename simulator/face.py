@@ -22,11 +22,11 @@ from incsvr.tracing.findings import Trace
 from service.cli.parser import Parser
 from service.cli.progress import hidden
 from service.config.sources import read as read_config
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
 from simulator import fit as fit_command
 from simulator import trace as trace_command
-from simulator.logs import Reading
 from simulator.manoeuvre import next_manoeuvre
-from simulator.recordings import Recording
 from simulator.trace_text import text as trace_text
 
 PLOTS = "viewer.plots"

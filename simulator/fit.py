@@ -23,15 +23,15 @@ from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.live.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
+from service.recordings.online import narrowed, signals_for
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording, sequence
 from simulator import coupling, declared_inertia, written
 from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import add_sign_argument, declared
 from simulator.fit_text import text
 from simulator.fitted import Fit
-from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
-from simulator.online import narrowed, signals_for
-from simulator.recordings import Recording, sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -20,8 +20,8 @@ from incsvr.signals.checks import Vehicle, Verdict
 from incsvr.signals.coupled import freed
 from incsvr.traced_motion import traced_free_run_errors
 from service.live.effects import TracedEffects
-from simulator.online import learner_for, samples_of, wanted_streams
-from simulator.recordings import Recording
+from service.recordings.online import learner_for, samples_of, wanted_streams
+from service.recordings.recording import Recording
 
 EFFECTS_OVER_ONE = (
     "with traced effects damping is learned over one velocity, over which they were traced; leave out --effects, or "

@@ -23,14 +23,14 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.checks import told
 from service.cli.progress import progress
 from service.live.effects import TracedEffects
+from service.recordings.online import Errors, remarks
+from service.recordings.recording import Recording, sequence
 from simulator import coupling
 from simulator.coupling import Told
 from simulator.declaration import Declaration
 from simulator.fit_alternatives import proposal
 from simulator.fit_attempt import Terms
 from simulator.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
-from simulator.online import Errors, remarks
-from simulator.recordings import Recording, sequence
 
 CURVE = 101
 """Rates of the trained range at which the curve is told."""

@@ -26,7 +26,7 @@ import numpy as np
 from incsvr.plant import Thruster, thruster_torque
 from incsvr.samples import Array, Samples
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
-from simulator.recordings import Recording, from_streams
+from service.recordings.recording import Recording, from_streams
 
 INERTIA = 350.0
 """I, dry and added mass [kg m²]."""

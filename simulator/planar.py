@@ -14,8 +14,8 @@ from math import atan2, hypot, sin
 import numpy as np
 
 from incsvr.samples import Array
+from service.recordings.recording import Recording, from_streams
 from simulator.leng import lasting, stamps
-from simulator.recordings import Recording, from_streams
 
 STEP = 0.02
 """Of Heun's integration [s]; the shortest time scale is a second."""

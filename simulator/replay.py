@@ -20,14 +20,14 @@ from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
 from service.logs.dives import RULE
+from service.recordings.kept import Kept, is_archive
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording, Streams, sequence
 from service.wire import Keys
-from simulator.kept import Kept, is_archive
-from simulator.logs import Reading, add_log_arguments
 from simulator.losses import health, loss, sent_to, settled
 from simulator.patience import Patience
 from simulator.play_progress import shown
 from simulator.player import Played, Unheard, messages, play, wait_for_learner
-from simulator.recordings import Recording, Streams, sequence
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.samples import Array
-from simulator.recordings import Recording, from_streams
+from service.recordings.recording import Recording, from_streams
 
 INERTIA = 0.6
 """[kg m²]."""

@@ -12,10 +12,10 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from service.recordings.recording import Recording, write
 from simulator import leng
 from simulator.effects import Physics
 from simulator.effects.physics import ThrustMap
-from simulator.recordings import Recording, write
 from simulator.trial_command import Command, command
 from simulator.trial_vehicle import STEP, move
 from simulator.underway import SCALE, inflow, recorded, water

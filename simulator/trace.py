@@ -23,14 +23,14 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.logs.dives import RULE
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording
 from simulator import coupling, declared_inertia
 from simulator.coupling import Told
 from simulator.cures import in_names_of, of_the_log
 from simulator.declaration import DOUBTED, add_sign_argument, declared
-from simulator.logs import Reading, add_log_arguments
 from simulator.made import REPORT_WRITER, made
 from simulator.manoeuvre import next_manoeuvre
-from simulator.recordings import Recording
 from simulator.trace_parts import Part, after_steps
 from simulator.trace_sensors import believed, examined, notes
 from simulator.trace_text import text

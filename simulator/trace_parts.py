@@ -13,8 +13,8 @@ from incsvr.errors import BadInput
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.sentences import headline
 from service.logs.cutting import Span
-from simulator.cut_recordings import between
-from simulator.recordings import Recording
+from service.recordings.cut_recordings import between
+from service.recordings.recording import Recording
 
 AT = "at_s"
 """The parameter of an effect that begins at one instant [s of the recordings]."""

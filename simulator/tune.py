@@ -20,10 +20,10 @@ from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import read as read_config
+from service.recordings.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import RATE_LIMIT, sequence
 from simulator import leng, written
-from simulator.logs import Reading, add_log_arguments
-from simulator.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
-from simulator.recordings import RATE_LIMIT, sequence
 
 _BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
 

@@ -16,9 +16,9 @@ import numpy as np
 from incsvr.plant import thruster_torque
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
+from service.recordings.recording import Recording, from_streams
 from simulator import leng
 from simulator.effects import Circumstances, Physics, Scale, Truth, named
-from simulator.recordings import Recording, from_streams
 from simulator.trial_command import Command, command
 from simulator.trial_vehicle import STEP, Motion, Onset, move
 

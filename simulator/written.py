@@ -16,7 +16,7 @@ from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.settings import COMMANDED
 from service.config.commented import commented
 from service.config.configuration import Config
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 
 MARGIN = 2.0
 """A torque or a yaw rate beyond so many times the recordings' largest is written down as no measurement."""

@@ -11,8 +11,8 @@ import numpy as np
 from incsvr.effects import Term, candidates
 from incsvr.samples import Array
 from incsvr.tracing.model import TracedModel
+from service.recordings.recording import Recording, from_streams
 from simulator import leng
-from simulator.recordings import Recording, from_streams
 
 LAG, BIAS = 0.4, 12.0
 """Time constant of the rotors [s], moment of the fin [N m]."""

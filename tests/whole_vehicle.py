@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.samples import Array
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 
 MASS = np.array([60.0, 80.0, 0.0, 0.0, 0.0, 12.0])
 """M, diagonal, surge to yaw [kg], [kg m²]."""

@@ -31,7 +31,7 @@ from viewer.shelf import Shelf
 
 log = logging.getLogger(__name__)
 
-LOG_READER = "simulator.log_picture"
+LOG_READER = "service.recordings.log_picture"
 """Reads a log for its picture; the viewer itself knows recordings and the bus alone."""
 
 

@@ -14,11 +14,11 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from service.archive import Archive
 from service.bus.ingest import AS_JSON, MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, RING
 from service.inputs.bus_keys import BRIDGED, bridged
 from service.inputs.hearing import Hearing
 from service.inputs.presets.ros import READ
+from service.recordings.archive import Archive
 
 
 class Arrivals:

@@ -18,10 +18,10 @@ from zenoh.handlers import RingChannel
 
 from incsvr.samples import Array
 from incsvr.signals import REQUIRED, YAW_RATE
-from service.archive import Archive
 from service.health.health_watch import HealthWatch
 from service.inputs.forms.own import Refused, parse
 from service.learner.node import LearnerNode
+from service.recordings.archive import Archive
 from service.wire import Keys
 
 #: Messages that a stream may be behind, 0.4 s at 20,000 a second; in time every place, 250 bytes, is resident.

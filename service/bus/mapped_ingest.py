@@ -15,7 +15,6 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.archive import Archive
 from service.bus.arrivals import Arrivals
 from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.config.configuration import Config
@@ -24,6 +23,7 @@ from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE
 from service.inputs.settings import Inputs, Source
 from service.learner.node import LearnerNode
+from service.recordings.archive import Archive
 from service.wire import Keys
 
 SETTLED = 2.0

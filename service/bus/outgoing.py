@@ -8,8 +8,8 @@ import zenoh
 from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
 
 from service import wire
-from service.archive import Archive
 from service.learner.answers import JSON
+from service.recordings.archive import Archive
 
 
 class Outgoing:

@@ -22,7 +22,6 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service import wire
-from service.archive import archive_of
 from service.bus.ingest import Ingest
 from service.bus.outgoing import Outgoing
 from service.bus.session import certificates, from_file, in_time
@@ -35,10 +34,11 @@ from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
 from service.live.changing_over import ChangingOver
 from service.live.effects import TracedEffects, configured
+from service.recordings.archive import archive_of
+from service.recordings.validation import read_validation
 from service.state.disk_first import PARAMETERS, DiskFirst
 from service.state.history import IN_MEMORY_BYTES, History
 from service.state.store import Store
-from service.validation import read_validation
 
 if TYPE_CHECKING:
     from service.bus.mapped_ingest import MappedIngest

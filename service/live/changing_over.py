@@ -15,8 +15,8 @@ from service.learner.answers import Verb
 from service.learner.node import LearnerNode
 from service.live.effects import TracedEffects
 from service.live.ledger import findings
+from service.recordings.validation import read_validation
 from service.state.disk_first import DiskFirst
-from service.validation import read_validation
 
 if TYPE_CHECKING:
     from service.live.live_tracing import LiveTracing

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from simulator.recordings import Recording, from_streams
+from service.recordings.recording import Recording, from_streams
 from simulator.second.channels import CHANNELS, wandering
 from simulator.second.commands import COMMANDS, computer_period, pilot_of, usual_swing
 from simulator.second.hidden import BY_CHANNEL, EFFECTS, hide

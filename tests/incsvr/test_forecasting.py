@@ -16,7 +16,8 @@ from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.plant import free_run
 from incsvr.samples import Array
-from simulator import leng, online
+from service.recordings import online
+from simulator import leng
 
 INERTIA, STEP = 24.0, 0.05
 

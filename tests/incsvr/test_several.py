@@ -22,8 +22,8 @@ from incsvr.learning.several.paper import near_distances
 from incsvr.learning.solver.factor import SMALL, factor
 from incsvr.samples import Array, Samples
 from incsvr.signals.checks import Vehicle
+from service.recordings.online import samples_of
 from simulator import leng, planar
-from simulator.online import samples_of
 from tests.incsvr.learning import batches, rms, run, stream
 
 OTHERS = ("surge", "sway")

@@ -12,8 +12,8 @@ from incsvr.shadow import compare
 from incsvr.signals import SignalSettings
 from incsvr.tracing.model import TracedModel
 from incsvr.verdict import CHANCE, Comparison, Verdict, in_force, level, on_trial
+from service.recordings.recording import Streams
 from simulator import leng
-from simulator.recordings import Streams
 from tests.hidden import BIAS, LAG, TRUTH, recording, term
 
 

@@ -17,7 +17,7 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
-from simulator.recordings import Recording, read
+from service.recordings.recording import Recording, read
 from simulator.trial import Trial, play
 
 PUBLISHED = 1.125

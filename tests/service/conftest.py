@@ -21,9 +21,9 @@ from service.config.configuration import Config
 from service.config.sources import read
 from service.learner.crew import Crew
 from service.learner.host import Host
+from service.recordings.recording import Recording
 from simulator import leng
 from simulator.player import Messages, messages, play
-from simulator.recordings import Recording
 
 PATIENCE = 20.0
 """How long a test waits for what must come [s]."""

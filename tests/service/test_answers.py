@@ -10,7 +10,7 @@ import pytest
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
 from service import wire
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 from tests.service.conftest import PATIENCE, StartBench
 
 

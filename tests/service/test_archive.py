@@ -14,16 +14,17 @@ import zenoh
 from mcap.reader import make_reader
 
 from incsvr.signals import synchronise
-from service import archive, wire
-from service.archive import Archive
+from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.logs.archive_files import archived
-from simulator import leng, online
-from simulator.kept import Kept, is_archive
-from simulator.logs import Reading
+from service.recordings import archive, online
+from service.recordings.archive import Archive
+from service.recordings.kept import Kept, is_archive
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
+from simulator import leng
 from simulator.player import Faults, messages
-from simulator.recordings import Recording
 from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, StartBench, configured
 from tests.service.test_determinism import QUICK, without_boot

@@ -20,8 +20,8 @@ from service.bus.session import free_endpoint, listening, open_session
 from service.cli.command_line import main
 from service.learner.crew import Crew
 from service.learner.host import Host
+from service.recordings.recording import Recording, of_axis, write
 from service.status import text
-from simulator.recordings import Recording, of_axis, write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
 

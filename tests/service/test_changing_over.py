@@ -24,9 +24,9 @@ from service.learner.iterated import Outcome
 from service.learner.node import LearnerNode
 from service.live.effects import TracedEffects, taken_up
 from service.live.standing import Standing
+from service.recordings.recording import Recording
 from service.state.store import Store
 from simulator import leng
-from simulator.recordings import Recording
 from tests.hidden import recording, with_channels, write_trace
 from tests.service.conftest import PATIENCE, configured
 from tests.service.test_effects import part

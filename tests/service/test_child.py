@@ -15,8 +15,8 @@ import pytest
 
 from incsvr.errors import BadInput
 from service.live.child import Child
+from service.recordings.recording import Streams
 from simulator import leng
-from simulator.recordings import Streams
 from tests.hidden import recording
 from tests.service.conftest import PATIENCE
 

@@ -12,9 +12,9 @@ import pytest
 import zenoh
 
 from service import wire
+from service.recordings.recording import Recording
 from simulator import leng
 from simulator.player import messages, play
-from simulator.recordings import Recording
 from tests.service.conftest import PATIENCE, StartBench, teach
 from tests.service.test_processes import KEYS, client_after, endpoint, following, next_model, serving, taken_until
 

@@ -12,9 +12,10 @@ import zenoh
 from incsvr.signals import synchronise
 from service import wire
 from service.learner.node import LearnerNode
-from simulator import leng, online
+from service.recordings import online
+from service.recordings.recording import Recording
+from simulator import leng
 from simulator.player import Faults, messages
-from simulator.recordings import Recording
 from tests.service.conftest import PATIENCE, StartBench, configured
 
 #: A quick grid, so that four seconds of the vehicle's time, played at its own pace, give several iterations.

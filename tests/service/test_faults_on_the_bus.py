@@ -10,9 +10,9 @@ import pytest
 import zenoh
 
 from service import wire
+from service.recordings.recording import Recording
 from simulator import leng
 from simulator.player import Faults, messages
-from simulator.recordings import Recording
 from tests.service.conftest import PATIENCE, StartBench, cut
 
 

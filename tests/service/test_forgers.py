@@ -24,8 +24,8 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import connecting, free_endpoint, from_file, open_session
 from service.cli.command_line import main
+from service.recordings.recording import write
 from simulator import leng
-from simulator.recordings import write
 from tests.service.conftest import PATIENCE
 from tests.service.secured import FORGED, KEYS, Secured, secured, until_settled
 

@@ -15,8 +15,8 @@ import pytest
 
 from service import wire
 from service.cli.command_line import main
+from service.recordings.recording import write
 from service.wire.json_text import json_text
-from simulator.recordings import write
 from simulator.trial import Trial, play
 
 ROOT = Path(__file__).resolve().parents[2]

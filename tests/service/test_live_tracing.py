@@ -21,9 +21,9 @@ from service import wire
 from service.bus.session import free_endpoint
 from service.learner.node import LearnerNode
 from service.live.effects import configured as effects_of
+from service.recordings.recording import Recording
 from simulator import player
 from simulator.player import messages
-from simulator.recordings import Recording
 from simulator.trial import Trial, play
 from tests.hidden import recording, write_trace
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured

@@ -10,8 +10,8 @@ import pytest
 
 from incsvr.learning.model import Model
 from service import wire
+from service.recordings.recording import Recording, sequence, write
 from simulator import leng
-from simulator.recordings import Recording, sequence, write
 from tests.service.conftest import PATIENCE, StartBench, cut
 
 

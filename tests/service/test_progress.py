@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from service.recordings.recording import Recording, write
 from simulator import leng
-from simulator.recordings import Recording, write
 
 #: Without patience a bar is there at once, so that no log must be large enough for it.
 IMPATIENT = (

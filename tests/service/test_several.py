@@ -16,9 +16,9 @@ from incsvr.errors import BadInput
 from service import wire
 from service.config.sources import read
 from service.query import table, velocities
+from service.recordings.recording import Recording
 from service.wire import DampingReply
 from simulator import planar
-from simulator.recordings import Recording
 from tests.service.conftest import PATIENCE, StartBench
 from tests.service.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
 

@@ -19,8 +19,8 @@ from service import wire
 from service.cli.command_line import main
 from service.learner.estimates import estimate, forecast_reply
 from service.learner.node import LearnerNode
+from service.recordings.recording import Recording
 from simulator import leng
-from simulator.recordings import Recording
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
 
 SEED = 9

@@ -17,10 +17,10 @@ from incsvr.signals import synchronise
 from service.cli.command_line import main
 from service.config.sources import read
 from service.live.tracing_job import answered
+from service.recordings.online import samples_of, signals_for
+from service.recordings.recording import of_axis, sequence, write
 from simulator import leng
 from simulator.coupling import declared
-from simulator.online import samples_of, signals_for
-from simulator.recordings import of_axis, sequence, write
 from tests.hidden import recording
 from tests.simulator.test_axes import CORIOLIS as SURGE_MASS
 from tests.simulator.test_axes import MASS, vehicle

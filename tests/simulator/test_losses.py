@@ -15,10 +15,10 @@ from service.bus.session import connecting, free_endpoint, listening, open_sessi
 from service.cli.command_line import main
 from service.learner.crew import Crew
 from service.learner.host import Host
+from service.recordings.recording import write
 from service.wire import Health, Keys
 from simulator import leng
 from simulator.losses import Loss, health, loss, settled
-from simulator.recordings import write
 from tests.service.conftest import PATIENCE, configured, cut
 
 KEYS = Keys("leng/yaw")

@@ -14,8 +14,8 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
+from service.recordings.recording import read
 from simulator.player import Faults, messages, play, wait_for_learner
-from simulator.recordings import read
 
 KEYS = wire.Keys("leng/yaw")
 STREAMS = {

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.second_cases import KINDS, TORQUES, case
-from simulator.recordings import Recording, read, write
+from service.recordings.recording import Recording, read, write
 from simulator.second import (
     BY_CHANNEL,
     CLOSED_LOOP,
@@ -219,7 +219,7 @@ def test_it_shares_nothing_with_the_first_simulator_or_the_tracer() -> None:
             modules += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             for module in modules:
                 ours = module.partition(".")[0] in {"incsvr", "service", "simulator", "viewer", "benchmarks"}
-                shared = module == "simulator.recordings" or (module + ".").startswith("simulator.second.")
+                shared = module == "service.recordings.recording" or (module + ".").startswith("simulator.second.")
                 assert shared or not ours, f"{path.relative_to(ROOT)} imports {module}"
 
 

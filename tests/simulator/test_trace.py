@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.samples import Array
 from service.cli.command_line import main
-from simulator.recordings import Recording, write
+from service.recordings.recording import Recording, write
 
 LENG = ("--inertia", "350")
 

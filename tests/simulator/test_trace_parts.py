@@ -15,7 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Finding, Trace
 from service.cli.command_line import main
-from simulator.recordings import Recording, write
+from service.recordings.recording import Recording, write
 from simulator.trace import runs_of
 from simulator.trace_parts import after_steps
 

@@ -11,8 +11,8 @@ import pytest
 
 from incsvr.samples import Array
 from service.cli.command_line import main
+from service.recordings.recording import Recording, write
 from simulator import slow_commands
-from simulator.recordings import Recording, write
 from simulator.trace_sensors import examined, notes
 
 STEP = 0.05

@@ -11,8 +11,8 @@ import pytest
 
 from service.cli.command_line import main
 from service.config.sources import read as read_config
+from service.recordings.recording import Recording, write
 from simulator import leng
-from simulator.recordings import Recording, write
 
 
 @pytest.fixture(scope="module")

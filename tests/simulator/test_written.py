@@ -15,9 +15,9 @@ import pytest
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.sources import read as read_config
+from service.recordings.recording import Recording, write
+from service.recordings.recording import read as read_recording
 from simulator import leng
-from simulator.recordings import Recording, write
-from simulator.recordings import read as read_recording
 from tests.service.conftest import PATIENCE
 
 

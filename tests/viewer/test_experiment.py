@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 from incsvr.errors import BadInput
+from service.recordings.recording import write
 from simulator import leng
-from simulator.recordings import write
 from viewer.experiment import draw
 from viewer.palette import LIGHT
 

@@ -23,8 +23,8 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import written
 from service.export.learned import Learned, of_file
+from service.recordings.recording import write
 from simulator import leng
-from simulator.recordings import write
 from tests.service.conftest import PATIENCE
 
 LINEAR, QUADRATIC, INERTIA = 9.0, 26.0, 24.0

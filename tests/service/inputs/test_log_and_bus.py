@@ -19,7 +19,7 @@ from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.inputs.settings import Inputs
 from service.logs.reading import Description
-from simulator.logs import Reading
+from service.recordings.reading import Reading
 from tests.service import link
 from tests.service.inputs.conftest import Board, Vessel, configured
 from tests.service.inputs.test_ros2 import IMU, STAMPED, STORE, cdr, header, imu, rmw, wrench_stamped

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Writer as Bag
 
 from incsvr.samples import Array
 from service.inputs.clocks import Clock
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, EPOCH
 from tests.service.logs.test_middleware import DIVE, ROS2, imu, read, wrench

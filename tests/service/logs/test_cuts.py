@@ -11,8 +11,8 @@ import pytest
 
 from service.cli.command_line import main
 from service.logs.cutting import Cut, NothingHeld, instant
-from simulator.kept import Kept
-from simulator.recordings import Recording, read, write
+from service.recordings.kept import Kept
+from service.recordings.recording import Recording, read, write
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive
 

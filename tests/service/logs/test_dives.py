@@ -11,8 +11,8 @@ import pytest
 
 from incsvr.plant.axes import AXES
 from service.cli.command_line import main
-from simulator.logs import Reading
-from simulator.recordings import Recording, write
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording, write
 from tests.service import link
 from tests.service.logs.dive import dive
 

@@ -26,8 +26,8 @@ from service.inputs.settings import Inputs
 from service.logs import opened
 from service.logs.cdr import RosTypes
 from service.logs.reading import Description
-from simulator.logs import Reading
-from simulator.recordings import Recording
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, dive
 
 DIVE = dive(seconds=10.0)

@@ -13,8 +13,8 @@ import pytest
 from incsvr.errors import BadInput
 from service.inputs.settings import Inputs
 from service.logs.reading import Description, guessed_unit
-from simulator.logs import Reading
-from simulator.recordings import Recording
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
 from tests.service.logs.dive import dive
 
 DIVE = dive(seconds=10.0)

@@ -15,8 +15,8 @@ from incsvr.errors import BadInput
 from service.inputs.settings import Inputs
 from service.logs import opened
 from service.logs.reading import Description
-from simulator.logs import Reading
-from simulator.recordings import Recording
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, Dive, dive
 
 DIVE = dive()

@@ -16,8 +16,8 @@ from service.inputs.instances import INSTANCE_FIELDS
 from service.inputs.settings import Inputs
 from service.logs import opened
 from service.logs.reading import Description
-from simulator.logs import Reading
-from simulator.recordings import Recording
+from service.recordings.reading import Reading
+from service.recordings.recording import Recording
 from tests.service import link
 from tests.service.logs.dive import BOOT, VOLTS, Dive, dive
 

@@ -11,7 +11,7 @@ from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
 from incsvr.signals.bursts import bursts, in_bursts
 from incsvr.signals.checks.turned import beside_yaw_rate
 from incsvr.signals.raw import HEADING
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 
 CALLED = {YAW_RATE: "yaw rate", TORQUE: "torque"}
 

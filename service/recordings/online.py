@@ -19,8 +19,8 @@ from incsvr.signals.holding import REPEATED, held
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import COMMANDED, LONGEST_PAUSE, MEASURED, ROTOR_LAG, TorqueKind
 from incsvr.signals.smoothing import WIDTHS
-from simulator.recorded_streams import refuse_bursts, remarks_of
-from simulator.recordings import Recording, Streams
+from service.recordings.recorded_streams import refuse_bursts, remarks_of
+from service.recordings.recording import Recording, Streams
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
 """The range for which the paper's settings were tuned [rad/s], [N m]."""

@@ -27,11 +27,11 @@ from service.logs.dives import Dive, dives
 from service.logs.doubts import refuse_without_numbers
 from service.logs.opening import first_bytes
 from service.logs.reading import NOTHING_SAID, Description
-from simulator.axis_columns import of_axis, put_back, with_own_columns
-from simulator.cut_recordings import cut_recording
-from simulator.log_refusals import refuse_fraction, stillness
-from simulator.recordings import RATE_LIMIT, Recording, continued, from_streams
-from simulator.recordings import read as read_recording
+from service.recordings.axis_columns import of_axis, put_back, with_own_columns
+from service.recordings.cut_recordings import cut_recording
+from service.recordings.log_refusals import refuse_fraction, stillness
+from service.recordings.recording import RATE_LIMIT, Recording, continued, from_streams
+from service.recordings.recording import read as read_recording
 
 NEVER = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
 

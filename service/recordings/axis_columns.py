@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW, Axis
 from service.logs.csv_log import ROWS
 from service.logs.table import Log
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 
 _AWAY = "other."
 """Begins the name of a stream of another axis while it is read, where it would be called as this axis's own."""

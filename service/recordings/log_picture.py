@@ -10,10 +10,10 @@ from service.cli.progress import progress
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.logs.picture import LogPicture
+from service.recordings.online import learner_for, samples_of, signals_for
+from service.recordings.reading import Reading, add_log_arguments
+from service.recordings.recording import Recording
 from simulator.declared_inertia import inertia
-from simulator.logs import Reading, add_log_arguments
-from simulator.online import learner_for, samples_of, signals_for
-from simulator.recordings import Recording
 
 ASK_INERTIA = "No damping samples without the inertia: --inertia I [kg m²], or --inertia estimate."
 

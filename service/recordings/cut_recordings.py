@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
-from simulator.recordings import Recording
+from service.recordings.recording import Recording
 
 
 def cut_recording(recording: Recording, cut: Cut, since_1970: float | None) -> Recording:

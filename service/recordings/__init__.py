@@ -1,0 +1,1 @@
+"""Recordings: our form, logs of others read as recordings, archives, samples made of them."""
