@@ -27,7 +27,8 @@ from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.shadow import as_run
 from incsvr.tracing import trace
-from service import demo_underway
+from service.commands import demo_underway
+from service.commands.written import scaled
 from service.config.configuration import Config
 from service.config.sources import read
 from service.recordings.online import learner_for, samples_of, signals_for
@@ -35,7 +36,6 @@ from service.recordings.recording import RATE_LIMIT, Streams, sequence
 from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play
-from simulator.written import scaled
 
 RESULTS = Path(__file__).parent / "results"
 EFFECTS = (

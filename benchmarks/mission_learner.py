@@ -11,9 +11,9 @@ from benchmarks.mission_cases import IDLE, circumstance
 from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
+from service.commands.fitted import Fit
 from service.recordings.online import signals_for
 from service.recordings.recording import RATE_LIMIT
-from simulator.fitted import Fit
 from simulator.missions import Outcome
 
 Record = dict[str, Any]

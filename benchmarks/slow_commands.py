@@ -14,10 +14,10 @@ import numpy as np
 
 from benchmarks.tables import table
 from incsvr.signals.settings import MEASURED, TorqueKind
+from service.commands.fitted import Fit
 from service.recordings.online import signals_for
 from service.recordings.recording import RATE_LIMIT, Recording
 from simulator import slow_commands
-from simulator.fitted import Fit
 
 RESULTS = Path(__file__).parent / "results" / "slow_commands.md"
 EVERY = (0.5, 0.2, 0.1, 0.05)

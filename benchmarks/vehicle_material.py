@@ -18,9 +18,9 @@ from incsvr.tracing.cells import cut
 from incsvr.tracing.channels import usable
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.torque_nature import TorqueNature
+from service.commands import coupling
+from service.commands.trace import runs_of
 from service.recordings.recording import Recording, read
-from simulator import coupling
-from simulator.trace import runs_of
 
 BEYOND = 1.5
 """How far the table of a learned curve reaches, in the fastest measured velocities."""

@@ -38,11 +38,11 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS
 from service.cli.progress import progress
+from service.commands.fitted import Fit
+from service.commands.trace import traced
 from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import sequence
 from service.wire.json_text import json_text
-from simulator.fitted import Fit
-from simulator.trace import traced
 
 MEASURED = Path(__file__).parents[2] / "shared" / "measured"
 """The recordings carry no licence, so that they stand beside the project and not in it."""

@@ -25,7 +25,7 @@ from incsvr.errors import BadInput
 
 __all__ = ["BadInput", "Log", "Result", "fit", "read", "trace"]
 
-_FILES = "simulator.face"
+_FILES = "service.commands.face"
 """What reads files and calls the commands: named, not imported, so that the mathematics stays free of it."""
 
 

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 
 from incsvr.errors import BadInput
+from service.commands.manoeuvre import read_manoeuvre
 from service.config.sources import from_arguments
 from service.recordings.recording import sequence, write
 from service.wire.json_text import write_json
 from simulator import leng, planar, underway
-from simulator.manoeuvre import read_manoeuvre
 from simulator.player import Faults, messages
 from simulator.replay import add_player_arguments, play_to_learner
 from simulator.steered import steered

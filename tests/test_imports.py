@@ -91,5 +91,7 @@ def test_the_mathematics_has_no_clock_and_no_files() -> None:
 
 
 def test_the_learner_process_never_holds_rerun() -> None:
-    program = "import sys, service.serve; sys.exit(any(name.partition('.')[0] == 'rerun' for name in sys.modules))"
+    program = (
+        "import sys, service.commands.serve; sys.exit(any(name.partition('.')[0] == 'rerun' for name in sys.modules))"
+    )
     assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False).returncode == 0

@@ -18,10 +18,10 @@ from incsvr.signals import SignalSettings, synchronise
 from service import wire
 from service.bus.session import free_endpoint, listening, open_session
 from service.cli.command_line import main
+from service.commands.status import text
 from service.learner.crew import Crew
 from service.learner.host import Host
 from service.recordings.recording import Recording, of_axis, write
-from service.status import text
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
 

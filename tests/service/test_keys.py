@@ -118,7 +118,9 @@ def test_programs_are_told_what_was_made(folder: Path, capsys: pytest.CaptureFix
 def test_without_its_library_it_says_what_to_install(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in [name for name in sys.modules if name.startswith(("cryptography", "service.keys", "service.cert"))]:
+    for name in [
+        name for name in sys.modules if name.startswith(("cryptography", "service.commands.keys", "service.cert"))
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)
     assert keys(folder) == 2

@@ -14,8 +14,8 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
+from service.commands.query import table, velocities
 from service.config.sources import read
-from service.query import table, velocities
 from service.recordings.recording import Recording
 from service.wire import DampingReply
 from simulator import planar

@@ -14,7 +14,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.keys import Place, make
+from service.commands.keys import Place, make
 from service.learner.crew import Crew
 from service.learner.host import Host
 from tests.service.conftest import PATIENCE, configured, teach

@@ -20,8 +20,8 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.cli.display import WIDTH
 from service.cli.lines import iteration_line
-from service.query import not_learned, table
-from service.status import text
+from service.commands.query import not_learned, table
+from service.commands.status import text
 from tests.service.conftest import PATIENCE, teach
 from tests.service.test_processes import KEYS, client_after, command, endpoint, following, next_model
 

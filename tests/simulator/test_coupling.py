@@ -15,12 +15,12 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
+from service.commands.coupling import declared
 from service.config.sources import read
 from service.live.tracing_job import answered
 from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import of_axis, sequence, write
 from simulator import leng
-from simulator.coupling import declared
 from tests.hidden import recording
 from tests.simulator.test_axes import CORIOLIS as SURGE_MASS
 from tests.simulator.test_axes import MASS, vehicle

@@ -12,9 +12,9 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.cli.command_line import main
+from service.commands.declaration import declared
 from service.recordings.recording import Recording, read, write
 from simulator import leng, slow_commands
-from simulator.declaration import declared
 from simulator.missions import Mission, play
 from simulator.trial import Trial
 from simulator.trial import play as play_trial

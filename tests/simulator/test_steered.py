@@ -12,11 +12,11 @@ from incsvr.errors import BadInput
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.manoeuvre import Manoeuvre
 from service.cli.command_line import main
+from service.commands.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
+from service.commands.trace import runs_of
 from service.recordings.recording import read, write
 from simulator import leng
-from simulator.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
 from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
-from simulator.trace import runs_of
 from simulator.trial import Trial, play
 
 

@@ -15,9 +15,9 @@ from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Finding, Trace
 from service.cli.command_line import main
+from service.commands.trace import runs_of
+from service.commands.trace_parts import after_steps
 from service.recordings.recording import Recording, write
-from simulator.trace import runs_of
-from simulator.trace_parts import after_steps
 
 HULL = 300.0
 """A hull is mounted then [s]."""

@@ -11,9 +11,9 @@ import pytest
 
 from incsvr.samples import Array
 from service.cli.command_line import main
+from service.commands.trace_sensors import examined, notes
 from service.recordings.recording import Recording, write
 from simulator import slow_commands
-from simulator.trace_sensors import examined, notes
 
 STEP = 0.05
 """Between two rows [s]."""

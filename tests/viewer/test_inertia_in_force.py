@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from service import wire
+from service.commands.status import text
 from service.export.learned import of_snapshot
 from service.export.table import as_csv
-from service.status import text
 from viewer.page.learner import curve
 
 

@@ -18,7 +18,7 @@ from incsvr.tracing import Trace, trace
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
-from simulator.trace import text
+from service.commands.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write
 from viewer.report.charts import PIECES, free_runs, hint, told_apart

@@ -133,5 +133,7 @@ def test_a_missing_package_is_one_sentence_with_the_install_that_works(tmp_path:
 
 def test_the_learners_process_stays_light() -> None:
     heavy = "{'pyarrow', 'mcap', 'rosbags', 'pymavlink', 'pyulog', 'google'}"
-    program = f"import sys, service.serve; sys.exit(any(name.partition('.')[0] in {heavy} for name in sys.modules))"
+    program = (
+        f"import sys, service.commands.serve; sys.exit(any(name.partition('.')[0] in {heavy} for name in sys.modules))"
+    )
     assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False).returncode == 0

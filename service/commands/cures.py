@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from incsvr.errors import BadInput
+from service.commands.declaration import SCALE
+from service.commands.fit_refusals import OF_SIGN
 from service.recordings.recording import Recording
-from simulator.declaration import SCALE
-from simulator.fit_refusals import OF_SIGN
 
 _FACTOR_AND_UNIT = re.compile(r"(\*[0-9.]+(?:[eE][+-]?[0-9]+)?)?(:[^:.]+)?$")
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from incsvr.learning.inertia import InertiaEstimate
-from simulator import declared_inertia
-from simulator.fitted import Fit
+from service.commands import declared_inertia
+from service.commands.fitted import Fit
 
 
 def text(fit: Fit, estimate: InertiaEstimate | None) -> str:

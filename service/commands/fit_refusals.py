@@ -11,10 +11,10 @@ from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.checks import YOUNG, Finding, Verdict
 from incsvr.signals.settings import COMMANDED, MEASURED
+from service.commands import coupling
+from service.commands.fit_attempt import Terms
 from service.recordings.online import signals_for
 from service.recordings.recording import Recording, sequence
-from simulator import coupling
-from simulator.fit_attempt import Terms
 
 SIGN = "sign"
 """The kind of a finding that torque and yaw rate count in opposite directions."""

@@ -20,20 +20,20 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
 from service.cli.output import add_json_argument, destination, emit, report_destination
 from service.cli.progress import progress
+from service.commands import coupling, declared_inertia
+from service.commands.coupling import Told
+from service.commands.cures import in_names_of, of_the_log
+from service.commands.declaration import DOUBTED, add_sign_argument, declared
+from service.commands.made import REPORT_WRITER, made
+from service.commands.manoeuvre import next_manoeuvre
+from service.commands.trace_parts import Part, after_steps
+from service.commands.trace_sensors import believed, examined, notes
+from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.logs.dives import RULE
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
-from simulator import coupling, declared_inertia
-from simulator.coupling import Told
-from simulator.cures import in_names_of, of_the_log
-from simulator.declaration import DOUBTED, add_sign_argument, declared
-from simulator.made import REPORT_WRITER, made
-from simulator.manoeuvre import next_manoeuvre
-from simulator.trace_parts import Part, after_steps
-from simulator.trace_sensors import believed, examined, notes
-from simulator.trace_text import text
 
 __all__ = ["add_arguments", "answer", "run", "runs_of", "text", "traced"]
 

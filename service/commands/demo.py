@@ -2,7 +2,7 @@
 
 The learner starts empty on a free port. The simulator plays both of Leng's experiments, first without and then with the
 hull; the validation runs V1 and V2 are never learned from. In a third act something comes on that nobody is told of
-(`service.demo_underway`). Whatever happens, no process is left behind.
+(`service.commands.demo_underway`). Whatever happens, no process is left behind.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ import zenoh
 
 from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE
-from service import demo_underway
 from service.bus.session import connecting, free_endpoint, open_session
 from service.cli.output import add_json_argument, destination, emit
+from service.commands import demo_underway
+from service.commands.demo_report import HEAD, Failed, line, played, summary
 from service.config.sections import Simulation
-from service.demo_report import HEAD, Failed, line, played, summary
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
 from service.wire.json_text import write_json
 

@@ -18,6 +18,12 @@ from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, report_destination
+from service.commands import coupling, declared_inertia, written
+from service.commands.cures import in_names_of, of_the_log
+from service.commands.declaration import add_sign_argument, declared
+from service.commands.fit_text import text
+from service.commands.fitted import Fit
+from service.commands.made import REPORT_WRITER, made
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
@@ -26,12 +32,6 @@ from service.logs.dives import RULE
 from service.recordings.online import narrowed, signals_for
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
-from simulator import coupling, declared_inertia, written
-from simulator.cures import in_names_of, of_the_log
-from simulator.declaration import add_sign_argument, declared
-from simulator.fit_text import text
-from simulator.fitted import Fit
-from simulator.made import REPORT_WRITER, made
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

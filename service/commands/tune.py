@@ -18,12 +18,13 @@ from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
+from service.commands import written
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import RATE_LIMIT, sequence
-from simulator import leng, written
+from simulator import leng
 
 _BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from service.demo_underway import summary as underway
+from service.commands.demo_underway import summary as underway
 from service.wire import IterationReport
 
 WIDTH = 80

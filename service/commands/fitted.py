@@ -22,15 +22,15 @@ from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.checks import told
 from service.cli.progress import progress
+from service.commands import coupling
+from service.commands.coupling import Told
+from service.commands.declaration import Declaration
+from service.commands.fit_alternatives import proposal
+from service.commands.fit_attempt import Terms
+from service.commands.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
 from service.live.effects import TracedEffects
 from service.recordings.online import Errors, remarks
 from service.recordings.recording import Recording, sequence
-from simulator import coupling
-from simulator.coupling import Told
-from simulator.declaration import Declaration
-from simulator.fit_alternatives import proposal
-from simulator.fit_attempt import Terms
-from simulator.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
 
 CURVE = 101
 """Rates of the trained range at which the curve is told."""

@@ -26,8 +26,8 @@ from service.bus.client import Client, NoAnswer, reaching
 from service.bus.session import told_to_stop
 from service.cli.display import WIDTH, screen
 from service.cli.lines import iteration_line, learning_line
+from service.commands.status import look
 from service.config.sources import add_config_arguments, from_arguments
-from service.status import look
 from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
 
 log = logging.getLogger(__name__)
