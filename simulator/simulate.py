@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.commands.manoeuvre import read_manoeuvre
 from service.config.sources import from_arguments
+from service.recordings.manoeuvre import read_manoeuvre
 from service.recordings.recording import sequence, write
 from service.wire.json_text import write_json
 from simulator import leng, planar, underway

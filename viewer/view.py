@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -20,6 +19,7 @@ from incsvr.plant.axes import AXES
 from service.bus.session import connecting, free_endpoint, from_file, open_session, told_to_stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
+from service.recordings import log_picture
 from service.wire import Keys
 from viewer import archive, log_page, window
 from viewer.bus import Bus
@@ -30,9 +30,6 @@ from viewer.recorder import Recorder, new_recording
 from viewer.shelf import Shelf
 
 log = logging.getLogger(__name__)
-
-LOG_READER = "service.recordings.log_picture"
-"""Reads a log for its picture; the viewer itself knows recordings and the bus alone."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--compare", nargs=2, type=int, metavar=("BEFORE", "AFTER"), help="iterations that are compared (first, latest)"
     )
     parser.add_argument("--repair", action="store_true", help="mends a recording that was cut off")
-    import_module(LOG_READER).add_arguments(parser)
+    log_picture.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -106,7 +103,7 @@ def look_at_log(args: argparse.Namespace) -> int:
         raise BadInput("--headless shows nothing: give --save FILE.rrd to keep what is drawn of the log")
     if not args.headless:
         window.need_a_screen()
-    picture = import_module(LOG_READER).picture(args)
+    picture = log_picture.picture(args)
     palette = PALETTES[args.theme or "dark"]
     with TemporaryDirectory() as folder:
         path = args.save or Path(folder) / "log.rrd"

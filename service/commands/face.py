@@ -21,13 +21,13 @@ from incsvr.plant.words import said
 from incsvr.tracing.findings import Trace
 from service.cli.parser import Parser
 from service.cli.progress import hidden
-from service.commands.manoeuvre import next_manoeuvre
+from service.commands import fit as fit_command
+from service.commands import trace as trace_command
 from service.commands.trace_text import text as trace_text
 from service.config.sources import read as read_config
+from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
-from simulator import fit as fit_command
-from simulator import trace as trace_command
 
 PLOTS = "viewer.plots"
 """Draws; loaded when asked for, so that reading and learning need no drawing library."""

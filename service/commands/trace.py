@@ -25,13 +25,13 @@ from service.commands.coupling import Told
 from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import DOUBTED, add_sign_argument, declared
 from service.commands.made import REPORT_WRITER, made
-from service.commands.manoeuvre import next_manoeuvre
 from service.commands.trace_parts import Part, after_steps
 from service.commands.trace_sensors import believed, examined, notes
 from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.logs.dives import RULE
+from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 

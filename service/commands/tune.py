@@ -6,6 +6,7 @@ import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +25,9 @@ from service.config.sources import read as read_config
 from service.recordings.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import RATE_LIMIT, sequence
-from simulator import leng
 
+EXPERIMENT = "simulator.leng"
+"""Simulates the paper's experiment; loaded when asked for."""
 _BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
 
 
@@ -147,7 +149,8 @@ def _other(judged: Judged) -> Judged:
 
 def _simulated(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:
     settings = _with_policy(config.learner_settings(), args.policy)
-    return f"simulated T1, seed {args.simulated}", leng.experiment(args.simulated).T1, settings, Grid(), config
+    samples = import_module(EXPERIMENT).experiment(args.simulated).T1
+    return f"simulated T1, seed {args.simulated}", samples, settings, Grid(), config
 
 
 def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, Settings, Grid, Config]:

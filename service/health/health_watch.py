@@ -18,9 +18,9 @@ from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.checks import implausible
 from incsvr.signals.streams import JUMP
-from service import health_sentences as sentences
 from service import wire
 from service.config.sections import HealthLimits
+from service.health import sentences
 from service.health.heard import Heard, Lately
 from service.health.learning_state import LearningState
 from service.health.starvation import NAMES, Starvation, slow_stream

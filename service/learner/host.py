@@ -3,8 +3,8 @@
     measurements → Ingest → LearnerNode → disk → bus
                                  ↑ Answers
 
-It has no threads but the one that answers for damping: `service.learner.crew` does the work for all learners of a process. The
-liveliness token is declared last: who sees it can ask.
+It has no threads but the one that answers for damping: `service.learner.crew` does the work for all learners of a
+process. The liveliness token is declared last: who sees it can ask.
 """
 
 from __future__ import annotations

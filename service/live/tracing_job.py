@@ -1,4 +1,6 @@
-"""The program of the process beside the learner: `python -m service.live.tracing_job FOLDER` traces, or compares free runs.
+"""The program of the process beside the learner: it traces, or compares free runs.
+
+`python -m service.live.tracing_job FOLDER`.
 
 The folder holds `job.json` and `streams.npz`; the answer is written there as `answer.json`. Exit status 0 done, 2 the
 data cannot answer (one sentence on standard error). Standard input is a pipe that the learner holds: when it closes,

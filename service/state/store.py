@@ -1,6 +1,6 @@
 """What survives a crash: the learner's memory after each iteration and the history of what it published.
 
-One file for each learner (`service.state.state_file`). A state that does not fit, is damaged or cannot be taken up is set
+One file for each learner (`state_file`). A state that does not fit, is damaged or cannot be taken up is set
 aside under another name, never half-read, and one that was set aside earlier comes back where it fits. While the disk
 takes nothing, the newest revisions wait in the process's memory, and are answered from there.
 """

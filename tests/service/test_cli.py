@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.command_line import COMMANDS, extras, main, whole_parser
+from service.cli import extras
+from service.cli.command_line import COMMANDS, main, whole_parser
 from tests.conftest import ROOT
 
 EXAMPLES = [(name, example) for name, (_, _, example) in COMMANDS.items()]

@@ -119,7 +119,9 @@ def test_without_its_library_it_says_what_to_install(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name in [
-        name for name in sys.modules if name.startswith(("cryptography", "service.commands.keys", "service.cert"))
+        name
+        for name in sys.modules
+        if name.startswith(("cryptography", "service.commands.keys", "service.security.cert"))
     ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)

@@ -12,8 +12,8 @@ from incsvr.errors import BadInput
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.manoeuvre import Manoeuvre
 from service.cli.command_line import main
-from service.commands.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
 from service.commands.trace import runs_of
+from service.recordings.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
 from service.recordings.recording import read, write
 from simulator import leng
 from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
