@@ -5,7 +5,7 @@
 A tracer that suspects falsely is played by chance: in each quiet hour every effect that may come on under way is fitted
 to ten minutes, however little it explains, and bet on from then on as live tracing does it: half a window at a time,
 fitted anew before each, the bets going on from what was won, to the end of the hour. An effect counts as won where the
-bets ever reach 1/α. Where the first model is right, that happens in at most α of the hours (incsvr/bets.py).
+bets ever reach 1/α. Where the first model is right, that happens in at most α of the hours (bets.py).
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from benchmarks.live_missions import EFFECTS, HOUR, between, configured, drawn
 from benchmarks.provenance import provenance, publish
 from benchmarks.tables import table
 from benchmarks.trace_judge import interval
-from incsvr.compensation import Compensation
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.shadow import COMMAND, as_run, compare
 from incsvr.errors import BadInput
-from incsvr.shadow import COMMAND, as_run, compare
 from incsvr.tracing import innovations
 from incsvr.tracing.candidates import admissible, leads
 from incsvr.tracing.fit import fit

@@ -24,6 +24,7 @@ import numpy as np
 
 from benchmarks.provenance import provenance
 from benchmarks.tables import share, table
+from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.experience import CLAIM, KEPT, widening
@@ -33,7 +34,6 @@ from incsvr.learning.baselines import Data, LeastSquares
 from incsvr.plant import free_run, tabulated
 from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
-from incsvr.signals.checks import Vehicle
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
 from service.recordings.online import learner_for, samples_of, signals_for

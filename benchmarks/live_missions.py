@@ -24,8 +24,8 @@ from benchmarks.live_watch import Watched, watch
 from benchmarks.missions import revision
 from benchmarks.provenance import provenance
 from benchmarks.tables import table
+from incsvr.compensation.shadow import as_run
 from incsvr.errors import BadInput
-from incsvr.shadow import as_run
 from incsvr.tracing import trace
 from service.commands import demo_underway
 from service.commands.written import scaled

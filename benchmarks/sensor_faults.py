@@ -27,11 +27,11 @@ import numpy as np
 from benchmarks import sensor_scenarios as scenarios
 from benchmarks.provenance import provenance
 from benchmarks.sensor_report import Limits, markdown
+from incsvr.checks import Decision, Vehicle, implausible
 from incsvr.learning import guarded
 from incsvr.learning.learner import Settings
 from incsvr.samples import Array, Samples
 from incsvr.signals import Synchroniser
-from incsvr.signals.checks import Decision, Vehicle, implausible
 from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng

@@ -31,13 +31,13 @@ from benchmarks import solver
 from benchmarks.provenance import provenance, publish
 from benchmarks.tables import table
 from benchmarks.vehicle_splits import SPLITS, Split
+from incsvr.checks import Vehicle
 from incsvr.learning import guarded
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.several.velocities import points
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks import Vehicle
 from service.recordings.online import learner_for, samples_of, signals_for
 from service.recordings.recording import read, sequence
 from simulator import leng, planar

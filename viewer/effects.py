@@ -10,8 +10,8 @@ import numpy as np
 import rerun as rr
 from rerun.components import MarkerShape
 
+from incsvr.compensation.promotion import errors
 from incsvr.tracing.sentences import chance
-from incsvr.verdict import errors
 from service.wire import Batch, EffectsLedger
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats, Frame

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.checks import Curve, Served, Vehicle, Verdict, check
+from incsvr.checks import State as Checks
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
 from incsvr.learning.several.freeing import as_one_curve
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks import Curve, Served, Vehicle, Verdict, check
-from incsvr.signals.checks import State as Checks
 
 
 @dataclass(frozen=True, slots=True)

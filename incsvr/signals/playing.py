@@ -12,7 +12,7 @@ from incsvr.signals.settings import SignalSettings
 from incsvr.signals.synchroniser import Synchroniser
 
 if TYPE_CHECKING:
-    from incsvr.compensation import Compensation
+    from incsvr.compensation.effects_in_force import Compensation
     from incsvr.plant.body import Coupled
 
 _BLOCK = 4096

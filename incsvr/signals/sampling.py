@@ -20,7 +20,7 @@ from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
 from incsvr.signals.streams import JUMP
 
 if TYPE_CHECKING:
-    from incsvr.torque_ledger import TorqueLedger
+    from incsvr.compensation.torque_ledger import TorqueLedger
 
 Held = Mapping[str, tuple[Array, Array]]
 """Each stream's name → its stamps [s] and values."""

@@ -34,9 +34,9 @@ from incsvr.signals.spikes import SpikeCount
 from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:
-    from incsvr.compensation import Compensation
+    from incsvr.compensation.effects_in_force import Compensation
+    from incsvr.compensation.torque_ledger import TorqueLedger
     from incsvr.plant.body import Coupled
-    from incsvr.torque_ledger import TorqueLedger
 
 FORM = 2
 """Of what `to_dict` gives."""
@@ -60,7 +60,7 @@ class Synchroniser:
         self._ledger: TorqueLedger | None = None
         if compensation is not None:
             # Loaded where it is needed alone: it brings the catalogue of effects with it.
-            from incsvr.torque_ledger import TorqueLedger
+            from incsvr.compensation.torque_ledger import TorqueLedger
 
             self._ledger = TorqueLedger(compensation, settings)
         self._clocks = Clocks(settings)

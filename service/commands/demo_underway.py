@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, TextIO
 
-from incsvr.verdict import errors
+from incsvr.compensation.promotion import errors
 from service.wire import EffectsLedger
 
 WIDTH = 80

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from incsvr.compensation.promotion import errors
 from incsvr.errors import BadInput
-from incsvr.verdict import errors
 from service.bus.client import NoAnswer, reaching
 from service.cli.output import add_json_argument, emit
 from service.config.configuration import Config

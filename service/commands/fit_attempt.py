@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from incsvr.compensation import Compensation
+from incsvr.checks import Vehicle, Verdict
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
 from incsvr.learning import guarded
 from incsvr.learning.learner import Iteration, Settings
@@ -16,9 +18,7 @@ from incsvr.learning.several.free_run import free_run_errors as over_several
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings
-from incsvr.signals.checks import Vehicle, Verdict
 from incsvr.signals.coupled import freed
-from incsvr.traced_motion import traced_free_run_errors
 from service.live.effects import TracedEffects
 from service.recordings.online import learner_for, samples_of, wanted_streams
 from service.recordings.recording import Recording

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from incsvr.checks import YOUNG, Finding, Verdict
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import MANOEUVRE, Excitation
 from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
-from incsvr.signals.checks import YOUNG, Finding, Verdict
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.commands import coupling
 from service.commands.fit_attempt import Terms

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.checks import told
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
@@ -20,7 +21,6 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import inertia_in_force
 from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
-from incsvr.signals.checks import told
 from service.cli.progress import progress
 from service.commands import coupling
 from service.commands.coupling import Told

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
 from incsvr.learning.resolution import unresolved
 from incsvr.learning.sensors import Sensors, examine
 from incsvr.plant.axes import YAW, products
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
-from incsvr.signals.checks import Vehicle
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
 from service.commands.fit_refusals import SIGN, told

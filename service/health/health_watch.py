@@ -11,12 +11,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from incsvr.checks import implausible
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
-from incsvr.signals.checks import implausible
 from incsvr.signals.streams import JUMP
 from service import wire
 from service.config.sections import HealthLimits

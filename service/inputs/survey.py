@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.checks import implausible
 from incsvr.samples import Array
-from incsvr.signals.checks import implausible
 from incsvr.signals.seldom import too_slow
 from service.inputs.hearing import Hearing
 from service.inputs.known import RATE, TORQUE, Known

@@ -24,7 +24,7 @@ from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroni
 from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:
-    from incsvr.compensation import Compensation
+    from incsvr.compensation.effects_in_force import Compensation
     from incsvr.plant.body import Coupled
     from service.learner.window import Window
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.checks import Vehicle
 from incsvr.learning import guarded as guard
 from incsvr.learning import learner
 from incsvr.learning.excitation import Excitation
@@ -16,7 +17,6 @@ from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.plant.axes import AXES
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks import Vehicle
 from service import wire
 from service.config.configuration import Config
 from service.learner.published import Served, report, snapshot

@@ -14,12 +14,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
+from incsvr.checks import Said, Vehicle
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks import Said, Vehicle
 from service import wire
 from service.config.configuration import Config
 from service.learner.asked import Asked

@@ -13,7 +13,7 @@ from incsvr.errors import BadInput
 from service.config.configuration import Config
 
 if TYPE_CHECKING:
-    from incsvr.compensation import Compensation
+    from incsvr.compensation.effects_in_force import Compensation
     from incsvr.plant.body import Coupled
 
 FOLLOWED = ("drag_drift", "drag_step")
@@ -85,7 +85,7 @@ def read_effects(
 def taken_up(found: Mapping[str, Any], inertia: float, channels: tuple[str, ...], source: str) -> TracedEffects:
     """The effects of a trace that was read from `source`; otherwise as `read_effects`."""
     # Loaded where it is needed alone: most learners have no traced effects.
-    from incsvr.compensation import HEADING, Compensation
+    from incsvr.compensation.effects_in_force import HEADING, Compensation
     from incsvr.tracing.model import TracedModel
 
     try:

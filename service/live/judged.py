@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from incsvr.verdict import Comparison, Verdict, in_force, level, on_trial
+from incsvr.compensation.promotion import Comparison, Verdict, in_force, level, on_trial
 from service.config.sections import Tracing
 from service.live.ledger import last
 from service.live.standing import TRIAL_PART, Content, Role, Standing

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
+from incsvr.compensation.promotion import Comparison
 from incsvr.errors import BadInput
-from incsvr.verdict import Comparison
 from service.config.configuration import Config
 from service.learner.answers import Verb
 from service.learner.node import LearnerNode

@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
-from incsvr.verdict import Verdict
+from incsvr.compensation.promotion import Verdict
 
 FRESH_PART = 0.25
 """This part of the window comes between two traces: a process beside the learner is not always busy, and what came on

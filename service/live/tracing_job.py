@@ -21,13 +21,13 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.compensation import Compensation
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.shadow import as_run, compare
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array
-from incsvr.shadow import as_run, compare
 from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.compensation import Compensation
+from incsvr.compensation.effects_in_force import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from incsvr.checks.turned import beside_yaw_rate
 from incsvr.errors import BadInput
 from incsvr.learning.offsets import offsets, unsteady
 from incsvr.plant.axes import YAW
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE
 from incsvr.signals.bursts import bursts, in_bursts
-from incsvr.signals.checks.turned import beside_yaw_rate
 from incsvr.signals.raw import HEADING
 from service.recordings.recording import Recording
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.bets import evidence, score, standing, wealth
+from incsvr.compensation.bets import evidence, score, standing, wealth
 
 ROUNDS = 500
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from incsvr.checks import Decision, Vehicle, Verdict, told
+from incsvr.checks.power import drives
+from incsvr.checks.unmoved import unmoved
 from incsvr.learning import guarded
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings
 from incsvr.samples import Array, Samples
 from incsvr.signals import synchronise
-from incsvr.signals.checks import Decision, Vehicle, Verdict, told
-from incsvr.signals.checks.power import drives
-from incsvr.signals.checks.unmoved import unmoved
 from simulator import leng
 
 SETTINGS = Settings(policy="weighted")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.signals.checks.response import Left
+from incsvr.checks.response import Left
 
 
 def test_of_a_single_sample_nobody_knows_the_torque_a_moment_later() -> None:

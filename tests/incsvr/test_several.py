@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
 from incsvr.learning import dual, guarded
 from incsvr.learning.kernel import rbf, rbf_at_rest
@@ -21,7 +22,6 @@ from incsvr.learning.several.freeing import by_itself
 from incsvr.learning.several.paper import near_distances
 from incsvr.learning.solver.factor import SMALL, factor
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks import Vehicle
 from service.recordings.online import samples_of
 from simulator import leng, planar
 from tests.incsvr.learning import batches, rms, run, stream

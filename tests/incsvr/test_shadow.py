@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.compensation import Compensation
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.promotion import CHANCE, Comparison, Verdict, in_force, level, on_trial
+from incsvr.compensation.shadow import compare
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
-from incsvr.shadow import compare
 from incsvr.signals import SignalSettings
 from incsvr.tracing.model import TracedModel
-from incsvr.verdict import CHANCE, Comparison, Verdict, in_force, level, on_trial
 from service.recordings.recording import Streams
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, recording, term

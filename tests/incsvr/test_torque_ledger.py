@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from incsvr.compensation import Compensation
+from incsvr.compensation.effects_in_force import Compensation
 from incsvr.effects import Signals, Term
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.samples import Array, Samples

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from incsvr.verdict import Verdict
+from incsvr.compensation.promotion import Verdict
 from service.live.standing import STANDING_BETS, STEPS, Standing
 
 WINDOW, PROOF = 900.0, 300.0

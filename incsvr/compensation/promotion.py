@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 CHANCE = 0.05
 """That a learner ever takes an effect for proven which does not foretell better, however long it runs: what the proof
-is designed for; its conditions are in incsvr/bets.py."""
+is designed for; its conditions are in bets.py."""
 REFUSED = 0.05
 """Chance that an effect is refused early which does foretell better; one that is there is found again."""
 WITHDRAWN = 1e-3
@@ -23,7 +23,7 @@ Verdict = Literal["promoted", "proven", "refused", "kept", "doubted", "withdrawn
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Two models on the same fresh data (`incsvr.shadow.compare`).
+    """Two models on the same fresh data (`incsvr.compensation.shadow.compare`).
 
     Attributes:
         without: root mean square of the error without the effects [rad/s].
@@ -31,7 +31,7 @@ class Comparison:
         low, high: the change's 95 % interval [rad/s].
         turned: whether the vehicle moved enough to tell.
         torque_without, torque_with: root mean square of the torque's error on the samples of the same data [N m].
-        evidence, against: logarithms of the most that bets on the effects, and against them, had won (incsvr/bets.py).
+        evidence, against: logarithms of the most that bets on the effects, and against them, had won (bets.py).
         won: of what bets on them had won at the end.
     """
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.compensation import HEADING, Carried, Compensation, Piece, plain
+from incsvr.compensation.effects_in_force import HEADING, Carried, Compensation, Piece, plain
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.samples import Array

@@ -13,21 +13,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from incsvr.checks.agreement import LAG, LONGEST, YOUNG, Learned, Saw, least_lag, respond
+from incsvr.checks.clock import paces, period
+from incsvr.checks.curve import Curve
+from incsvr.checks.heading import against_heading
+from incsvr.checks.leaps import leaps
+from incsvr.checks.misfit import RESPONSE, STILL, UNCLEAR
+from incsvr.checks.outliers import outliers, scatter
+from incsvr.checks.power import MOVING, drives, turns
+from incsvr.checks.response import Estimate, Left, agrees, causes
+from incsvr.checks.state import UNKNOWN, State, Vehicle
+from incsvr.checks.stuck import CALLED, stuck
+from incsvr.checks.unit import unit
+from incsvr.checks.unmoved import unmoved
+from incsvr.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.agreement import LAG, LONGEST, YOUNG, Learned, Saw, least_lag, respond
-from incsvr.signals.checks.clock import paces, period
-from incsvr.signals.checks.curve import Curve
-from incsvr.signals.checks.heading import against_heading
-from incsvr.signals.checks.leaps import leaps
-from incsvr.signals.checks.misfit import RESPONSE, STILL, UNCLEAR
-from incsvr.signals.checks.outliers import outliers, scatter
-from incsvr.signals.checks.power import MOVING, drives, turns
-from incsvr.signals.checks.response import Estimate, Left, agrees, causes
-from incsvr.signals.checks.state import UNKNOWN, State, Vehicle
-from incsvr.signals.checks.stuck import CALLED, stuck
-from incsvr.signals.checks.unit import unit
-from incsvr.signals.checks.unmoved import unmoved
-from incsvr.signals.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
 
 KEPT = 0.9

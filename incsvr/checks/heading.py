@@ -6,8 +6,8 @@ from math import pi
 
 import numpy as np
 
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import HEADING, HEADING_TIME
 
 BIAS = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from incsvr.signals.checks.response import SENSOR, VEHICLE, Causes, Estimate, Left, began
-from incsvr.signals.checks.verdict import CHANGE, Decision, Finding
+from incsvr.checks.response import SENSOR, VEHICLE, Causes, Estimate, Left, began
+from incsvr.checks.verdict import CHANGE, Decision, Finding
 
 CERTAIN = 6.0
 """Standard deviations from which on a cause is believed: with five causes and two windows each batch, once in years."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.checks.stuck import CALLED
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Samples
-from incsvr.signals.checks.stuck import CALLED
-from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import COUNT, HIGH, LOW, MOVE, SPIKES, named
 from incsvr.signals.settings import YAW_RATE
 

@@ -2,7 +2,7 @@
 
 Two models are fitted to the data before, one with the effects as they were found and one without, and foretell each
 rise of the yaw rate in the fresh data from what is known before it: what that says holds also where a controller closes
-the loop (incsvr/bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and
+the loop (bets.py). For people, and in open loop for the bets, two learners go over the data before, too, and
 their models run freely over the fresh data, from its first measured yaw rate, with the torque and the channels alone.
 """
 
@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.bets import evidence, score, standing
-from incsvr.compensation import HEADING, Compensation
+from incsvr.compensation.bets import evidence, score, standing
+from incsvr.compensation.effects_in_force import HEADING, Compensation
+from incsvr.compensation.promotion import Comparison
 from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
 from incsvr.learning import learner
@@ -30,7 +31,6 @@ from incsvr.tracing.model import TracedModel, model_of
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import change_of_rms, rms
 from incsvr.tracing.torque_nature import TorqueNature
-from incsvr.verdict import Comparison
 
 FEWEST_BEFORE = 100
 """Cells of data before the fresh data, ten for each coefficient of damping and noise: below it nothing is determined.

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from incsvr.checks.stuck import CALLED
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Samples
-from incsvr.signals.checks.stuck import CALLED
-from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import PERIOD, TORQUE, named
 from incsvr.signals.settings import YAW_RATE
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.checks.curve import Curve
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.curve import Curve
 from incsvr.signals.raw import TORQUE
 
 VEHICLE = ("gain", "thrust", "moment", "one side")

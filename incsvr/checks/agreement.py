@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from incsvr.checks.curve import Curve
+from incsvr.checks.misfit import UNCLEAR, Scales, could_tell, late_since_then, misfit
+from incsvr.checks.onset import onset
+from incsvr.checks.power import turns
+from incsvr.checks.response import Estimate, Left, causes
+from incsvr.checks.state import State, Vehicle
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.curve import Curve
-from incsvr.signals.checks.misfit import UNCLEAR, Scales, could_tell, late_since_then, misfit
-from incsvr.signals.checks.onset import onset
-from incsvr.signals.checks.power import turns
-from incsvr.signals.checks.response import Estimate, Left, causes
-from incsvr.signals.checks.state import State, Vehicle
-from incsvr.signals.checks.verdict import Decision, Finding
 
 YOUNG = 3
 """Batches of turning after which the curve is known well enough to judge a batch by."""

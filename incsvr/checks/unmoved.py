@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.checks.power import MOVING
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Samples
-from incsvr.signals.checks.power import MOVING
-from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 
 FEWEST = 8

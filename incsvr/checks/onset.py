@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.checks.misfit import BOUNDLESS, DRIVELESS, PLAIN, UNCLEAR, Scales
+from incsvr.checks.response import Left
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Array
-from incsvr.signals.checks.misfit import BOUNDLESS, DRIVELESS, PLAIN, UNCLEAR, Scales
-from incsvr.signals.checks.response import Left
-from incsvr.signals.checks.verdict import Decision, Finding
 
 LAST = (8, 16)
 """So many of the last samples are looked at: four hold no two stray ones that make a median, more are a window's."""

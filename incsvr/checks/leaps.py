@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.checks.curve import Curve
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.curve import Curve
-from incsvr.signals.checks.verdict import Decision, Finding
 
 GROSS = 8.0
 """Noise levels beyond which a sample is off by far."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from incsvr.checks.curve import Curve
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.curve import Curve
-from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
 
 STEPS = 3.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.compensation import HEADING, Compensation
+from incsvr.compensation.effects_in_force import HEADING, Compensation
 from incsvr.effects import Signals
 from incsvr.learning.motion import Motion
 from incsvr.samples import Array

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.checks.verdict import Decision, Finding
 from incsvr.samples import Array, Samples
-from incsvr.signals.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 
 CERTAIN = 6.0

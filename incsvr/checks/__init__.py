@@ -1,0 +1,27 @@
+"""Is what the sensors say to be believed? Checks on the two streams and the heading, the same live and from a file."""
+
+from __future__ import annotations
+
+from incsvr.checks.agreement import YOUNG
+from incsvr.checks.curve import Curve, Served
+from incsvr.checks.judgement import check
+from incsvr.checks.misfit import OF_THE_MODEL
+from incsvr.checks.state import State, Vehicle
+from incsvr.checks.unit import implausible
+from incsvr.checks.verdict import Decision, Finding, Said, Verdict, told
+
+__all__ = [
+    "OF_THE_MODEL",
+    "YOUNG",
+    "Curve",
+    "Decision",
+    "Finding",
+    "Said",
+    "Served",
+    "State",
+    "Vehicle",
+    "Verdict",
+    "check",
+    "implausible",
+    "told",
+]
