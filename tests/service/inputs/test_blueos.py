@@ -12,11 +12,11 @@ import zenoh
 
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.wire import Health, Keys, ModelSnapshot, decode
+from tests.service.commands.test_processes import command
 from tests.service.conftest import PATIENCE
 from tests.service.inputs import mavlink
 from tests.service.inputs.conftest import Board
 from tests.service.logs.dive import Dive, dive
-from tests.service.test_processes import command
 
 
 @pytest.fixture(scope="module")

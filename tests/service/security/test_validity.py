@@ -24,7 +24,7 @@ from service.learner.crew import Crew
 from service.learner.host import Host
 from service.security.validity import SOON, Validity, dates
 from tests.service.conftest import configured
-from tests.service.secured import redated, until_settled
+from tests.service.security.secured import redated, until_settled
 
 DAY = timedelta(days=1)
 BEGINS, ENDS = datetime(2026, 1, 1, tzinfo=UTC), datetime(2026, 12, 31, tzinfo=UTC)

@@ -21,10 +21,10 @@ from service.state.store import Store
 from simulator.player import messages, play
 from simulator.trial import play as play_trial
 from tests.hidden import recording, write_trace
+from tests.service.commands.test_processes import KEYS, client, following, serving
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
-from tests.service.test_effects import part
-from tests.service.test_live_tracing import LAGGING, LIVE, Ledgers, named, until
-from tests.service.test_processes import KEYS, client, following, serving
+from tests.service.live.test_effects import part
+from tests.service.live.test_live_tracing import LAGGING, LIVE, Ledgers, named, until
 
 ADVISE: dict[str, Any] = {"tracing__live": "advise", "tracing__window": 240.0, "tracing__proof": 90.0}
 NAMES = ("torque_lag", "bias_torque")

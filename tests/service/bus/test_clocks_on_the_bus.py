@@ -15,8 +15,16 @@ from service import wire
 from service.recordings.recording import Recording
 from simulator import leng
 from simulator.player import messages, play
+from tests.service.commands.test_processes import (
+    KEYS,
+    client_after,
+    endpoint,
+    following,
+    next_model,
+    serving,
+    taken_until,
+)
 from tests.service.conftest import PATIENCE, StartBench, teach
-from tests.service.test_processes import KEYS, client_after, endpoint, following, next_model, serving, taken_until
 
 __all__ = ["endpoint"]
 

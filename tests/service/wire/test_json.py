@@ -19,7 +19,7 @@ from service.recordings.recording import write
 from service.wire.json_text import json_text
 from simulator.trial import Trial, play
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NO_NUMBERS = (math.nan, math.inf, -math.inf)
 LATEST = ("table1", "bench")
 OTHERWISE = {

@@ -16,8 +16,8 @@ import zenoh
 
 from service import wire
 from service.bus.session import free_endpoint, open_session
+from tests.service.commands.test_processes import KEYS, client, client_after, command, serving
 from tests.service.conftest import PATIENCE, StartBench, teach
-from tests.service.test_processes import KEYS, client, client_after, command, serving
 
 
 @pytest.mark.parametrize(

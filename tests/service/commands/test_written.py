@@ -34,7 +34,7 @@ def test_a_learner_that_starts_from_it_serves_the_curve_of_the_fit(
     words: list[str | Path] = [*runs, "--validate", unseen, "--inertia", "1.125"]
     fitted = told(capsys, "fit", *words, "--write", written)
     again = told(capsys, "fit", *words, "--config", written)
-    deployed = told(capsys, "fit", *words, "--config", Path(__file__).parents[2] / "deploy" / "bluerov.yaml")
+    deployed = told(capsys, "fit", *words, "--config", Path(__file__).parents[3] / "deploy" / "bluerov.yaml")
     assert max(each["validation"]["mae"] for each in (fitted, again, deployed)) < 0.63
     assert again["put_aside"] == deployed["put_aside"] == 0
 

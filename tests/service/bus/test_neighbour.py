@@ -10,7 +10,7 @@ import pytest
 from service.bus.session import Refused, free_endpoint, from_file, listening, open_session
 from service.cli.command_line import main
 from service.wire import Keys
-from tests.service.test_validity import tls
+from tests.service.security.test_validity import tls
 
 __all__ = ["tls"]
 

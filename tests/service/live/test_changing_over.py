@@ -29,8 +29,8 @@ from service.state.store import Store
 from simulator import leng
 from tests.hidden import recording, with_channels, write_trace
 from tests.service.conftest import PATIENCE, configured
-from tests.service.test_effects import part
-from tests.service.test_live_tracing import tracing
+from tests.service.live.test_effects import part
+from tests.service.live.test_live_tracing import tracing
 
 LIVE: dict[str, Any] = {
     "signals__channels": ["sway"],

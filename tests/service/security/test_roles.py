@@ -14,7 +14,7 @@ import pytest
 from zenoh.ext import CacheConfig, declare_advanced_publisher
 
 from tests.service.conftest import PATIENCE
-from tests.service.secured import FORGED, KEYS, UNSERVED, Secured, secured, until_settled
+from tests.service.security.secured import FORGED, KEYS, UNSERVED, Secured, secured, until_settled
 
 TABLE = """
                             vehicle  viewer  operator

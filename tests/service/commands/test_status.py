@@ -22,8 +22,8 @@ from service.cli.display import WIDTH
 from service.cli.lines import iteration_line
 from service.commands.query import not_learned, table
 from service.commands.status import text
+from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model
 from tests.service.conftest import PATIENCE, teach
-from tests.service.test_processes import KEYS, client_after, command, endpoint, following, next_model
 
 __all__ = ["endpoint"]
 

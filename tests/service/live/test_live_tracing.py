@@ -26,9 +26,9 @@ from simulator import player
 from simulator.player import messages
 from simulator.trial import Trial, play
 from tests.hidden import recording, write_trace
+from tests.service.commands.test_processes import KEYS, client, serving
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
-from tests.service.test_effects import ledger, part
-from tests.service.test_processes import KEYS, client, serving
+from tests.service.live.test_effects import ledger, part
 
 LAGGING = Trial(1, ("torque_lag",), duration=700.0)
 INERTIA = play(replace(LAGGING, duration=1.0)).inertia

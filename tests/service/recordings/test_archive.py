@@ -27,8 +27,8 @@ from simulator import leng
 from simulator.player import Faults, messages
 from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, StartBench, configured
-from tests.service.test_determinism import QUICK, without_boot
-from tests.service.test_full_disk import disk, fill
+from tests.service.learner.test_determinism import QUICK, without_boot
+from tests.service.state.test_full_disk import disk, fill
 
 __all__ = ["disk"]
 ITERATIONS = 6

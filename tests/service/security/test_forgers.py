@@ -27,7 +27,7 @@ from service.cli.command_line import main
 from service.recordings.recording import write
 from simulator import leng
 from tests.service.conftest import PATIENCE
-from tests.service.secured import FORGED, KEYS, Secured, secured, until_settled
+from tests.service.security.secured import FORGED, KEYS, Secured, secured, until_settled
 
 
 @pytest.fixture(scope="module")

@@ -22,11 +22,11 @@ from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import of_axis, sequence, write
 from simulator import leng
 from tests.hidden import recording
-from tests.simulator.test_axes import CORIOLIS as SURGE_MASS
-from tests.simulator.test_axes import MASS, vehicle
+from tests.service.recordings.test_axes import CORIOLIS as SURGE_MASS
+from tests.service.recordings.test_axes import MASS, vehicle
 
 MATRIX = f"{SURGE_MASS},{MASS},0,0,0,5"
-MEASURED = Path(__file__).parents[3] / "shared" / "measured" / "dagon"
+MEASURED = Path(__file__).parents[4] / "shared" / "measured" / "dagon"
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
 def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
     files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Without the matrix this vehicle's Coriolis force is what is found (tests/simulator/test_axes.py)."""
+    """Without the matrix this vehicle's Coriolis force is what is found (tests/service/recordings/test_axes.py)."""
     trace, page = str(tmp_path / "trace.json"), tmp_path / "page.html"
     flags = ["--axis", "sway", "--mass-matrix", MATRIX]
     assert main(["trace", files[0], "--validate", files[1], *flags, "--json", trace, "--report", str(page)]) == 0

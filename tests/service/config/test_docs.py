@@ -14,12 +14,12 @@ import pytest
 from service import wire
 from service.inputs.forms.own import parse
 from service.learner.asked import MAX_RATES
+from tests.service.commands.test_processes import KEYS, client_after, endpoint, following, next_model
 from tests.service.conftest import teach
-from tests.service.test_processes import KEYS, client_after, endpoint, following, next_model
 
 __all__ = ["endpoint"]
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "bus.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "bus.md").read_text(encoding="utf-8")
 CLIENT, FOLLOWER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 PAYLOADS = re.findall(r"```json\n(.*?)```", PAGE, re.DOTALL)
 

@@ -21,9 +21,9 @@ from service.state.disk import OTHER_STATE
 from service.state.history import History, NotKept
 from service.state.store import Store
 from service.wire import encode
+from tests.service.commands.test_processes import KEYS, answered, client_after, following, next_model, serving
 from tests.service.conftest import PATIENCE, configured, teach
-from tests.service.test_processes import KEYS, answered, client_after, following, next_model, serving
-from tests.service.test_store import outcomes, save
+from tests.service.state.test_store import outcomes, save
 
 __all__ = ["outcomes"]
 

@@ -19,8 +19,8 @@ from service.config.sources import read
 from service.recordings.recording import Recording
 from service.wire import DampingReply
 from simulator import planar
+from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
 from tests.service.conftest import PATIENCE, StartBench
-from tests.service.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
 
 __all__ = ["endpoint"]
 

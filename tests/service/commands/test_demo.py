@@ -10,8 +10,8 @@ from pathlib import Path
 
 import psutil
 
+from tests.service.commands.test_processes import command
 from tests.service.conftest import PATIENCE
-from tests.service.test_processes import command
 from tests.viewer.readback import every
 
 
