@@ -20,6 +20,7 @@ from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
 from incsvr.tracing.run import Run, check
 from incsvr.tracing.search import Search
+from incsvr.tracing.shown import shown_by_free_run
 from incsvr.tracing.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
 from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, of_this_gyro, stands_for
 
@@ -55,7 +56,7 @@ def trace(
         search = Search.of(problem, admissible(names, problem.cells))
         refuse_too_little_motion(search)
         nothing, best = search.run()
-        best = simplest(search, best)
+        best = shown_by_free_run(search, simplest(search, best))
         if loop is Loop.OTHER_GYRO and answer_left(problem, best.fitted) < OTHER_GYRO_CORRELATION:
             loop = Loop.OPEN  # what was missing had looked like an answer
         if loop is Loop.OTHER_GYRO:

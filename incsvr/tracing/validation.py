@@ -17,7 +17,7 @@ from incsvr.tracing.fit import Fit, fit
 from incsvr.tracing.held_out import HORIZONS, Ahead, Errors, horizons, joined, trivial
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.run import Array
-from incsvr.tracing.statistics import change_of_rms
+from incsvr.tracing.statistics import change_of_rms, rms
 
 PIECES, MIN_PIECE_SCALES = 8, 20.0
 """Pieces of a recording that are held out in turns at most, and how many time scales each lasts at least."""
@@ -79,6 +79,17 @@ def validate(problem: Problem, nothing: Fit, best: Fit, other: Cells | None) -> 
     found = [[errors(cells, each, slices, problem.cells) for each in both] for *both, slices in pairs]
     before, after = (joined(each) for each in zip(*found, strict=True))
     return Validation(before, after, "blocks" if other is None else "recordings", cells.step, cells.signals.scale)
+
+
+def free_run_error(problem: Problem, fitted: Fit) -> float:
+    """Root mean square error [rad/s] of free runs over halves of pieces that take turns, each fitted on the other."""
+    halves, found = _halves(problem.cells), list[Array]()
+    for fitted_on, held_out in (halves, halves[::-1]):
+        model = motion_model(problem.cells, _fitted_on(problem, fitted, fitted_on))
+        course = Dynamics(problem.cells, model).simulate(Windows.of(held_out)).rate
+        for k, piece in enumerate(held_out):
+            found.append(course[1 : piece.stop - piece.start + 1, k] - problem.cells.end[piece])
+    return rms(found)
 
 
 def errors(cells: Cells, hypothesis: Hypothesis, slices: Sequence[slice], fitted: Cells) -> Errors:

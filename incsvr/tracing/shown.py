@@ -1,0 +1,28 @@
+"""Which of the named effects a free run shows: the prediction that people read has the last word."""
+
+from __future__ import annotations
+
+from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.thresholds import RELEVANT_FREE_RUN
+from incsvr.tracing.validation import free_run_error
+
+
+def shown_by_free_run(search: Search, best: Tried) -> Tried:
+    """`best` without the effects that free runs over held-out pieces can do without.
+
+    In closed loop nothing goes: where a controller answers the water, a free run proves nothing.
+    """
+    if search.problem.of_innovations:
+        return best
+    while best.names:
+        whole = free_run_error(search.problem, best.fitted)
+        without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
+        gains = [1.0 - whole / max(free_run_error(search.problem, each.fitted), 1e-300) for each in without]
+        least = min(range(len(gains)), key=gains.__getitem__)
+        if gains[least] >= RELEVANT_FREE_RUN:
+            return best
+        search.refused[best.names[least]] = (
+            f"it takes away {gains[least]:.1%} of the free run's error on held-out pieces, less than a reader would see"
+        )
+        best = without[least]
+    return best
