@@ -36,8 +36,8 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
-from service.recordings.online import learner_for, samples_of, signals_for
 from service.recordings.recording import RATE_LIMIT, Recording, read, sequence
+from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from service.wire.json_text import json_text
 from simulator import leng
 from simulator.missions import Mission, play

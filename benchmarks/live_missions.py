@@ -28,11 +28,11 @@ from incsvr.compensation.shadow import as_run
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from service.commands import demo_underway
-from service.commands.written import scaled
+from service.commands.config_output import scaled
 from service.config.configuration import Config
 from service.config.sources import read
-from service.recordings.online import learner_for, samples_of, signals_for
 from service.recordings.recording import RATE_LIMIT, Streams, sequence
+from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play

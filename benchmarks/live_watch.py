@@ -18,8 +18,8 @@ from incsvr.samples import Array
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
-from service.live.standing import Standing
 from service.live.tracing_job import answered
+from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.wire.json_text import json_text
 
@@ -55,7 +55,7 @@ class Watched:
         residuals: (time [s], what was served leaves of the torque [N m]) of every sample before it was learned.
     """
 
-    standing: Standing
+    standing: TracingState
     history: tuple[dict[str, Any], ...]
     residuals: tuple[Array, Array]
 
@@ -94,5 +94,5 @@ def watch(config: Config, recording: Recording) -> Watched:
                         live.put_back(node, instead, str(error))
                 live.after(node)
             history += [step for step in live.standing.history if step not in history[-200:]]
-    standing = Standing() if live is None else live.standing
+    standing = TracingState() if live is None else live.standing
     return Watched(standing, tuple(history), (np.array(time), np.array(left)))

@@ -11,9 +11,9 @@ from benchmarks.mission_cases import IDLE, circumstance
 from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from service.commands.fitted import Fit
-from service.recordings.online import signals_for
+from service.commands.fit_result import Fit
 from service.recordings.recording import RATE_LIMIT
+from service.recordings.samples_from_recording import signals_for
 from simulator.missions import Outcome
 
 Record = dict[str, Any]

@@ -7,7 +7,7 @@ from typing import Literal
 
 from incsvr.learning.learner import Settings
 from incsvr.samples import Samples
-from service.recordings.online import learner_for
+from service.recordings.samples_from_recording import learner_for
 
 Policy = Literal["paper", "weighted"]
 POLICIES: tuple[Policy, Policy] = ("paper", "weighted")

@@ -26,8 +26,8 @@ from incsvr.learning.baselines import (
 )
 from incsvr.samples import Array, Samples
 from incsvr.signals import TORQUE, YAW_RATE, synchronise
-from service.recordings.online import signals_for
 from service.recordings.recording import RATE_LIMIT
+from service.recordings.samples_from_recording import signals_for
 
 Record = dict[str, Any]
 LAST = 500

@@ -8,8 +8,8 @@ import numpy as np
 
 from benchmarks.policies import Policy, scaled
 from incsvr.signals import synchronise
-from service.recordings.online import learn, signals_for
 from service.recordings.recording import RATE_LIMIT
+from service.recordings.samples_from_recording import learn, signals_for
 from simulator.missions import Mission, Outcome, play
 
 MISSIONS = ("survey", "waypoints", "zigzag", "circles", "day")

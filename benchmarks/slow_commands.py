@@ -14,9 +14,9 @@ import numpy as np
 
 from benchmarks.tables import table
 from incsvr.signals.settings import MEASURED, TorqueKind
-from service.commands.fitted import Fit
-from service.recordings.online import signals_for
+from service.commands.fit_result import Fit
 from service.recordings.recording import RATE_LIMIT, Recording
+from service.recordings.samples_from_recording import signals_for
 from simulator import slow_commands
 
 RESULTS = Path(__file__).parent / "results" / "slow_commands.md"

@@ -18,7 +18,7 @@ from incsvr.tracing.cells import cut
 from incsvr.tracing.channels import usable
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.torque_nature import TorqueNature
-from service.commands import coupling
+from service.commands import other_velocities
 from service.commands.trace import runs_of
 from service.recordings.recording import Recording, read
 
@@ -65,7 +65,7 @@ class Material:
         return Material(
             split.inertia, axis, fitted, unseen, there, replace(here, origin=there.origin),
             tuple(name for name in VELOCITIES if name in there.channels),
-            coupling.declared(split.mass_matrix, None, axis, [*fitted, *unseen]),
+            other_velocities.declared(split.mass_matrix, None, axis, [*fitted, *unseen]),
         )  # fmt: skip
 
     def curve(self, damping: Callable[[Array], Array]) -> TracedModel:

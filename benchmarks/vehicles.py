@@ -38,10 +38,10 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS
 from service.cli.progress import progress
-from service.commands.fitted import Fit
+from service.commands.fit_result import Fit
 from service.commands.trace import traced
-from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import sequence
+from service.recordings.samples_from_recording import samples_of, signals_for
 from service.wire.json_text import json_text
 
 MEASURED = Path(__file__).parents[2] / "shared" / "measured"

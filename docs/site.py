@@ -24,7 +24,7 @@ from pydantic_core import PydanticUndefined
 
 from service.cli.command_line import whole_parser
 from service.cli.parser import Parser
-from service.config.commented import _bounds
+from service.config.config_writer import _bounds
 from service.config.configuration import Config
 
 ROOT = Path(__file__).resolve().parent.parent

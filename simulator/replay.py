@@ -20,7 +20,7 @@ from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
 from service.logs.dives import RULE
-from service.recordings.kept import Kept, is_archive
+from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, Streams, sequence
 from service.wire import Keys
@@ -51,7 +51,7 @@ def add_player_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     if is_archive(args.recordings[0]):
-        kept = Kept.read(args.recordings).within(Cut.of(args))
+        kept = ArchiveReader.read(args.recordings).within(Cut.of(args))
         return play_to_learner(args, config, kept, kept.name)
     recording = sequence(Reading.of(args, config).of_all(args.recordings))
     others = [] if args.axis is not None else _of_other_axes(args, config)

@@ -16,7 +16,7 @@ from zenoh.handlers import Callback
 
 from service.bus.ingest import AS_JSON, MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, RING
 from service.inputs.bus_keys import BRIDGED, bridged
-from service.inputs.hearing import Hearing
+from service.inputs.input_mapper import InputMapper
 from service.inputs.presets.ros import READ
 from service.recordings.archive import Archive
 
@@ -34,7 +34,7 @@ class Arrivals:
     def __init__(
         self,
         session: zenoh.Session,
-        hearing: Hearing,
+        hearing: InputMapper,
         refused: Callable[[str, int], None],
         places: int = RING,
         most_bytes: int = QUEUE_BYTES,

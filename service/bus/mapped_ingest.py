@@ -19,9 +19,9 @@ from service.bus.arrivals import Arrivals
 from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.config.configuration import Config
 from service.health.health_watch import HealthWatch
-from service.inputs.hearing import Hearing
-from service.inputs.known import RATE, TORQUE
+from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs, Source
+from service.inputs.source_binding import RATE, TORQUE
 from service.learner.node import LearnerNode
 from service.recordings.archive import Archive
 from service.wire import Keys
@@ -60,7 +60,7 @@ class MappedIngest:
         self._node, self._watch = node, watch
         self.onward: list[Listener] = []
         self._heard: list[tuple[str, Array, Array]] = []
-        self.hearing = Hearing(mapping(config), parameters)
+        self.hearing = InputMapper(mapping(config), parameters)
         self._began, self._lock = time.monotonic(), threading.Lock()
         most_bytes = SLOWER * max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
         waiting = SLOWER * places(learners)

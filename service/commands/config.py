@@ -9,10 +9,10 @@ from pathlib import Path
 from service.bus.bus_check import check_bus, check_files
 from service.bus.mapped_ingest import mapping
 from service.cli.output import add_json_argument, emit
-from service.config.commented import commented
+from service.config.config_writer import commented
 from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
-from service.inputs.hearing import Hearing
+from service.inputs.input_mapper import InputMapper
 from service.live.effects import configured
 from service.recordings.validation import read_validation
 
@@ -49,7 +49,7 @@ def _checked(path: Path, user: str | None) -> str:
     bus = check_bus(config.bus, prefixes)
     for each in config.each():
         if not each.inputs.own:
-            Hearing(mapping(each))
+            InputMapper(mapping(each))
         effects = configured(each)
         for recording in each.validation.values():
             read_validation(recording, each, effects)

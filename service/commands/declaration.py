@@ -17,8 +17,8 @@ from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
 from incsvr.signals.smoothing import smooth
 from service.commands.fit_refusals import OF_SIGN
-from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import Recording, from_streams, sequence
+from service.recordings.samples_from_recording import samples_of, signals_for
 
 SCALE = "--column torque=…*SCALE"
 DOUBTED = "the declared inertia and the torque do not fit each other by a factor, see the note"

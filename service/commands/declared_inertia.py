@@ -13,8 +13,8 @@ from incsvr.plant.body import Coupled
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.config.configuration import Config
-from service.recordings.online import signals_for
 from service.recordings.recording import Recording
+from service.recordings.samples_from_recording import signals_for
 
 ESTIMATE = "estimate"
 MISSING = (

@@ -18,20 +18,20 @@ from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, report_destination
-from service.commands import coupling, declared_inertia, written
+from service.commands import config_output, declared_inertia, other_velocities
 from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import add_sign_argument, declared
+from service.commands.fit_result import Fit
 from service.commands.fit_text import text
-from service.commands.fitted import Fit
-from service.commands.made import REPORT_WRITER, made
+from service.commands.report_head import REPORT_WRITER, made
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.live.effects import TracedEffects, configured, read_effects
 from service.logs.dives import RULE
-from service.recordings.online import narrowed, signals_for
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
+from service.recordings.samples_from_recording import narrowed, signals_for
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAMES",
         help="velocities that damping is learned over, the axis's own first, such as yaw_rate,surge (default: its own)",
     )
-    parser.add_argument("--mass-matrix", metavar="M", help=coupling.HELP)
+    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.HELP)
     parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
     parser.add_argument(
         "--torque",
@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
-    written.check(args.write)
+    config_output.check(args.write)
     over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
     if over and args.axis is not None:
         over |= {"vehicle": {"axis": args.axis}}
@@ -129,7 +129,7 @@ def _learned(
     unseen: Sequence[Recording],
 ) -> tuple[Fit, dict[str, Any], str]:
     of_file = config if args.config else None
-    coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
+    coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
     declaration = None
     if coupled is None and args.effects is None:
@@ -166,8 +166,8 @@ def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: 
         learner = config.learner.model_copy(update={"policy": fit.learner.policy})
         config = config.model_copy(update={"vehicle": vehicle, "signals": signals, "learner": learner})
     else:
-        config = written.scaled(config, recording, fit.signals, fit.learner)
-    written.write(
+        config = config_output.scaled(config, recording, fit.signals, fit.learner)
+    config_output.write(
         args.write, config.model_copy(update=update), f"# By `incsvr fit` on {fit.name}, {fit.samples} samples.\n"
     )
 

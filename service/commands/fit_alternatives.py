@@ -12,8 +12,8 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.commands.fit_attempt import Terms
-from service.recordings.online import narrowed, signals_for
 from service.recordings.recording import Recording, sequence
+from service.recordings.samples_from_recording import narrowed, signals_for
 
 LEAST_GAIN = 0.03
 """Part of the free run's error by which it must fall before other settings are proposed: less is chance."""

@@ -20,8 +20,8 @@ from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import freed
 from service.live.effects import TracedEffects
-from service.recordings.online import learner_for, samples_of, wanted_streams
 from service.recordings.recording import Recording
+from service.recordings.samples_from_recording import learner_for, samples_of, wanted_streams
 
 EFFECTS_OVER_ONE = (
     "with traced effects damping is learned over one velocity, over which they were traced; leave out --effects, or "

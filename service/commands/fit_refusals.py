@@ -11,10 +11,10 @@ from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
-from service.commands import coupling
+from service.commands import other_velocities
 from service.commands.fit_attempt import Terms
-from service.recordings.online import signals_for
 from service.recordings.recording import Recording, sequence
+from service.recordings.samples_from_recording import signals_for
 
 SIGN = "sign"
 """The kind of a finding that torque and yaw rate count in opposite directions."""
@@ -88,8 +88,8 @@ def refuse_unlearned(
         raise BadInput(f"{joined.name}: {doubt}")
     undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
     made = (undriven_at_all if idle else excitation).sentence
-    pushed = None if idle or terms.coupled is not None else coupling.decoupled(joined, samples, signals)
-    besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {coupling.CURE}"
+    pushed = None if idle or terms.coupled is not None else other_velocities.decoupled(joined, samples, signals)
+    besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {other_velocities.CURE}"
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
     why = f"too little motion to learn from: {made}; {MANOEUVRE}"
     if doubted is not None and not little:

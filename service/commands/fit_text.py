@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from incsvr.learning.inertia import InertiaEstimate
 from service.commands import declared_inertia
-from service.commands.fitted import Fit
+from service.commands.fit_result import Fit
 
 
 def text(fit: Fit, estimate: InertiaEstimate | None) -> str:

@@ -22,9 +22,9 @@ from service.cli.output import add_json_argument, emit
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.inputs import asking
-from service.inputs.hearing import Hearing
-from service.inputs.known import RATE, TORQUE
+from service.inputs.input_mapper import InputMapper
 from service.inputs.owners import AUTOPILOT, mavlink
+from service.inputs.source_binding import RATE, TORQUE
 from service.inputs.survey import Survey
 
 WIDTH = 80
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("--ask: only a vehicle with BlueOS is asked for more; say --set inputs.preset=blueos")
     if args.ask is not None and not 0.0 < args.ask <= MOST_HERTZ:
         raise BadInput(f"--ask {args.ask:g}: ask for messages a second, above 0 and at most {MOST_HERTZ:g}")
-    hearing = Hearing(mapping(config))
+    hearing = InputMapper(mapping(config))
     vehicle = config.vehicle
     survey = Survey(hearing, {RATE: vehicle.rate_limit, TORQUE: vehicle.torque_limit})
     asked: dict[str, Any] = {}
@@ -140,7 +140,7 @@ def _listen(survey: Survey, arrivals: Arrivals, seconds: float) -> None:
         pause.wait(min(POLL, left))
 
 
-def _ask(session: zenoh.Session, hearing: Hearing, arrivals: Arrivals, hertz: float) -> dict[str, str]:
+def _ask(session: zenoh.Session, hearing: InputMapper, arrivals: Arrivals, hertz: float) -> dict[str, str]:
     """Asks for the messages that are learned from; what the vehicle says to each.
 
     Raises:
@@ -158,7 +158,7 @@ def _ask(session: zenoh.Session, hearing: Hearing, arrivals: Arrivals, hertz: fl
     return said
 
 
-def _vehicle(hearing: Hearing, arrivals: Arrivals) -> str:
+def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
     """The number of the first vehicle that is heard."""
     pause, until = threading.Event(), time.monotonic() + MEET
     while time.monotonic() < until:

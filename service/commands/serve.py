@@ -14,10 +14,10 @@ from incsvr.errors import BadInput
 from service.bus.session import connecting, from_file, in_time, listening, open_session, told_to_stop
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
-from service.health import notify
-from service.learner.company import take_prefix
-from service.learner.crew import Crew
+from service.health import systemd
+from service.learner.duplicate_learner import take_prefix
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.wire import Keys
 from service.wire.json_text import json_text
 
@@ -79,16 +79,16 @@ def serve(config: Config, stop: threading.Event) -> None:
         hub = config.bus.connect is not None or config.bus.zenoh_file is not None
         taken = [take_prefix(session, each.prefix, stop, hub) for each in configs if not each.bus.allow_second]
         hosts = [Host(session, each, len(configs)) for each in configs]
-        with Crew(hosts, lambda: notify.tell(notify.ALIVE), notify.stroke_period()):
+        with WorkerThreads(hosts, lambda: systemd.tell(systemd.ALIVE), systemd.stroke_period()):
             for each in configs:
                 for line in beginning(each):
                     log.info("%s: %s", each.prefix, line)
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
-            notify.tell(notify.READY)
+            systemd.tell(systemd.READY)
             while not stop.wait(PAUSE):
                 pass
             log.info("stopping")
-            notify.tell(notify.STOPPING)
+            systemd.tell(systemd.STOPPING)
         del taken  # who comes sees the tokens until here
     finally:
         in_time(session.close)

@@ -20,11 +20,11 @@ from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
 from service.cli.output import add_json_argument, destination, emit, report_destination
 from service.cli.progress import progress
-from service.commands import coupling, declared_inertia
-from service.commands.coupling import Told
+from service.commands import declared_inertia, other_velocities
 from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import DOUBTED, add_sign_argument, declared
-from service.commands.made import REPORT_WRITER, made
+from service.commands.other_velocities import OtherVelocities
+from service.commands.report_head import REPORT_WRITER, made
 from service.commands.trace_parts import Part, after_steps
 from service.commands.trace_sensors import believed, examined, notes
 from service.commands.trace_text import text
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("commanded", "measured"),
         help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
     )
-    parser.add_argument("--mass-matrix", metavar="M", help=coupling.HELP)
+    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.HELP)
     parser.add_argument(
         "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
     )
@@ -91,7 +91,9 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     return axis, found, told
 
 
-def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple[Trace, Told, tuple[Part, ...]]:
+def _traced(
+    args: argparse.Namespace, reading: Reading, config: Config
+) -> tuple[Trace, OtherVelocities, tuple[Part, ...]]:
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
@@ -101,13 +103,13 @@ def _traced(args: argparse.Namespace, reading: Reading, config: Config) -> tuple
 
 def _found(
     args: argparse.Namespace, reading: Reading, config: Config, recordings: Sequence[Recording], fitted: int
-) -> tuple[Trace, Told, tuple[Part, ...]]:
+) -> tuple[Trace, OtherVelocities, tuple[Part, ...]]:
     of_file = config if args.config else None
-    coupled = coupling.declared(args.mass_matrix, of_file, reading.axis, recordings)
+    coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
-    parts, others = dict[str, Array](), coupling.NOTHING
+    parts, others = dict[str, Array](), other_velocities.NOTHING
     if coupled is not None:
-        recordings, parts, others = coupling.by_itself(coupled, recordings)
+        recordings, parts, others = other_velocities.by_itself(coupled, recordings)
     asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
     found = traced(recordings[:fitted], recordings[fitted:], *asked)
     after = after_steps(found, recordings[:fitted], lambda part: traced(part, [], *asked).in_terms_of(reading.axis))
@@ -156,7 +158,7 @@ def traced(
             raise
         # no manoeuvre helps where the inertia, or the torque's unit or sign, is wrong
         raise BadInput(f"{fitted[0].name}: {why}") from error
-    others = coupling.of_recordings(fitted, inertia)
+    others = other_velocities.of_recordings(fitted, inertia)
     beside = (*declaration.sentences, *found.notes, *(() if others is None else (others,)))
     return replace(
         found,

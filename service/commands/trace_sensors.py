@@ -16,9 +16,9 @@ from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
 from service.commands.fit_refusals import SIGN, told
-from service.recordings.online import learner_for, signals_for
 from service.recordings.recorded_streams import refuse_bursts, remarks_of
 from service.recordings.recording import Recording
+from service.recordings.samples_from_recording import learner_for, signals_for
 
 SLOW = 1.6
 """Periods of the yaw rate that one of the torque lasts at least to be called slow."""

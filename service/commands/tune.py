@@ -19,12 +19,12 @@ from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
-from service.commands import written
+from service.commands import config_output
 from service.config.configuration import Config
 from service.config.sources import read as read_config
-from service.recordings.online import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import RATE_LIMIT, sequence
+from service.recordings.samples_from_recording import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 
 EXPERIMENT = "simulator.leng"
 """Simulates the paper's experiment; loaded when asked for."""
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     judged: Judged = "last" if args.last else "every"
     if (args.simulated is None) == (not args.recordings):
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
-    written.check(args.write)
+    config_output.check(args.write)
     config = read_config(args.config)
     if config.further_inputs:
         raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration for it")
@@ -174,7 +174,7 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
     scaled = learner_for(samples)
     settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
     if not args.config:
-        config = written.scaled(config, joined, signals, settings)
+        config = config_output.scaled(config, joined, signals, settings)
     fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
     grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
     return joined.name, samples, settings, grid, config
@@ -199,4 +199,4 @@ def _write(path: Path, config: Config, tuning: Tuning) -> None:
         f"# C, ε and γ by `incsvr tune` on {tuning.name}, {tuning.samples} samples (Section IV-B), judged\n"
         f"# {_BY[tuning.judged]}.\n"
     )
-    written.write(path, tuned, head)
+    config_output.write(path, tuned, head)

@@ -25,7 +25,7 @@ from incsvr.plant.axes import AXES, YAW, Axis
 from service.bus.client import Client, NoAnswer, reaching
 from service.bus.session import told_to_stop
 from service.cli.display import WIDTH, screen
-from service.cli.lines import iteration_line, learning_line
+from service.cli.log_lines import iteration_line, learning_line
 from service.commands.status import look
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Form, Health, IterationReport, ModelSnapshot, decode

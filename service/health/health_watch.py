@@ -21,11 +21,11 @@ from incsvr.signals.streams import JUMP
 from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
-from service.health.heard import Heard, Lately
 from service.health.learning_state import LearningState
 from service.health.starvation import NAMES, Starvation, slow_stream
+from service.health.stream_monitor import Lately, StreamMonitor
 from service.learner.node import LearnerNode
-from service.learner.recent import Pace
+from service.learner.recent_stream import SampleRateWatch
 
 #: A stream that has not come for so long [s] is one to stand in for: streams come at 2 Hz and more.
 SILENT = 1.0
@@ -51,7 +51,7 @@ class HealthWatch:
     def __init__(self, limits: HealthLimits, started: float, clock: Callable[[], float]) -> None:
         self._limits, self._started, self._clock = limits, started, clock
         self._lock = threading.Lock()
-        self._streams: dict[str, Heard] = {name: Heard() for name in NAMES}
+        self._streams: dict[str, StreamMonitor] = {name: StreamMonitor() for name in NAMES}
         self._refused: dict[str, int] = {}
         self._lately = Lately()
         self._failure: tuple[float, str] | None = None
@@ -60,7 +60,7 @@ class HealthWatch:
         self._paused: str | None = None
         self._learning = LearningState()
         self._starvation: Starvation | None = None
-        self._pace = Pace()
+        self._pace = SampleRateWatch()
         self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
         self.notices: tuple[str, ...] = ()
         self.effect_channels: tuple[str, ...] = ()
@@ -86,11 +86,11 @@ class HealthWatch:
         with self._lock:
             self._stream(name).sequence.came(sequence)
 
-    def _stream(self, name: str) -> Heard:
+    def _stream(self, name: str) -> StreamMonitor:
         """The stream of that name; what comes after too many names is kept under one."""
         if name not in self._streams and len(self._streams) >= MAX_CHANNELS:
             name = "(further)"
-        return self._streams.setdefault(name, Heard())
+        return self._streams.setdefault(name, StreamMonitor())
 
     def refused(self, reason: str, count: int = 1) -> None:
         """A message was no measurement."""

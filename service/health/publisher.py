@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from service import wire
-from service.bus.outgoing import Outgoing
-from service.cli.lines import learning_line
+from service.bus.publishers import Outgoing
+from service.cli.log_lines import learning_line
 from service.config.configuration import Config
 
 if TYPE_CHECKING:

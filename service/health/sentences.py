@@ -10,7 +10,7 @@ from incsvr.learning.excitation import MANOEUVRE
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.samples import Array
-from service.health.heard import Heard
+from service.health.stream_monitor import StreamMonitor
 from service.learner.node import LearnerNode
 
 #: What the sender of a refused message should send, by the reasons.
@@ -46,7 +46,7 @@ def rejected(lately: dict[str, int]) -> list[str]:
     return told + [sentence for reasons, sentence in CURES.items() if lately.keys() & reasons]
 
 
-def stands_still(rate: Heard, longest: float) -> list[str]:
+def stands_still(rate: StreamMonitor, longest: float) -> list[str]:
     """The yaw rate has been the same for longer than that [s]."""
     if rate.still_since is not None and rate.t is not None:
         still = rate.t - rate.still_since

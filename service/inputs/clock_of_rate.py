@@ -12,7 +12,7 @@ from math import isfinite
 from statistics import median
 
 from service.inputs.clocks import APART_FROM_ZERO, SAME, WRAP
-from service.inputs.known import RATE
+from service.inputs.source_binding import RATE
 
 APART = 10.0
 """Stamps further from the yaw rate's are of another clock [s]: as for our own keys (`incsvr.signals.streams.JUMP`), so

@@ -12,11 +12,11 @@ import numpy as np
 
 from service.inputs import bus_keys
 from service.inputs.instances import base
-from service.inputs.known import RATE, TORQUE, Known
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import NOTHING
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
+from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 from service.inputs.thrust import sensible
 from service.inputs.vehicle_kind import SelfDescription
 from service.logs.gathering import leaves
@@ -49,7 +49,7 @@ class Resolved:
 
 def resolved(
     configured: Inputs,
-    heard: Mapping[str, Known],
+    heard: Mapping[str, SourceBinding],
     parameters: Mapping[str, float],
     others: frozenset[str] = frozenset(),
 ) -> Resolved:
@@ -85,13 +85,13 @@ def resolved(
     return Resolved(inputs, missing, armed, proposal.sentences)
 
 
-def named_topics(known: Mapping[str, Known]) -> list[Topic]:
+def named_topics(known: Mapping[str, SourceBinding]) -> list[Topic]:
     """What was heard, for the presets: what came first counts as the busiest."""
     heard = [(key, each) for key, each in known.items() if each.fields]
     return [Topic(key, each.type, each.fields, -order) for order, (key, each) in enumerate(heard)]
 
 
-def steady(configured: Inputs, now: Inputs, known: Mapping[str, Known]) -> Inputs:
+def steady(configured: Inputs, now: Inputs, known: Mapping[str, SourceBinding]) -> Inputs:
     """The configuration with what a preset found and what has come for a while since: that stays.
 
     Args:
@@ -107,7 +107,7 @@ def steady(configured: Inputs, now: Inputs, known: Mapping[str, Known]) -> Input
     return configured.model_copy(update=found)
 
 
-def bound(topic: str, known: Mapping[str, Known], preset: str | None) -> str | None:
+def bound(topic: str, known: Mapping[str, SourceBinding], preset: str | None) -> str | None:
     """The key of a topic: the first that was heard of it."""
     if topic in known:
         return topic
@@ -124,7 +124,7 @@ def _named(inputs: Inputs) -> dict[str, Source]:
     return {name: source for name, source in named.items() if source is not None}
 
 
-def _commanded(thrusters: Thrusters, known: Mapping[str, Known], inputs: Inputs) -> Thrusters:
+def _commanded(thrusters: Thrusters, known: Mapping[str, SourceBinding], inputs: Inputs) -> Thrusters:
     """The thrusters, each with the path of its command."""
     found = []
     for k, (each, topic) in enumerate(zip(thrusters.each, thrusters.topics, strict=True)):
@@ -136,13 +136,13 @@ def _commanded(thrusters: Thrusters, known: Mapping[str, Known], inputs: Inputs)
     return thrusters.model_copy(update={"each": tuple(found)})
 
 
-def _speaker(topics: Sequence[Topic], known: Mapping[str, Known]) -> SelfDescription:
+def _speaker(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> SelfDescription:
     """What the vehicle says of itself in its newest heartbeat."""
     beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
     return SelfDescription(dict(leaves(known[beats[0]].message))) if beats else SelfDescription()
 
 
-def _dead(topics: Sequence[Topic], known: Mapping[str, Known]) -> frozenset[str]:
+def _dead(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> frozenset[str]:
     """Batteries that show no battery in their newest message."""
     found = []
     for topic in topics:

@@ -11,8 +11,8 @@ import numpy as np
 from incsvr.checks import implausible
 from incsvr.samples import Array
 from incsvr.signals.seldom import too_slow
-from service.inputs.hearing import Hearing
-from service.inputs.known import RATE, TORQUE, Known
+from service.inputs.input_mapper import InputMapper
+from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 
 HEADING = "heading"
 TURNED = 0.2
@@ -47,7 +47,7 @@ class Survey:
         limits: largest plausible magnitude of the yaw rate [rad/s] and of the torque [N m].
     """
 
-    def __init__(self, hearing: Hearing, limits: dict[str, float]) -> None:
+    def __init__(self, hearing: InputMapper, limits: dict[str, float]) -> None:
         self.hearing, self._limits = hearing, limits
         self.came: dict[str, Came] = {}
 
@@ -168,7 +168,7 @@ class Survey:
         return f"it turns {ratio:.2g} times as far as the heading: {why}"
 
 
-def _hertz(known: Known) -> float:
+def _hertz(known: SourceBinding) -> float:
     return (known.count - 1) / (known.last - known.first) if known.count > 1 and known.last > known.first else 0.0
 
 

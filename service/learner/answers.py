@@ -21,7 +21,7 @@ from zenoh.handlers import RingChannel
 from incsvr.errors import BadInput
 from service import wire
 from service.health.health_watch import HealthWatch
-from service.learner.asked import Asked, asked, listed, names
+from service.learner.damping_query import DampingQuery, asked, listed, names
 from service.learner.estimates import forecast_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, damping
@@ -259,7 +259,7 @@ def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:
     return asked
 
 
-def _asked(query: zenoh.Query, velocities: Mapping[str, str]) -> Asked:
+def _asked(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
     """The velocities that are asked for, from the parameters or from the payload.
 
     Args:

@@ -3,7 +3,7 @@
     measurements → Ingest → LearnerNode → disk → bus
                                  ↑ Answers
 
-It has no threads but the one that answers for damping: `service.learner.crew` does the work for all learners of a
+It has no threads but the one that answers for damping: `worker_threads` does the work for all learners of a
 process. The liveliness token is declared last: who sees it can ask.
 """
 
@@ -23,21 +23,21 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service import wire
 from service.bus.ingest import Ingest
-from service.bus.outgoing import Outgoing
+from service.bus.publishers import Outgoing
 from service.bus.session import certificates, from_file, in_time
 from service.config.configuration import Config
 from service.health.health_watch import HealthWatch
 from service.health.publisher import HealthPublisher
 from service.learner.answers import Answers, Verb
-from service.learner.company import Company
+from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
-from service.live.changing_over import ChangingOver
+from service.live.effect_switch import EffectSwitch
 from service.live.effects import TracedEffects, configured
 from service.recordings.archive import archive_of
 from service.recordings.validation import read_validation
-from service.state.disk_first import PARAMETERS, DiskFirst
 from service.state.history import IN_MEMORY_BYTES, History
+from service.state.persist_then_publish import PARAMETERS, PersistThenPublish
 from service.state.store import Store
 
 if TYPE_CHECKING:
@@ -64,17 +64,17 @@ class Host:
         self.node.validate_on(
             {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
-        self._company = Company(session, self.keys, self.node.boot, time.monotonic)
+        self._company = DuplicateLearner(session, self.keys, self.node.boot, time.monotonic)
         zenoh_file = config.bus.zenoh_file
         self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
         self._watch_over(effects)
         self.watch.among(config.coupled())
         self._outgoing = Outgoing(session, self.keys, self._archive)
-        self._disk_first = DiskFirst(config, self.node, self._store, self._history, self._outgoing, self._live)
-        self._changing: ChangingOver | None = None
+        self._disk_first = PersistThenPublish(config, self.node, self._store, self._history, self._outgoing, self._live)
+        self._changing: EffectSwitch | None = None
         if self._live is not None:
-            self._changing = ChangingOver(config, self.node, self._live, self._disk_first, self._watch_over)
+            self._changing = EffectSwitch(config, self.node, self._live, self._disk_first, self._watch_over)
             self._changing.say()
         self._health_publisher = HealthPublisher(session, config, self._outgoing)
         latest = self.node.latest()

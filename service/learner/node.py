@@ -22,9 +22,17 @@ from incsvr.learning.learner import Iteration
 from incsvr.samples import Array, Samples
 from service import wire
 from service.config.configuration import Config
-from service.learner.asked import Asked
 from service.learner.batches import Batches
-from service.learner.iterated import Covered, Iterated, Outcome, iterated, learned_anew, stepped, taken_back
+from service.learner.damping_query import DampingQuery
+from service.learner.prepared_iteration import (
+    Covered,
+    Outcome,
+    PreparedIteration,
+    iterated,
+    learned_anew,
+    stepped,
+    taken_back,
+)
 from service.learner.published import Served, damping, snapshot, textbook
 from service.learner.recent_batches import RecentBatches
 from service.learner.stand_in import StandIn
@@ -183,7 +191,7 @@ class LearnerNode:
 
     def _iterated(
         self, guarded: Guarded, batch: Samples, effects: tuple[dict[str, Any], ...], validation: Mapping[str, Samples]
-    ) -> Iterated:
+    ) -> PreparedIteration:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
         step = stepped(self._settings, guarded, batch, self._clock)
         covered = self._covered.over(batch, self._settings.rate_range, self.batches.clock_restarts)
@@ -191,13 +199,13 @@ class LearnerNode:
         served = Served(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)
         return iterated(step, served, covered, self.config, self.boot, validation)
 
-    def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> Iterated:
+    def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> PreparedIteration:
         """To what was served before the last batch, because of this one, which is put aside."""
         served = replace(self.served, model=iteration.model, revision=self._published + 1, iteration=iteration.number)
         step = taken_back(guarded, batch, iteration)
         return iterated(step, served, self._covered, self.config, self.boot, self._validation)
 
-    def _adopt(self, new: Iterated) -> Outcome:
+    def _adopt(self, new: PreparedIteration) -> Outcome:
         """From now on this is what was learned and what is served."""
         self._keep(new)
         self.served, self._published = new.served, new.served.revision
@@ -205,13 +213,13 @@ class LearnerNode:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
         return Outcome(new.snapshot, new.report, self.memory())
 
-    def _keep(self, new: Iterated) -> None:
+    def _keep(self, new: PreparedIteration) -> None:
         """From now on the learner stands here, whatever is served."""
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
             self.recent_batches.learned(*new.motion, self.batches.smoothing)
 
-    def predict(self, asked: Asked) -> wire.DampingReply:
+    def predict(self, asked: DampingQuery) -> wire.DampingReply:
         """The damping at what is asked.
 
         Raises:

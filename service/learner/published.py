@@ -17,8 +17,8 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.samples import Array, Samples
 from service import wire
-from service.learner.asked import Asked
 from service.learner.batches import sampled
+from service.learner.damping_query import DampingQuery
 
 
 class NothingLearned(BadInput):
@@ -104,7 +104,7 @@ def textbook(served: Served, boot: str) -> wire.Coefficients:
     )
 
 
-def damping(model: Model, asked: Asked, iteration: int, revision: int) -> wire.DampingReply:
+def damping(model: Model, asked: DampingQuery, iteration: int, revision: int) -> wire.DampingReply:
     """What a model of this iteration and revision says of what is asked.
 
     Raises:

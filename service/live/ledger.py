@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from service.live.standing import Content, Role, Standing
+from service.live.tracing_state import Content, Role, TracingState
 
 EVIDENCE = ("p_value", "share")
 """Of a finding, what a step about it repeats."""
 
 
-def findings(standing: Standing) -> tuple[dict[str, Any], ...]:
+def findings(standing: TracingState) -> tuple[dict[str, Any], ...]:
     """The findings that are proven, then those that are only suspected, each with what is known of it by now."""
     listed: dict[str, dict[str, Any]] = {}
     for state, content in (("proven", standing.proven), ("suspected", standing.shadow)):
@@ -38,7 +38,7 @@ def evidence(content: Content | None) -> dict[str, dict[str, Any]]:
     }
 
 
-def offered(standing: Standing, names: Callable[[Content], Sequence[str]]) -> dict[str, tuple[Role, Content]]:
+def offered(standing: TracingState, names: Callable[[Content], Sequence[str]]) -> dict[str, tuple[Role, Content]]:
     """Effect → the trace that holds it and could be promoted, a proven one rather than a suspected one."""
     found: dict[str, tuple[Role, Content]] = {}
     ordered: tuple[tuple[Role, Content | None], ...] = (("proven", standing.proven), ("suspected", standing.shadow))
@@ -49,7 +49,7 @@ def offered(standing: Standing, names: Callable[[Content], Sequence[str]]) -> di
     return found
 
 
-def last(standing: Standing, names: Sequence[str]) -> str | None:
+def last(standing: TracingState, names: Sequence[str]) -> str | None:
     """The last step about these effects."""
     return next((step["step"] for step in reversed(standing.history) if step["effect"] in names), None)
 

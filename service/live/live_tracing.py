@@ -16,13 +16,13 @@ from incsvr.errors import BadInput
 from service.config.configuration import Config
 from service.learner.answers import Verb
 from service.learner.node import LearnerNode
-from service.live import beside, ledger
-from service.live.beside import Begin, Beside
-from service.live.beside_watch import BesideWatch
-from service.live.child import Child, Died
+from service.live import ledger, worker
 from service.live.effects import TracedEffects, taken_up
-from service.live.judged import judged
-from service.live.standing import RESIDUAL, Content, Standing, Work
+from service.live.proof_decision import judged
+from service.live.tracing_process import Died, TracingProcess
+from service.live.tracing_state import RESIDUAL, Content, TracingState, Work
+from service.live.worker import Begin, Worker
+from service.live.worker_watch import WorkerWatch
 
 log = logging.getLogger(__name__)
 
@@ -39,14 +39,14 @@ class LiveTracing:
         BadInput: the effects that were in force cannot be under this configuration.
     """
 
-    def __init__(self, config: Config, kept: Mapping[str, Any] | None, begin: Begin = Child.start) -> None:
+    def __init__(self, config: Config, kept: Mapping[str, Any] | None, begin: Begin = TracingProcess.start) -> None:
         self._config, self._begin = config, begin
-        self.standing = Standing() if kept is None else Standing.from_dict(kept)
+        self.standing = TracingState() if kept is None else TracingState.from_dict(kept)
         self.effects: TracedEffects | None = None
         self._take_up(self.standing)
-        self._child: Beside | None = None
+        self._child: Worker | None = None
         self._work: tuple[Work, float] = ("trace", 0.0)
-        self._watch = BesideWatch()
+        self._watch = WorkerWatch()
 
     def to_dict(self) -> dict[str, Any]:
         """All that must survive a restart, as plain data."""
@@ -88,10 +88,10 @@ class LiveTracing:
         work = before.due(newest, settings.window, settings.proof)
         if work is None:
             return False
-        recent = beside.recent(node.batches.recent(), settings, before, work, newest)
+        recent = worker.recent(node.batches.recent(), settings, before, work, newest)
         self._work = (work, newest)
         try:
-            self._child = self._begin(beside.job(self._config, before, work, newest), recent)
+            self._child = self._begin(worker.job(self._config, before, work, newest), recent)
         except OSError as error:
             self._watch.died(work, f"no process could be started: {error}")
             self._failed(node, before, f"no process could be started beside the learner: {error}")
@@ -100,7 +100,7 @@ class LiveTracing:
             self._watch.began(work)
         return self._child is not None
 
-    def conclude(self, node: LearnerNode) -> Standing | None:
+    def conclude(self, node: LearnerNode) -> TracingState | None:
         """Takes what the process beside has found, or why it has not.
 
         Returns:
@@ -132,7 +132,7 @@ class LiveTracing:
             child.close()
         return None if _same(self.standing.force, before.force) else before.after_proof(newest, "refused")
 
-    def decide(self, node: LearnerNode, verb: Verb, name: str) -> Standing | None:
+    def decide(self, node: LearnerNode, verb: Verb, name: str) -> TracingState | None:
         """An operator promotes what is found, or withdraws what is in force: all effects of one trace together.
 
         Returns:
@@ -166,7 +166,7 @@ class LiveTracing:
             return None
         raise BadInput(f"{name[:80]} is not in force here, so it cannot be withdrawn; {ledger.in_force(now)}")
 
-    def put_back(self, node: LearnerNode, instead: Standing, why: str) -> None:
+    def put_back(self, node: LearnerNode, instead: TracingState, why: str) -> None:
         """What was in force before stays so, because the learner could not change over."""
         tried, newest = self.effects, node.served.t or self.standing.fresh
         self._take_up(instead)
@@ -182,7 +182,7 @@ class LiveTracing:
             self._child.close()
             self._child = None
 
-    def _failed(self, node: LearnerNode, before: Standing, why: str) -> None:
+    def _failed(self, node: LearnerNode, before: TracingState, why: str) -> None:
         """As before, but for what the same data would only fail at again: the next try is on fresh data."""
         work, newest = self._work
         trace = work == "trace"
@@ -240,7 +240,7 @@ class LiveTracing:
         revision = node.published + 1 if changes else node.served.revision
         self._note(revision, newest, told.step, told.why, *names, content={**content, "proof": told.compared})
 
-    def _take_up(self, standing: Standing) -> None:
+    def _take_up(self, standing: TracingState) -> None:
         self.effects = None if standing.force is None else self._effects(standing.force)
         self.standing = standing
 

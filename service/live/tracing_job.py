@@ -32,7 +32,7 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
-from service.live.child import NO_ANSWER
+from service.live.tracing_process import NO_ANSWER
 from service.wire.json_text import write_json
 
 NICE = 10

@@ -11,9 +11,9 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
 from incsvr.samples import Array
+from service.inputs.column_spec import typed
 from service.inputs.measuring import Stream
 from service.inputs.settings import Inputs, Source
-from service.inputs.told import typed
 from service.logs.table import Log
 
 ABOUT = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}

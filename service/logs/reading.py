@@ -10,13 +10,13 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
+from service.inputs.column_spec import ColumnSpec, told
 from service.inputs.measuring import Measured, measured, topics
 from service.inputs.owners import system_of
 from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.stamps import usual_stamp
-from service.inputs.told import Told, told
 from service.inputs.units import STAMPS
 from service.logs import cutting, naming, self_description
 from service.logs.choosing import chosen
@@ -120,7 +120,7 @@ def since_1970(log: Log, inputs: Inputs, measured: Measured) -> float | None:
     return cutting.since_1970(measured.streams["yaw_rate"][0], table.arrival)
 
 
-def _stamped(proposal: Proposal, found: Inputs, said: Told, log: Log) -> Proposal:
+def _stamped(proposal: Proposal, found: Inputs, said: ColumnSpec, log: Log) -> Proposal:
     """The sources of a table all have its time; one whose unit nobody named is told from the numbers.
 
     What a person pointed at in another log is stamped as the preset stamps that topic, or by the topic's usual stamp.
@@ -163,7 +163,7 @@ def _with_stamp(source: Source | None, stamps: Mapping[str, tuple[str, StampUnit
     return source.model_copy(update={"stamp": stamp, "stamp_unit": unit})
 
 
-def _unit(said: Told, stamp: str, named: StampUnit, table: Table) -> tuple[StampUnit, list[str]]:
+def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple[StampUnit, list[str]]:
     """The unit of a table's time: as it was said, as the column's name says, or by its steps and its size."""
     for unit in STAMPS:
         if unit == (said.stamp_unit or (named if named != "s" else None)):

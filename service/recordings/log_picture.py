@@ -11,9 +11,9 @@ from service.commands.declared_inertia import inertia
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.logs.picture import LogPicture
-from service.recordings.online import learner_for, samples_of, signals_for
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
+from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 
 ASK_INERTIA = "No damping samples without the inertia: --inertia I [kg m²], or --inertia estimate."
 

@@ -17,9 +17,9 @@ from incsvr.samples import Array
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, spans, within
+from service.inputs.column_spec import typed, typed_in_full
 from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs, Preset, Source
-from service.inputs.told import typed, typed_in_full
 from service.logs import Log, opened
 from service.logs import reading as logs
 from service.logs.cutting import ARMED, WHOLE, Cut, NothingHeld, Span, add_cut_arguments, nothing_held, since_1970

@@ -15,11 +15,11 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.state.claim import Claim
 from service.state.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
 from service.state.history import History
+from service.state.matching import LOST, bring_back, identity, is_lost, set_aside, take_up
 from service.state.state_file import Damaged, StateFile
-from service.state.taking_up import LOST, bring_back, identity, is_lost, set_aside, take_up
+from service.state.state_lock import StateLock
 from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
@@ -50,7 +50,7 @@ class Store:
         self._own, self._changing, self._keep = identity(config, effects), changing, config.history
         self.history = History(config.history)
         self._told: tuple[str, ...] = ()
-        self._claim: Claim | None = None
+        self._claim: StateLock | None = None
         self._kept = b"null"  # the memory, as the file has it
         self._refused: frozenset[Path] = frozenset()
         self._read_only = False
@@ -145,9 +145,9 @@ class Store:
         else:
             self._create()
 
-    def _take_claim(self) -> Claim:
+    def _take_claim(self) -> StateLock:
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        taken = Claim(self.path.with_suffix(".lock"), self.path)
+        taken = StateLock(self.path.with_suffix(".lock"), self.path)
         if self._claim is not None:
             self._claim.close()
         self._claim = taken

@@ -16,7 +16,7 @@ from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.plant import free_run
 from incsvr.samples import Array
-from service.recordings import online
+from service.recordings import samples_from_recording
 from simulator import leng
 
 INERTIA, STEP = 24.0, 0.05
@@ -83,7 +83,7 @@ def learned(until: float) -> tuple[Experience, Model, Grid]:
     grid = Grid.of(streams["yaw_rate"], streams["torque"], signals.smoothing, signals.sample_period, held=False)
     experience, model = Experience(), Model.untrained(settings.gamma, settings.C, settings.epsilon)
     samples = leng.experiment(7).T1
-    for number, iteration in enumerate(online.learn(samples, settings)):
+    for number, iteration in enumerate(samples_from_recording.learn(samples, settings)):
         batch = samples.take(slice(number * settings.batch, (number + 1) * settings.batch))
         if batch.time[-1] > until:
             break

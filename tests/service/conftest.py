@@ -19,8 +19,8 @@ from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.config.sources import read
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.recordings.recording import Recording
 from simulator import leng
 from simulator.player import Messages, messages, play
@@ -112,7 +112,7 @@ def start() -> Iterator[StartBench]:
             learners = config.each()
             hosts = [Host(server, each, len(learners)) for each in learners]
             crew = stack.enter_context(ExitStack())
-            crew.enter_context(Crew(hosts))
+            crew.enter_context(WorkerThreads(hosts))
             client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
             return Bench(hosts[0], hosts, client, hosts[0].keys, crew.close, endpoint)
 

@@ -13,8 +13,8 @@ import pytest
 from service.bus import ingest
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.recordings.recording import write
 from service.wire import Health, Keys
 from simulator import leng
@@ -30,7 +30,7 @@ VALUES = 7500
 def learner() -> Iterator[str]:
     """One that runs, and its endpoint."""
     endpoint = free_endpoint()
-    with open_session(listening(endpoint)) as session, Crew([Host(session, configured())]):
+    with open_session(listening(endpoint)) as session, WorkerThreads([Host(session, configured())]):
         yield endpoint
 
 

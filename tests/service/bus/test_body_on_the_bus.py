@@ -19,8 +19,8 @@ from service import wire
 from service.bus.session import free_endpoint, listening, open_session
 from service.cli.command_line import main
 from service.commands.status import text
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.recordings.recording import Recording, of_axis, write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
@@ -152,7 +152,7 @@ def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path
     learners = configured(**THREE).each()
     with open_session(listening(endpoint)) as server:
         hosts = [Host(server, each, len(learners)) for each in learners]
-        with Crew(hosts):
+        with WorkerThreads(hosts):
             assert main(["replay", str(tmp_path / "whole.csv"), *words]) == 0
         for host in hosts:
             assert host.node.batches.samples_seen > 35

@@ -15,8 +15,8 @@ from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
 from service.commands.keys import Place, make
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from tests.service.conftest import PATIENCE, configured, teach
 
 FIRST, SECOND = wire.Keys("crab/yaw"), wire.Keys("eel/yaw")
@@ -36,7 +36,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, zenoh
         }
         for name, keys in (("crab", FIRST), ("eel", SECOND)):
             config = configured(prefix=keys.prefix, state=tmp_path_factory.mktemp(name))
-            stack.enter_context(Crew([Host(sessions[name], config)]))
+            stack.enter_context(WorkerThreads([Host(sessions[name], config)]))
             models: queue.Queue[Any] = queue.Queue()
             sessions["viewer"].declare_subscriber(keys.model, models.put)
             sensors = stack.enter_context(open_session(from_file(folder / f"{name}.json5"), PATIENCE))

@@ -15,11 +15,11 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
-from service.commands.coupling import declared
+from service.commands.other_velocities import declared
 from service.config.sources import read
 from service.live.tracing_job import answered
-from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import of_axis, sequence, write
+from service.recordings.samples_from_recording import samples_of, signals_for
 from simulator import leng
 from tests.hidden import recording
 from tests.service.recordings.test_axes import CORIOLIS as SURGE_MASS

@@ -14,7 +14,7 @@ from incsvr.plant.axes import BODY_YAW_RATE
 from incsvr.signals import SignalSettings
 from service.bus.session import from_file
 from service.cli.command_line import main
-from service.config.commented import commented
+from service.config.config_writer import commented
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments, read
 from tests.conftest import ROOT

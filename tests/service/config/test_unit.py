@@ -19,8 +19,8 @@ from typing import Any
 import pytest
 
 from service.bus.session import free_endpoint, listening, open_session
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, configured
 
@@ -135,7 +135,7 @@ def test_a_thread_that_learns_no_more_strokes_no_more() -> None:
     strokes: queue.Queue[None] = queue.Queue()
     with open_session(listening(free_endpoint())) as session:
         host = Hanging(session, configured())
-        with Crew([host], lambda: strokes.put(None), 0.02):
+        with WorkerThreads([host], lambda: strokes.put(None), 0.02):
             strokes.get(timeout=PATIENCE)
             host.go_on.clear()
             assert host.entered.wait(PATIENCE)

@@ -9,9 +9,9 @@ import numpy as np
 
 from incsvr.samples import Array
 from service.health.health_watch import HealthWatch
-from service.learner.asked import Asked
-from service.learner.iterated import Outcome
+from service.learner.damping_query import DampingQuery
 from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import Outcome
 from simulator import leng
 from tests.service.conftest import configured
 
@@ -41,7 +41,7 @@ def health(node: LearnerNode) -> Any:
 
 
 def error(node: LearnerNode) -> float:
-    predicted = np.array(node.predict(Asked(RATES)).damping)
+    predicted = np.array(node.predict(DampingQuery(RATES)).damping)
     return float(np.mean(np.abs(predicted - leng.damping(RATES))))
 
 

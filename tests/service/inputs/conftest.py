@@ -16,8 +16,8 @@ from service.bus import mapped_ingest
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.config.sources import read
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.wire import Health
 from tests.service.conftest import PATIENCE, Bench
 
@@ -78,7 +78,7 @@ def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
             session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
             host = Host(session, configured(inputs, state, **more))
             crew = stack.enter_context(ExitStack())
-            crew.enter_context(Crew([host]))
+            crew.enter_context(WorkerThreads([host]))
             client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
             return Vessel(host, [host], client, host.keys, crew.close, endpoint)
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.inputs.clocks import WRAP
-from service.inputs.hearing import Heard, Hearing
+from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
 from tests.service.inputs import mavlink
 from tests.service.logs.dive import BOOT, dive
@@ -24,19 +24,19 @@ ANYTHING = st.recursive(
 FIELDS = ("time_boot_ms", "time_usec", "yawspeed", "base_mode", "param_id", "param_value", "servo1_raw", "voltages")
 
 
-def hear(hearing: Hearing, key: str, arrival: float, **message: Any) -> dict[str, Heard]:
+def hear(hearing: InputMapper, key: str, arrival: float, **message: Any) -> dict[str, MappedValues]:
     return {heard.name: heard for heard in hearing.hear(key, json.dumps(message).encode(), arrival)}
 
 
-def mapping(**inputs: Any) -> Hearing:
-    return Hearing(Inputs.model_validate(inputs))
+def mapping(**inputs: Any) -> InputMapper:
+    return InputMapper(Inputs.model_validate(inputs))
 
 
 def test_units_directions_and_stamps() -> None:
     rate = {"topic": "imu", "field": "gyro[2]", "unit": "mrad/s", "sign": -1, "stamp": "at", "stamp_unit": "ms"}
     hearing = mapping(yaw_rate=rate, torque={"topic": "tau/*", "unit": "kN m", "scale": 0.5})
     heard = hear(hearing, "imu", 100.0, gyro=[0.0, 0.0, 250.0], at=5000)
-    assert heard == {"yaw_rate": Heard("yaw_rate", [5.0], [-0.25])}
+    assert heard == {"yaw_rate": MappedValues("yaw_rate", [5.0], [-0.25])}
     (told,) = hearing.hear("tau/yaw", b"0.4", 100.02)  # a bare number, placed by when it arrives
     assert told.name == "torque"
     assert [told.t[0], told.value[0]] == pytest.approx([5.02, 200.0])
@@ -95,7 +95,7 @@ def test_a_stamp_of_zero_is_none(unset: range) -> None:
 
 
 def test_a_counter_of_32_bits_that_runs_over() -> None:
-    hearing = Hearing(Inputs(preset="blueos"))
+    hearing = InputMapper(Inputs(preset="blueos"))
     swim = dive(4.0, 10.0)
     hearing.hear(*mavlink.parameters()[0], 0.0)
     for shift in (0.0, WRAP - BOOT - 2.0):
@@ -119,7 +119,7 @@ def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept(
     assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
     assert hearing.told == {"FRAME_CONFIG": 2.0}
     corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
-    assert Hearing(corrected, hearing.told).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
+    assert InputMapper(corrected, hearing.told).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
 
 
 def test_thrusters_that_the_configuration_names_by_the_message() -> None:
@@ -134,7 +134,7 @@ def test_thrusters_that_the_configuration_names_by_the_message() -> None:
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e300, "x", None])
 def test_a_parameter_that_is_none_changes_nothing(value: Any) -> None:
-    hearing = Hearing(Inputs(preset="blueos"))
+    hearing = InputMapper(Inputs(preset="blueos"))
     for key, payload in mavlink.parameters() + mavlink.stream(dive(1.0, 5.0)):
         hearing.hear(key, payload, 0.0)
     before, inputs = dict(hearing.parameters), hearing.inputs
@@ -197,7 +197,7 @@ def test_speed_past_the_thrusters_is_taken_from_the_channel_surge() -> None:
 @settings(max_examples=40)
 @given(st.lists(st.tuples(st.sampled_from(("ATTITUDE", "SERVO_OUTPUT_RAW", "HEARTBEAT", "PARAM_VALUE")), ANYTHING)))
 def test_whatever_comes_nothing_is_raised(messages: list[tuple[str, Any]]) -> None:
-    hearing = Hearing(Inputs(preset="blueos"))
+    hearing = InputMapper(Inputs(preset="blueos"))
     for key, payload in mavlink.stream(dive(1.0, 5.0)):
         hearing.hear(key, payload, 0.0)
     for kind, anything in messages:

@@ -13,7 +13,7 @@ from service import wire
 from service.bus.arrivals import Arrivals
 from service.bus.session import free_endpoint, listening, open_session
 from service.config.sources import read
-from service.inputs.hearing import Hearing
+from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
 from tests.service.inputs.conftest import Board
 from tests.service.logs.dive import BOOT, dive
@@ -53,7 +53,7 @@ def test_what_is_not_taken_in_time_is_bounded_and_told() -> None:
     def tell(reason: str, count: int) -> None:
         lost[reason] += count
 
-    hearing = Hearing(Inputs.model_validate(INPUTS))
+    hearing = InputMapper(Inputs.model_validate(INPUTS))
     with open_session(listening(free_endpoint())) as session:  # within it a put is with its subscriber when it returns
         arrivals = Arrivals(session, hearing, tell, places=10, most_bytes=2_000_000)
         for number in range(8):

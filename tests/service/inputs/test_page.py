@@ -10,7 +10,7 @@ import pytest
 from incsvr.errors import BadInput
 from service.bus.mapped_ingest import mapping
 from service.config.sources import read
-from service.inputs.hearing import Hearing
+from service.inputs.input_mapper import InputMapper
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "inputs.md").read_text(encoding="utf-8")
 CONFIGURATIONS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
@@ -21,7 +21,7 @@ def test_every_configuration_of_the_page_is_one(text: str, tmp_path: Path) -> No
     path = tmp_path / "config.yaml"
     path.write_text(text, encoding="utf-8")
     config = read(path)
-    assert Hearing(mapping(config)).keys
+    assert InputMapper(mapping(config)).keys
     routed = config.inputs.preset in ("blueos", "ros2", "keelson")
     assert (config.bus.connect == "tcp/127.0.0.1:7447") == routed
     assert (config.vehicle.name == "bluerov") == (config.inputs.preset == "blueos")

@@ -13,7 +13,7 @@ from zenoh.ext import Int64, z_deserialize
 from incsvr.errors import BadInput
 from service.bus.mapped_ingest import MappedIngest
 from service.inputs.bus_keys import matches, ros_type
-from service.inputs.hearing import Hearing
+from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
 from tests.service.conftest import PATIENCE
 from tests.service.inputs.conftest import Board
@@ -166,14 +166,14 @@ def test_broken_messages_are_counted_and_learn_nothing(board: Board, swim: Dive)
 
 def test_what_has_come_for_a_while_stays() -> None:
     """A preset would rather have the Imu than a vector; of the two vectors the first by its name is taken."""
-    hearing, kind = Hearing(Inputs(preset="ros2")), "geometry_msgs/msg/Vector3Stamped"
+    hearing, kind = InputMapper(Inputs(preset="ros2")), "geometry_msgs/msg/Vector3Stamped"
     for k in range(60):
         for topic in ("turn", "gyro"):
             hearing.hear(rmw(topic, kind), cdr(kind, header=header(0.1 * k), vector=vector(z=0.1)), 0.1 * k)
     assert "yaw_rate" not in {heard.name for heard in hearing.hear(rmw("imu", IMU), imu(6.0, 0.5), 6.0)}
     (heard,) = hearing.hear(rmw("gyro", kind), cdr(kind, header=header(6.0), vector=vector(z=0.2)), 6.0)
     assert (heard.name, heard.value) == ("yaw_rate", [0.2])
-    early = Hearing(Inputs(preset="ros2"))
+    early = InputMapper(Inputs(preset="ros2"))
     early.hear(rmw("compass", kind), cdr(kind, header=header(0.0), vector=vector(z=0.1)), 0.0)
     (first, *_) = early.hear(rmw("imu", IMU), imu(0.1, 0.5), 0.1)
     assert (first.name, first.value) == ("yaw_rate", [0.5])
@@ -187,6 +187,6 @@ def test_keys_and_topics() -> None:
         assert matches("/nucleo/imu", key, "ros2")
         assert not matches("/imu", key, "ros2")
     with pytest.raises(BadInput, match=r"inputs.yaw_rate: '/a//b' is no key expression"):
-        Hearing(Inputs.model_validate({"yaw_rate": {"topic": "/a//b"}}))
+        InputMapper(Inputs.model_validate({"yaw_rate": {"topic": "/a//b"}}))
     with pytest.raises(BadInput, match="px4 is a preset of logs; on a bus take ros2"):
-        Hearing(Inputs(preset="px4"))
+        InputMapper(Inputs(preset="px4"))

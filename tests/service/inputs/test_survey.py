@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
-from service.inputs.hearing import Hearing
+from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
 from service.inputs.survey import Survey
 from tests.service.conftest import PATIENCE
@@ -28,7 +28,7 @@ LIMITS = {"yaw_rate": 6.0, "torque": 40.0}
 
 def surveyed(stream: list[tuple[str, bytes]], **inputs: Any) -> dict[str, Any]:
     """What is said of messages that arrive as fast as they were sent."""
-    survey = Survey(Hearing(Inputs.model_validate({"preset": "blueos", **inputs})), LIMITS)
+    survey = Survey(InputMapper(Inputs.model_validate({"preset": "blueos", **inputs})), LIMITS)
     arrival = 1_000.0
     for key, payload in [*mavlink.parameters(), *stream]:
         arrival += 0.05 if key.endswith("ATTITUDE") else 0.0
@@ -90,7 +90,7 @@ def test_outputs_at_2_hz_are_too_seldom_and_the_cure_is_a_command() -> None:
 
 def test_motors_that_are_taken_for_others_make_no_moment() -> None:
     """The directions of two of four are turned: without the vehicle's parameters their moments cancel."""
-    survey = Survey(Hearing(Inputs(preset="blueos")), LIMITS)
+    survey = Survey(InputMapper(Inputs(preset="blueos")), LIMITS)
     for key, payload in mavlink.stream(SWIM, 0.0, 5.0):
         survey.hear(key, payload, 0.0)
     assert survey.summary()["inputs"]["torque"]["doubts"][0] == "the torque stands at 0 all the time"

@@ -12,7 +12,7 @@ import pytest
 from mcap.writer import Writer
 
 from incsvr.samples import Array
-from service.inputs.hearing import Heard, Hearing
+from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
 from service.logs import opened
 from service.logs.reading import Description, described
@@ -25,14 +25,14 @@ DIVE = dive(10.0)
 IDLE = np.full((DIVE.time.size, 4), 1500.0)
 
 
-def heard(hearing: Hearing, messages: Iterable[tuple[str, bytes]], name: str = "torque") -> Array:
+def heard(hearing: InputMapper, messages: Iterable[tuple[str, bytes]], name: str = "torque") -> Array:
     """The values of a stream."""
     told = [each for key, payload in messages for each in hearing.hear(key, payload, 0.0)]
     return np.array([value for each in told if each.name == name for value in each.value])
 
 
-def blueos(**inputs: Any) -> Hearing:
-    return Hearing(Inputs.model_validate({"preset": "blueos", **inputs}))
+def blueos(**inputs: Any) -> InputMapper:
+    return InputMapper(Inputs.model_validate({"preset": "blueos", **inputs}))
 
 
 def test_a_second_bank_and_a_second_battery_are_named_and_can_be_taken() -> None:
@@ -75,7 +75,7 @@ def test_the_first_vehicle_that_is_armed_while_its_outputs_move_is_taken_and_sta
     assert any("vehicle 2 is taken, the first that was armed while its outputs moved" in n for n in hearing.notices())
     heard(hearing, link.as_keys(link.swum(DIVE, armed_from=0.0)))  # now the other one moves, too late
     assert hearing.system == "2"
-    again = Hearing(Inputs(preset="blueos"), hearing.parameters_by_system)
+    again = InputMapper(Inputs(preset="blueos"), hearing.parameters_by_system)
     np.testing.assert_allclose(heard(again, link.as_keys(link.of(2, link.swum(DIVE)))), DIVE.torque, atol=1e-4)
     asked = blueos(system=1)
     heard(asked, link.as_keys(link.in_order(idle, moves)))
@@ -102,7 +102,7 @@ def test_what_tells_changes_alone_may_have_told_the_last_one_before() -> None:
     """Outputs that move say that a vehicle is armed until something else does; outputs that tremble do not."""
     armed = {"topic": "state", "field": "on", "events": True}
     thrusters = {"topic": "u", "command": "pwm", "each": [{"field": "w", "arm": 0.5}]}
-    hearing = Hearing(Inputs.model_validate({"yaw_rate": {"topic": "r"}, "thrusters": thrusters, "armed": armed}))
+    hearing = InputMapper(Inputs.model_validate({"yaw_rate": {"topic": "r"}, "thrusters": thrusters, "armed": armed}))
 
     def say(key: str, **message: float) -> bool:
         hearing.hear(key, json.dumps(message).encode(), 0.0)
@@ -117,8 +117,8 @@ def test_what_tells_changes_alone_may_have_told_the_last_one_before() -> None:
 @pytest.mark.parametrize("first", ["zed/imu", "a/imu/data"])
 def test_of_several_imus_the_vehicles_is_taken(first: str) -> None:
     """Neither a camera's that comes first, nor one that has no torque in common."""
-    hearing = Hearing(Inputs(preset="ros2"))
-    came: list[Heard] = []
+    hearing = InputMapper(Inputs(preset="ros2"))
+    came: list[MappedValues] = []
     for k, (t, rate, torque) in enumerate(zip(DIVE.time, DIVE.rate, DIVE.torque, strict=True)):
         messages = [(rmw(first, IMU), imu(t, 9.0)), (rmw("rov/imu/data", IMU), imu(t, rate))]
         for key, payload in [*messages, (rmw("rov/thrust", STAMPED), wrench_stamped(t, torque))]:
@@ -150,7 +150,7 @@ def test_thrusters_with_topics_of_their_own_make_the_same_torque_in_a_log(tmp_pa
     ]
     thrusters = {"command": "pwm", "each": each, "measured_voltage": {"topic": "volts", "field": "v"}, "stamp": "t"}
     inputs = Inputs.model_validate({"yaw_rate": {"topic": "r", "field": "v", "stamp": "t"}, "thrusters": thrusters})
-    hearing = Hearing(inputs)
+    hearing = InputMapper(inputs)
     live = [h for t, name, m in messages for h in hearing.hear(name, json.dumps(m).encode(), t) if h.name == "torque"]
     path = tmp_path / "ship.mcap"
     with path.open("wb") as file:

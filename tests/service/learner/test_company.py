@@ -9,7 +9,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.bus.session import connecting, free_endpoint, open_session
-from service.learner.company import take_prefix
+from service.learner.duplicate_learner import take_prefix
 
 LEARNERS = 3
 

@@ -11,8 +11,8 @@ import pytest
 from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.state.store import Store
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach
@@ -27,7 +27,7 @@ def test_a_learner_that_lost_its_bus_ends_neither_the_learning_of_others_nor_its
         lost: Any = stack.enter_context(open_session(listening(free_endpoint())))
         session = stack.enter_context(open_session(listening(endpoint)))
         hosts = [Host(lost, first), Host(session, second)]
-        with Crew(hosts):
+        with WorkerThreads(hosts):
             client = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
             bench = Bench(hosts[1], hosts, client, hosts[1].keys, lambda: None)
             reports = bench.follow(bench.keys.iteration, wire.IterationReport)

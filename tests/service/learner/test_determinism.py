@@ -12,7 +12,7 @@ import zenoh
 from incsvr.signals import synchronise
 from service import wire
 from service.learner.node import LearnerNode
-from service.recordings import online
+from service.recordings import samples_from_recording
 from service.recordings.recording import Recording
 from simulator import leng
 from simulator.player import Faults, messages
@@ -77,7 +77,9 @@ def test_the_loop_over_recordings_gives_the_same_models(recording: Recording, fr
     """`incsvr fit` runs this loop."""
     config = configured(**QUICK)
     samples, _ = synchronise(config.signal_settings(), recording.streams())
-    for expected, iteration in zip(from_file, online.learn(samples, config.learner_settings()), strict=True):
+    for expected, iteration in zip(
+        from_file, samples_from_recording.learn(samples, config.learner_settings()), strict=True
+    ):
         snapshot = wire.decode(wire.ModelSnapshot, expected)
         assert snapshot.iteration == iteration.number
         assert snapshot.support.rate == tuple(iteration.model.support_rate)

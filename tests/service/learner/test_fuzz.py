@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
-from service.learner.crew import Crew
 from service.learner.host import Host
 from service.learner.node import LearnerNode
+from service.learner.worker_threads import WorkerThreads
 from simulator import leng
 from tests.service.conftest import PATIENCE, Bench, configured, teach
 
@@ -63,7 +63,7 @@ def bench() -> Iterator[Bench]:
     endpoint = free_endpoint()
     with open_session(listening(endpoint)) as server, open_session(connecting(endpoint), PATIENCE) as client:
         host = Host(server, configured())
-        with Crew([host]) as crew:
+        with WorkerThreads([host]) as crew:
             bench = Bench(host, [host], client, host.keys, lambda: crew.__exit__(None, None, None))
             models = bench.follow(bench.keys.model, wire.ModelSnapshot)
             teach(bench.session, bench.keys, 4, 0.0, 40.0)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from service.live.beside_watch import LONG_S, BesideWatch
-from service.live.child import DEADLINE
+from service.live.tracing_process import DEADLINE
+from service.live.worker_watch import LONG_S, WorkerWatch
 
 
 def test_deaths_are_counted_until_there_is_an_answer() -> None:
-    watch = BesideWatch()
+    watch = WorkerWatch()
     assert watch.notices() == ()
     for often in ("once", "2 times one after the other", "3 times one after the other"):
         watch.began("trace")
@@ -23,7 +23,7 @@ def test_deaths_are_counted_until_there_is_an_answer() -> None:
 
 def test_work_that_takes_minutes_is_told_while_it_takes_them() -> None:
     now = 10.0
-    watch = BesideWatch(lambda: now)
+    watch = WorkerWatch(lambda: now)
     watch.began("prove")
     now += LONG_S
     assert watch.notices() == ()

@@ -20,10 +20,10 @@ from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.config.configuration import Config
 from service.learner.host import Host
-from service.learner.iterated import Outcome
 from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import Outcome
 from service.live.effects import TracedEffects, taken_up
-from service.live.standing import Standing
+from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.state.store import Store
 from simulator import leng
@@ -190,5 +190,5 @@ def _leave_in_shadow(found: dict[str, Any], config: Config) -> None:
     """The state that a learner leaves which has found this and not proven it yet."""
     assert config.state is not None
     store = Store(config.state, config, changing=True)
-    store.save_memory(LearnerNode(config, boot="").memory() | {"live": Standing(shadow=found).to_dict()})
+    store.save_memory(LearnerNode(config, boot="").memory() | {"live": TracingState(shadow=found).to_dict()})
     store.close()

@@ -14,22 +14,22 @@ import psutil
 import pytest
 
 from incsvr.errors import BadInput
-from service.live.child import Child
+from service.live.tracing_process import TracingProcess
 from service.recordings.recording import Streams
 from simulator import leng
 from tests.hidden import recording
 from tests.service.conftest import PATIENCE
 
 TRACE = {"work": "trace", "inertia": leng.INERTIA, "axis": "yaw"}
-StartChild = Callable[..., Child]
+StartChild = Callable[..., TracingProcess]
 
 
 @pytest.fixture
 def child() -> Iterator[StartChild]:
-    started: list[Child] = []
+    started: list[TracingProcess] = []
 
-    def begin(streams: Streams, job: dict[str, Any] = TRACE, **settings: float) -> Child:
-        found = Child.start(job, streams, **settings)
+    def begin(streams: Streams, job: dict[str, Any] = TRACE, **settings: float) -> TracingProcess:
+        found = TracingProcess.start(job, streams, **settings)
         assert found is not None
         started.append(found)
         return found
@@ -40,7 +40,7 @@ def child() -> Iterator[StartChild]:
         assert not psutil.pid_exists(each.process.pid)
 
 
-def ended(child: Child) -> Child:
+def ended(child: TracingProcess) -> TracingProcess:
     until = time.monotonic() + PATIENCE
     while not child.ended:
         assert time.monotonic() < until
@@ -63,7 +63,7 @@ def test_a_fault_of_the_program_is_one_sentence_too(child: StartChild) -> None:
 def test_one_that_hangs_is_stopped_and_only_one_works_at_a_time(child: StartChild) -> None:
     hanging = child(recording(1, 60.0).streams(), deadline=0.5)
     os.kill(hanging.process.pid, signal.SIGSTOP)
-    assert Child.start(TRACE, {}) is None
+    assert TracingProcess.start(TRACE, {}) is None
     with pytest.raises(BadInput, match=r"it was stopped after 0.5 s"):
         ended(hanging).answer()
 

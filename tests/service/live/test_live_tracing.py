@@ -216,7 +216,7 @@ def test_a_learner_that_is_killed_takes_its_process_with_it(tmp_path: Path, lagg
 def test_where_it_is_off_nothing_of_it_is_loaded_or_kept() -> None:
     program = (
         "import sys, service.commands.serve; "
-        "sys.exit(bool({'service.live.live_tracing', 'service.live.child', 'scipy.stats'} & {*sys.modules}))"
+        "sys.exit(bool({'service.live.live_tracing', 'service.live.tracing_process', 'scipy.stats'} & {*sys.modules}))"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
     node = LearnerNode(configured(), boot="")

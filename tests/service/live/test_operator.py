@@ -16,7 +16,7 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
-from service.live.standing import Standing
+from service.live.tracing_state import TracingState
 from service.state.store import Store
 from simulator.player import messages, play
 from simulator.trial import play as play_trial
@@ -41,7 +41,7 @@ def found(tmp_path: Path) -> dict[str, Any]:
     return trace | {"effects": findings, "since": 0.0, "until": 90.0, "proof": {"error": ERROR, "until": 180.0}}
 
 
-def leave(config: Config, standing: Standing) -> None:
+def leave(config: Config, standing: TracingState) -> None:
     """The state that a learner leaves behind where live tracing stands so."""
     assert config.state is not None
     store = Store(config.state, config, changing=True)
@@ -66,7 +66,7 @@ def refused(bench: Bench, selector: str) -> str:
 def bench(start: StartBench, tmp_path: Path, found: dict[str, Any]) -> Bench:
     """A learner that has learned 140 s, beside a finding that is proven and waits for an operator."""
     state = tmp_path / "state"
-    leave(configured(**ADVISE, state=state), Standing(proven=found))
+    leave(configured(**ADVISE, state=state), TracingState(proven=found))
     bench = start(**ADVISE, state=state)
     bench.play(part(recording(3, 400.0), 0.0, 140.0))
     bench.health_when(lambda health: health.revision >= 4)
@@ -115,7 +115,7 @@ def test_what_was_decided_survives_kill_9_at_once(
     endpoint, state = free_endpoint(), tmp_path / "state"
     words = [f"{name.replace('__', '.')}={value}" for name, value in ADVISE.items()]
     flags = [word for each in words for word in ("--set", each)]
-    leave(configured(**ADVISE, state=state), Standing(proven=found))
+    leave(configured(**ADVISE, state=state), TracingState(proven=found))
     with serving(endpoint, state, *flags) as learner, client(endpoint) as (session, alive):
         assert "PUT" in alive.get(timeout=PATIENCE)
         models = following(session)

@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.command_line import main
 from service.logs.cutting import Cut, NothingHeld, instant
-from service.recordings.kept import Kept
+from service.recordings.archive_reader import ArchiveReader
 from service.recordings.recording import Recording, read, write
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive
@@ -154,7 +154,7 @@ def test_inspect_counts_what_the_cut_holds(tmp_path: Path, form: str, capsys: py
 def test_an_archive_is_cut_by_when_its_messages_came() -> None:
     send = np.asarray(1_700_000_000.0 + np.arange(60.0), dtype=np.float64)
     payloads = [b"%d" % k for k in range(60)]
-    kept = Kept("archive", "yaw", ("rate",), ("json",), np.zeros(60, dtype=np.intp), send, payloads)
+    kept = ArchiveReader("archive", "yaw", ("rate",), ("json",), np.zeros(60, dtype=np.intp), send, payloads)
     for begin, end in (("10", "20"), ("22:13:30", "22:13:40")):
         part = kept.within(Cut(instant(begin), instant(end)))
         assert list(part.payloads) == payloads[10:21]

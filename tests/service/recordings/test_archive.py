@@ -18,9 +18,9 @@ from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.logs.archive_files import archived
-from service.recordings import archive, online
+from service.recordings import archive, samples_from_recording
 from service.recordings.archive import Archive
-from service.recordings.kept import Kept, is_archive
+from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from simulator import leng
@@ -70,7 +70,7 @@ def test_the_same_models_come_of_an_archive_to_the_byte(
     folder, served = kept
     again = start(**QUICK, prefix="other/yaw")
     models = again.follow(again.keys.model, wire.ModelSnapshot)
-    what = Kept.read([folder])
+    what = ArchiveReader.read([folder])
     assert set(JUNK) < set(what.payloads)
     assert wire.measurement((4.01, 4.02, 4.03), (0.1, 0.1, 0.1)) in what.payloads
     again.play(what)  # type: ignore[arg-type]
@@ -79,7 +79,7 @@ def test_the_same_models_come_of_an_archive_to_the_byte(
     # A file that was cut off in the middle, as by kill -9, is read up to there.
     (file,) = archived(folder)
     os.truncate(file, file.stat().st_size // 2)
-    assert 0 < len(Kept.read([folder])) < len(what)
+    assert 0 < len(ArchiveReader.read([folder])) < len(what)
 
 
 def test_fit_reads_an_archive_as_a_log_and_learns_the_same(kept: tuple[Path, list[bytes]]) -> None:
@@ -87,7 +87,9 @@ def test_fit_reads_an_archive_as_a_log_and_learns_the_same(kept: tuple[Path, lis
     config = configured(**QUICK)
     (recording,) = Reading(rate_limit=config.vehicle.rate_limit).of_all([folder])
     samples, _ = synchronise(config.signal_settings(), recording.streams())
-    for expected, iteration in zip(served, online.learn(samples, config.learner_settings()), strict=True):
+    for expected, iteration in zip(
+        served, samples_from_recording.learn(samples, config.learner_settings()), strict=True
+    ):
         snapshot = wire.decode(wire.ModelSnapshot, expected)
         assert snapshot.support.rate == tuple(iteration.model.support_rate)
         assert snapshot.support.weight == tuple(iteration.model.weight)
@@ -175,7 +177,7 @@ def test_what_is_taken_from_under_it_is_said_and_another_file_begun(
     bench.stop()
     newest = archived(folder)[-1]
     assert newest.name == "leng-yaw_000002.mcap"
-    assert len(Kept.read([newest])) >= run.time.size
+    assert len(ArchiveReader.read([newest])) >= run.time.size
 
 
 def test_where_no_other_file_can_be_begun_health_says_so(start: StartBench, tmp_path: Path) -> None:
@@ -201,7 +203,7 @@ def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
     bench.health_when(lambda health: any("are missing in the archive" in reason for reason in health.reasons))
     bench.play(run)
     bench.stop()
-    assert len(Kept.read([disk / "kept"])) >= run.time.size
+    assert len(ArchiveReader.read([disk / "kept"])) >= run.time.size
 
 
 def test_where_nothing_can_be_kept_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

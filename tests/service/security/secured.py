@@ -18,8 +18,8 @@ from cryptography.hazmat.primitives import hashes, serialization
 from service import wire
 from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.security.certificates import loaded
 from tests.service.conftest import PATIENCE, configured, teach
 
@@ -48,7 +48,7 @@ def secured(folder: Path, state: Path) -> Iterator[Secured]:
     with ExitStack() as stack:
         learner = stack.enter_context(open_session(from_file(folder / "learner.json5")))
         config = configured(prefix=KEYS.prefix, state=state)
-        stack.enter_context(Crew([Host(learner, config)]))
+        stack.enter_context(WorkerThreads([Host(learner, config)]))
         clients = {
             role: stack.enter_context(open_session(from_file(folder / f"{role}.json5"), PATIENCE))
             for role in ("vehicle", "viewer", "operator")

@@ -20,8 +20,8 @@ from service.bus.session import Refused, certificates, connecting, free_endpoint
 from service.bus.zenoh_file import endpoints
 from service.cli.command_line import main
 from service.config.sections import Bus
-from service.learner.crew import Crew
 from service.learner.host import Host
+from service.learner.worker_threads import WorkerThreads
 from service.security.validity import SOON, Validity, dates
 from tests.service.conftest import configured
 from tests.service.security.secured import redated, until_settled
@@ -83,7 +83,7 @@ def test_a_certificate_that_ends_soon_is_on_health_in_the_check_and_said_by_the_
     with ExitStack() as stack:
         session = stack.enter_context(open_session(from_file(tls / "learner.json5")))
         assert soon in caplog.text
-        stack.enter_context(Crew([Host(session, config)]))
+        stack.enter_context(WorkerThreads([Host(session, config)]))
         with open_session(from_file(tls / "viewer.json5")) as client:
             until_settled(client, wire.Keys("leng/yaw"))
         assert main(["status", "--set", f"bus.zenoh_file={tls / 'viewer.json5'}"]) == 1

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.learner.iterated import Outcome
 from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import Outcome
 from service.state.history import NotKept
 from service.state.state_file import StateFile
 from service.state.store import Store

@@ -16,7 +16,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_files
 from service.bus.session import free_endpoint
-from service.learner.iterated import Outcome
+from service.learner.prepared_iteration import Outcome
 from service.state.disk import OTHER_STATE
 from service.state.history import History, NotKept
 from service.state.store import Store

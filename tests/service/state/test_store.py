@@ -11,8 +11,8 @@ import pytest
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.learner.iterated import Outcome
 from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import Outcome
 from service.state.history import NotKept
 from service.state.store import Store
 from service.wire import encode

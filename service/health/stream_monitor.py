@@ -14,7 +14,7 @@ from service.bus.sequence import Sequence
 
 
 @dataclass(slots=True)
-class Heard:
+class StreamMonitor:
     """One stream."""
 
     received: int = 0  # values

@@ -16,11 +16,11 @@ from service.learner.node import LearnerNode
 from service.live.effects import TracedEffects
 from service.live.ledger import findings
 from service.recordings.validation import read_validation
-from service.state.disk_first import DiskFirst
+from service.state.persist_then_publish import PersistThenPublish
 
 if TYPE_CHECKING:
     from service.live.live_tracing import LiveTracing
-    from service.live.standing import Standing
+    from service.live.tracing_state import TracingState
 
 log = logging.getLogger(__name__)
 
@@ -28,13 +28,13 @@ _DONE = {"promote": "promoted", "withdraw": "withdrawn"}
 
 
 @dataclass(frozen=True, slots=True)
-class ChangingOver:
+class EffectSwitch:
     """Live tracing of one learner on the bus; `watch_over` is told which effects are in force."""
 
     config: Config
     node: LearnerNode
     live: LiveTracing
-    disk_first: DiskFirst
+    disk_first: PersistThenPublish
     watch_over: Callable[[TracedEffects | None], None]
 
     def after_batch(self) -> None:
@@ -70,7 +70,7 @@ class ChangingOver:
             raise BadInput(f"{name} is {_DONE[verb]}, but that is not on the disk yet: {self.disk_first.problem}")
         return wire.encode(self.node.ledger)
 
-    def _change_over(self, instead: Standing) -> str | None:
+    def _change_over(self, instead: TracingState) -> str | None:
         """From the effects before to those that are in force now, in one revision; where that fails, all stays.
 
         Returns:

@@ -23,7 +23,7 @@ TICK = 0.5
 """How often health is looked at [s]."""
 
 
-class Crew:
+class WorkerThreads:
     """Works for learners from `with` to its end; then they have said goodbye, saved and closed.
 
     Args:

@@ -19,7 +19,7 @@ ENOUGH = 20.0
 
 
 @dataclass(slots=True)
-class Recent:
+class RecentStream:
     """One stream: stamps [s] that rise, and values."""
 
     t: list[float] = field(default_factory=list)
@@ -49,11 +49,11 @@ class Recent:
 
 
 @dataclass(slots=True)
-class Pace:
+class SampleRateWatch:
     """Whether the torque comes too slowly for how fast the vehicle turns; looked at anew as the data goes on."""
 
-    rate: Recent = field(default_factory=Recent)
-    torque: Recent = field(default_factory=Recent)
+    rate: RecentStream = field(default_factory=RecentStream)
+    torque: RecentStream = field(default_factory=RecentStream)
     looked: float = -np.inf
     found: TooSlow | None = None
 

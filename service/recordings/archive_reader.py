@@ -26,7 +26,7 @@ _HEADER = 1 + 8 + 4
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class ArchiveReader:
     """The messages that came, in the order in which the learner took them, as in `player.Messages`.
 
     Attributes:
@@ -47,7 +47,7 @@ class Kept:
     payloads: Sequence[bytes]
 
     @staticmethod
-    def read(paths: Sequence[Path]) -> Kept:
+    def read(paths: Sequence[Path]) -> ArchiveReader:
         """All files of archives, up to where each ends or is damaged, as after a power cut.
 
         Raises:
@@ -81,9 +81,9 @@ class Kept:
         topics, encodings = zip(*streams, strict=True)
         times = np.maximum.accumulate(np.array(send))
         name = paths[0].name if len(paths) == 1 else f"{paths[0].name} and {len(paths) - 1} more"
-        return Kept(name, prefixes.pop(), topics, encodings, np.array(stream), times, payloads)
+        return ArchiveReader(name, prefixes.pop(), topics, encodings, np.array(stream), times, payloads)
 
-    def within(self, cut: Cut) -> Kept:
+    def within(self, cut: Cut) -> ArchiveReader:
         """What came in a cut: seconds count from the first message, and a time of day is that of the wall.
 
         Raises:

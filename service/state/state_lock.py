@@ -15,7 +15,7 @@ _FORM = "%020d %08x\n"
 _LENGTH = len(_FORM % (0, 0))
 
 
-class Claim:
+class StateLock:
     """The lock file beside a state, held until `close`; the system gives it back, even after kill -9.
 
     Its few bytes hold the highest revision that was published and could not be saved. They are written in place, which

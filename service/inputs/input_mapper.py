@@ -20,11 +20,11 @@ from service.inputs.arming import Arming
 from service.inputs.clock_of_rate import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import Refused, parse
-from service.inputs.known import RATE, TORQUE, VOLTAGE, Known
 from service.inputs.resolving import ANGLE, BATTERY, named_topics, resolved, steady
 from service.inputs.settings import Armed, Inputs
+from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
 from service.inputs.thrust import T200_NOMINAL, sensible
-from service.inputs.told_torque import ToldTorque
+from service.inputs.torque_of_commands import TorqueOfCommands
 from service.inputs.units import FRACTION
 from service.inputs.vehicle_parameters import VehicleParameters
 from service.logs.gathering import leaves
@@ -35,7 +35,7 @@ MOST = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class MappedValues:
     """Values of a stream: stamps [s], values in SI units, and the message's number where it has one."""
 
     name: str
@@ -44,7 +44,7 @@ class Heard:
     sequence: int | None = None
 
 
-class Hearing:
+class InputMapper:
     """What one learner hears; one thread calls it.
 
     Args:
@@ -67,7 +67,7 @@ class Hearing:
         self.keys = bus_keys.listened(inputs)
         for _, form in bus_keys.forms(inputs):
             decoder(form)
-        self.known: dict[str, Known] = {}
+        self.known: dict[str, SourceBinding] = {}
         self.types: dict[str, str] = {}
         self._parameters = VehicleParameters(parameters)
         self.refused: Counter[str] = Counter()
@@ -80,7 +80,7 @@ class Hearing:
         """Nothing has been heard of the vehicle that is taken from now on."""
         self._arming = Arming()
         self.placed: dict[str, bool] = {}
-        self._clock, self._torque = ClockOfRate(), ToldTorque()
+        self._clock, self._torque = ClockOfRate(), TorqueOfCommands()
         self._latest: dict[str, float] = {}
 
     @property
@@ -142,7 +142,7 @@ class Hearing:
         """A bridge says that messages of this type come on a key."""
         self.types[key] = kind
 
-    def hear(self, key: str, payload: bytes, arrival: float) -> list[Heard]:
+    def hear(self, key: str, payload: bytes, arrival: float) -> list[MappedValues]:
         """What a message tells, arrived at `arrival` [s] of a clock that goes on."""
         known = self.known.get(key)
         if known is None:
@@ -166,7 +166,7 @@ class Hearing:
         if name != key:
             if name not in self.known and len(self.known) >= MOST:
                 return []
-            known = self.known.setdefault(name, Known(known.form, known.decode, first=arrival))
+            known = self.known.setdefault(name, SourceBinding(known.form, known.decode, first=arrival))
         known.message, known.count, known.last = message, known.count + 1, arrival
         if not known.fields:
             known.fields = tuple(path for path, _ in leaves(message)) or ("",)
@@ -179,7 +179,7 @@ class Hearing:
         told = list(self._told(known, arrival))
         return told if sequence is None else [replace(heard, sequence=sequence) for heard in told]
 
-    def _look_at_vehicle(self, name: str, known: Known) -> None:
+    def _look_at_vehicle(self, name: str, known: SourceBinding) -> None:
         """What a message says of the vehicle that it is of: its parameters, and whether it is the one that is taken."""
         if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
             ours = self.system in ("", sender.system)
@@ -232,7 +232,7 @@ class Hearing:
             stamps += [known.stamp(thrusters)[0] for known in heard if known.commands]
         return any(stamps)
 
-    def _told(self, known: Known, arrival: float) -> Iterator[Heard]:
+    def _told(self, known: SourceBinding, arrival: float) -> Iterator[MappedValues]:
         for name, source in known.quantities:
             values = known.numbers(source.field)
             if values is None:
@@ -249,7 +249,7 @@ class Hearing:
             else:
                 times, self.placed[name] = self._clock.placed(name, stamps, arrival)
             if len(times) == len(values):
-                yield Heard(name, times, values)
+                yield MappedValues(name, times, values)
             elif times:
                 self.refused["unequal_length"] += 1
         thrusters = self.inputs.thrusters
@@ -263,7 +263,7 @@ class Hearing:
         times, self.placed[TORQUE] = self._clock.placed(TORQUE, known.stamps(thrusters), arrival)
         told = self._torque.told(thrusters, known, times[0], self._latest) if len(times) == 1 else None
         if told is not None:
-            yield Heard(TORQUE, [told[0]], [told[1]])
+            yield MappedValues(TORQUE, [told[0]], [told[1]])
 
     def _keep(self, name: str, value: float) -> None:
         """The newest value of what commands are read with; that of a battery which is none is no voltage."""
@@ -274,13 +274,13 @@ class Hearing:
         if not self._arming.take(settings, number(message, settings.field)):
             self.refused["no_field"] += 1
 
-    def _meet(self, key: str) -> Known:
+    def _meet(self, key: str) -> SourceBinding:
         """A key that is heard for the first time."""
         form = bus_keys.form_of(key, self.types.get(key), self._configured)
         try:
-            return Known(form, decoder(form))
+            return SourceBinding(form, decoder(form))
         except BadInput:  # a type that a bridge announces, and that nothing is read from
-            return Known(form, None)
+            return SourceBinding(form, None)
 
     def _resolve(self) -> None:
         """The mapping by all that was heard until now; what the newest messages say holds."""

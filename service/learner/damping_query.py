@@ -19,7 +19,7 @@ MAX_RATE = 1e3
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class DampingQuery:
     """The velocities of a question.
 
     Attributes:
@@ -62,7 +62,7 @@ def names(config: Config) -> dict[str, str]:
     return {"rate": "rate", own: "rate"} | streams | {stream: stream for stream in streams.values()}
 
 
-def asked(values: Sequence[tuple[str, Array]]) -> Asked:
+def asked(values: Sequence[tuple[str, Array]]) -> DampingQuery:
     """A question with the values of `rate` and of further velocities.
 
     Raises:
@@ -79,7 +79,7 @@ def asked(values: Sequence[tuple[str, Array]]) -> Asked:
         if not (np.abs(each) <= MAX_RATE).all():
             what, unit = ("a rate", "rad/s") if name == "rate" else (f"a value of {name[:80]}", "its unit")
             raise BadInput(f"{what} is NaN, infinite or beyond {MAX_RATE:g} {unit}; ask for finite rates in {unit}")
-    return Asked(found.pop("rate"), found)
+    return DampingQuery(found.pop("rate"), found)
 
 
 def listed(name: str, text: str) -> Array:

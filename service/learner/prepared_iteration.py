@@ -105,7 +105,7 @@ def learned_anew(settings: Settings, vehicle: Vehicle, samples: Samples) -> Guar
 
 
 @dataclass(frozen=True, slots=True)
-class Iterated:
+class PreparedIteration:
     """One iteration that is done and not adopted yet."""
 
     guarded: Guarded
@@ -118,7 +118,7 @@ class Iterated:
 
 def iterated(
     step: Step, served: Served, covered: Covered, config: Config, boot: str, validation: Mapping[str, Samples]
-) -> Iterated:
+) -> PreparedIteration:
     """The iteration that leads to what is to be served, as it is told."""
     told = report(
         step.iteration,
@@ -132,4 +132,4 @@ def iterated(
         learned=covered.fresh(served.t, config.health.fresh_for),
     )
     shot = snapshot(served, boot, config.vehicle.inertia)
-    return Iterated(step.guarded, served, covered, shot, told, step.motion)
+    return PreparedIteration(step.guarded, served, covered, shot, told, step.motion)

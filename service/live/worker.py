@@ -9,13 +9,13 @@ from typing import Any, Protocol
 from incsvr.samples import Array
 from service.config.configuration import Config
 from service.config.sections import Tracing
-from service.live.standing import FRESH_PART, TRIAL_PART, Standing, Work
+from service.live.tracing_state import FRESH_PART, TRIAL_PART, TracingState, Work
 
 Streams = Mapping[str, tuple[Array, Array]]
 
 
-class Beside(Protocol):
-    """What works beside the learner, as `service.live.child.Child` does in a process of its own."""
+class Worker(Protocol):
+    """What works beside the learner, as `service.live.tracing_process.Child` does in a process of its own."""
 
     @property
     def ended(self) -> bool: ...
@@ -23,10 +23,10 @@ class Beside(Protocol):
     def close(self) -> None: ...
 
 
-Begin = Callable[[Mapping[str, Any], Streams], Beside | None]
+Begin = Callable[[Mapping[str, Any], Streams], Worker | None]
 
 
-def recent(streams: Streams, settings: Tracing, standing: Standing, work: Work, newest: float) -> Streams:
+def recent(streams: Streams, settings: Tracing, standing: TracingState, work: Work, newest: float) -> Streams:
     """Of the recent streams, name → (stamps [s], values), what the work is about that is due at `newest` [s]."""
     since = _since(settings, standing, newest) if work == "prove" else newest - settings.window
     return {
@@ -35,14 +35,14 @@ def recent(streams: Streams, settings: Tracing, standing: Standing, work: Work, 
     }
 
 
-def job(config: Config, standing: Standing, work: Work, newest: float) -> dict[str, Any]:
+def job(config: Config, standing: TracingState, work: Work, newest: float) -> dict[str, Any]:
     """The work that is due at `newest` [s], as `service.live.tracing_job.answered` takes it."""
     coupled, smoothing = config.coupled(), config.signals.smoothing
     body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
     return body | _job(config, standing, work, newest)
 
 
-def _job(config: Config, standing: Standing, work: Work, newest: float) -> dict[str, Any]:
+def _job(config: Config, standing: TracingState, work: Work, newest: float) -> dict[str, Any]:
     if work == "trace" or standing.tried is None:
         return {
             "work": work,
@@ -65,7 +65,7 @@ def _job(config: Config, standing: Standing, work: Work, newest: float) -> dict[
     }
 
 
-def _fresh(settings: Tracing, standing: Standing, newest: float) -> float:
+def _fresh(settings: Tracing, standing: TracingState, newest: float) -> float:
     """Where the data of a proof begin that its effects have not seen [s].
 
     It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
@@ -75,7 +75,7 @@ def _fresh(settings: Tracing, standing: Standing, newest: float) -> float:
     return float(content.get("until", longest)) if role == "suspected" else longest
 
 
-def _since(settings: Tracing, standing: Standing, newest: float) -> float:
+def _since(settings: Tracing, standing: TracingState, newest: float) -> float:
     """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
     begins, tried = _fresh(settings, standing, newest) - (1.0 - TRIAL_PART) * settings.window, standing.tried
     known = None if tried is None else tried[1].get("since")

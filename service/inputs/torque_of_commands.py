@@ -9,11 +9,11 @@ from math import isnan, nan
 import numpy as np
 
 from service.inputs.forms import number
-from service.inputs.known import SURGE, VOLTAGE, Known
 from service.inputs.moving import Movement, least_movement
 from service.inputs.outputs import numbers, without_pulse
 from service.inputs.resolving import ANGLE, BATTERY
 from service.inputs.settings import Thrusters
+from service.inputs.source_binding import SURGE, VOLTAGE, SourceBinding
 from service.inputs.thrust import T200_NOMINAL, is_pulse, moment, sensible
 
 SOON = 50
@@ -21,7 +21,7 @@ SOON = 50
 
 
 @dataclass(slots=True)
-class ToldTorque:
+class TorqueOfCommands:
     """What the thrusters were told.
 
     Attributes:
@@ -36,7 +36,7 @@ class ToldTorque:
     _pulsed: set[tuple[str, str]] = field(default_factory=set)
     _waiting: tuple[float, float] | None = None
 
-    def take(self, settings: Thrusters, known: Known) -> bool:
+    def take(self, settings: Thrusters, known: SourceBinding) -> bool:
         """Takes the commands of a message; False where one of them is missing in it."""
         if len(self._commands) != len(settings.each):
             self._commands = [nan] * len(settings.each)
@@ -65,7 +65,7 @@ class ToldTorque:
         return [k for k, place in enumerate(places) if place not in self._pulsed]
 
     def told(
-        self, settings: Thrusters, known: Known, t: float, latest: Mapping[str, float]
+        self, settings: Thrusters, known: SourceBinding, t: float, latest: Mapping[str, float]
     ) -> tuple[float, float] | None:
         """Stamp [s] and moment [N m], once every thruster has told its command and every angle is known.
 

@@ -34,7 +34,7 @@ class Died(BadInput):
     """The process ended without an answer, which is no fault of the data."""
 
 
-class Child:
+class TracingProcess:
     """One piece of work (see `service.live.tracing_job`) in a process of its own, until `close`."""
 
     def __init__(self, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float) -> None:
@@ -60,7 +60,7 @@ class Child:
     @staticmethod
     def start(
         job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float = DEADLINE
-    ) -> Child | None:
+    ) -> TracingProcess | None:
         """Begins the work; None where a process works already.
 
         Raises:
@@ -69,7 +69,7 @@ class Child:
         if not _one.acquire(blocking=False):
             return None
         try:
-            return Child(job, streams, deadline)
+            return TracingProcess(job, streams, deadline)
         except BaseException:
             _one.release()
             raise

@@ -22,15 +22,15 @@ from incsvr.plant.inertia import inertia_in_force
 from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
 from service.cli.progress import progress
-from service.commands import coupling
-from service.commands.coupling import Told
+from service.commands import other_velocities
 from service.commands.declaration import Declaration
 from service.commands.fit_alternatives import proposal
 from service.commands.fit_attempt import Terms
 from service.commands.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
+from service.commands.other_velocities import OtherVelocities
 from service.live.effects import TracedEffects
-from service.recordings.online import Errors, remarks
 from service.recordings.recording import Recording, sequence
+from service.recordings.samples_from_recording import Errors, remarks
 
 CURVE = 101
 """Rates of the trained range at which the curve is told."""
@@ -73,7 +73,7 @@ class Fit:
     effects: tuple[str, ...] = ()
     put_aside: int = 0
     closed_loop: bool = False
-    others: Told = coupling.NOTHING
+    others: OtherVelocities = other_velocities.NOTHING
     inertia: float = 0.0
 
     @staticmethod
@@ -125,7 +125,7 @@ class Fit:
         pictured = terms.free_runs(unseen or runs, signals, model)
         free_run = rmse([run.error for run in pictured]) if unseen else None
         by_itself = not inputs or coupled is not None
-        others = Told.of(coupled, joined, samples, signals) if by_itself else coupling.NOTHING
+        others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else other_velocities.NOTHING
         said = [*beforehand, *remarks([*runs, *unseen], signals), *others.remarks, *told(verdicts)]
         said += effects.warnings if effects else ()
         quick = None if doubt is not None else unresolved(samples, signals.smoothing)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from service.live.child import DEADLINE
-from service.live.standing import Work
+from service.live.tracing_process import DEADLINE
+from service.live.tracing_state import Work
 
 LONG_S = 120.0
 """A piece of work that takes longer [s], wall time, is told: the slowest trace known took 24."""
@@ -16,7 +16,7 @@ _CURE = (
 )
 
 
-class BesideWatch:
+class WorkerWatch:
     """Of one learner. `began`, `answered` and `died` are called by the thread that learns, `notices` by any.
 
     Args:

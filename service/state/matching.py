@@ -45,7 +45,7 @@ LOST = "lost"
 
 
 @dataclass(frozen=True, slots=True)
-class TakenUp:
+class OpenState:
     """An open state and what is in it.
 
     Attributes:
@@ -58,7 +58,7 @@ class TakenUp:
     lost: tuple[tuple[int, int], ...] = ()
 
 
-def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> TakenUp:
+def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> OpenState:
     """Opens a state that agrees with `own`, its identity.
 
     Args:
@@ -81,7 +81,7 @@ def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> TakenUp:
     except BaseException:
         file.close()
         raise
-    return TakenUp(file, memory, lost)
+    return OpenState(file, memory, lost)
 
 
 def set_aside(path: Path) -> Path:

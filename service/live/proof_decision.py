@@ -10,11 +10,11 @@ from typing import Any
 from incsvr.compensation.promotion import Comparison, Verdict, in_force, level, on_trial
 from service.config.sections import Tracing
 from service.live.ledger import last
-from service.live.standing import TRIAL_PART, Content, Role, Standing
+from service.live.tracing_state import TRIAL_PART, Content, Role, TracingState
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class ProofDecision:
     """What becomes of them.
 
     Attributes:
@@ -33,13 +33,13 @@ class Judged:
 
 
 def judged(
-    standing: Standing,
+    standing: TracingState,
     tried: tuple[Role, Content],
     names: Sequence[str],
     comparison: Comparison,
     newest: float,
     settings: Tracing,
-) -> Judged:
+) -> ProofDecision:
     """What becomes of the effects of these names.
 
     Args:
@@ -67,7 +67,7 @@ def judged(
     compared = {"error": comparison.error} if comparison.turned else (content.get("proof") or None)
     again = step == "doubtful" and last(standing, names) == step
     if verdict in ("kept", "waits") or again:
-        return Judged(verdict, None, comparison.sentence, compared, won)
+        return ProofDecision(verdict, None, comparison.sentence, compared, won)
     instead = "in place of those in force, " if role == "suspected" and standing.force is not None else ""
     cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
-    return Judged(verdict, step, instead + comparison.sentence + cure, compared, won)
+    return ProofDecision(verdict, step, instead + comparison.sentence + cure, compared, won)

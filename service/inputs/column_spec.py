@@ -21,7 +21,7 @@ EXAMPLE = "write NAME=FIELD, as in yaw_rate=r:deg/s, torque=-tau, depth=baro.dep
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ColumnSpec:
     """What was said.
 
     Attributes:
@@ -35,7 +35,7 @@ class Told:
     stamp_unit: str | None = None
 
 
-def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> Told:
+def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> ColumnSpec:
     """The mapping that flags name, with topics and fields that are there.
 
     Args:
@@ -63,7 +63,7 @@ def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic
         else:
             sources[name] = _source(text, place, scope)
     rate, torque = sources.pop("yaw_rate", None), sources.pop("torque", None)
-    return Told(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
+    return ColumnSpec(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
 
 
 def typed(source: Source) -> str:

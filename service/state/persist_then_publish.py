@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from incsvr.plant.axes import AXES
 from service import wire
-from service.bus.outgoing import Outgoing
-from service.cli.lines import iteration_line
+from service.bus.publishers import Outgoing
+from service.cli.log_lines import iteration_line
 from service.config.configuration import Config
-from service.learner.iterated import Outcome
 from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import Outcome
 from service.state.history import History
 from service.state.store import Store
 
@@ -27,7 +27,7 @@ PARAMETERS = "parameters"
 
 
 @dataclass(slots=True)
-class DiskFirst:
+class PersistThenPublish:
     """The way out of one learner: without a `store` its newest revisions are kept in the `history` alone."""
 
     config: Config

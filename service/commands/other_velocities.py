@@ -24,8 +24,8 @@ from incsvr.signals.coupled import freed
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.smoothing import smooth
 from service.config.configuration import Config
-from service.recordings.online import samples_of, signals_for
 from service.recordings.recording import Recording, sequence
+from service.recordings.samples_from_recording import samples_of, signals_for
 
 HELP = (
     "M with added mass, [kg], [kg m²]: its diagonal from surge to yaw, or all 36 entries row by row, with commas "
@@ -41,7 +41,7 @@ CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace`
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class OtherVelocities:
     """What the other velocities are to a fit.
 
     Attributes:
@@ -55,16 +55,16 @@ class Told:
     remarks: tuple[str, ...]
 
     @staticmethod
-    def of(coupled: Coupled | None, joined: Recording, samples: Samples, signals: SignalSettings) -> Told:
+    def of(coupled: Coupled | None, joined: Recording, samples: Samples, signals: SignalSettings) -> OtherVelocities:
         """Of the samples of recordings that were joined."""
         if coupled is None:
             sentence = decoupled(joined, samples, signals)
-            return NOTHING if sentence is None else Told(None, {}, (f"{sentence}; {CURE}",))
+            return NOTHING if sentence is None else OtherVelocities(None, {}, (f"{sentence}; {CURE}",))
         parts = {name: part for name, part in samples.parts.items() if name in TAKEN}
-        return Told.of_parts(coupled, parts, samples.raw[TORQUE])
+        return OtherVelocities.of_parts(coupled, parts, samples.raw[TORQUE])
 
     @staticmethod
-    def of_parts(coupled: Coupled, parts: Mapping[str, Array], left: Array) -> Told:
+    def of_parts(coupled: Coupled, parts: Mapping[str, Array], left: Array) -> OtherVelocities:
         """Of what was taken of the torque, (n,) each, and what is left of it (n,) [N m]."""
         torque = _rms(left + np.sum(list(parts.values()), axis=0))
         share = {name: _rms(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
@@ -74,7 +74,7 @@ class Told:
         if coupled.missing:
             unknown = ", ".join(f"channel {name}" for name in coupled.missing)
             remarks.append(f"taken for zero, because they are not recorded: {unknown}")
-        return Told(coupled, share, tuple(remarks))
+        return OtherVelocities(coupled, share, tuple(remarks))
 
     def to_dict(self) -> dict[str, Any]:
         """What it adds to a result."""
@@ -91,7 +91,7 @@ class Told:
         }
 
 
-NOTHING = Told(None, {}, ())
+NOTHING = OtherVelocities(None, {}, ())
 
 
 def declared(text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
@@ -133,7 +133,9 @@ def _entries(text: str) -> tuple[float, ...]:
         ) from None
 
 
-def by_itself(coupled: Coupled, recordings: Sequence[Recording]) -> tuple[list[Recording], dict[str, Array], Told]:
+def by_itself(
+    coupled: Coupled, recordings: Sequence[Recording]
+) -> tuple[list[Recording], dict[str, Array], OtherVelocities]:
     """The recordings with what the body takes taken from the torque, each part at its stamps (n,) [N m], and what is
     told of it.
 
@@ -151,7 +153,7 @@ def by_itself(coupled: Coupled, recordings: Sequence[Recording]) -> tuple[list[R
         parts.append(taken)
         left.append(values)
     joined = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
-    told = Told.of_parts(coupled, joined, np.concatenate(left))
+    told = OtherVelocities.of_parts(coupled, joined, np.concatenate(left))
     return freed_of, joined, replace(told, remarks=(*told.remarks, AS_LEFT))
 
 

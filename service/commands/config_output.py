@@ -14,7 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.settings import COMMANDED
-from service.config.commented import commented
+from service.config.config_writer import commented
 from service.config.configuration import Config
 from service.recordings.recording import Recording
 

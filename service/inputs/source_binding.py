@@ -19,7 +19,7 @@ RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
 
 
 @dataclass(slots=True)
-class Known:
+class SourceBinding:
     """A key that was heard.
 
     Attributes:

@@ -69,7 +69,7 @@ def _taken(session: zenoh.Session, keys: wire.Keys, name: str) -> bool:
     return any(other < COMING + name for other in names)
 
 
-class Company:
+class DuplicateLearner:
     """Listens whether somebody else publishes health under our prefix.
 
     Args:

@@ -42,7 +42,7 @@ Mode = Literal["off", "advise", "adopt"]
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class TracingState:
     """All that survives a restart.
 
     Attributes:
@@ -70,12 +70,12 @@ class Standing:
     history: tuple[dict[str, Any], ...] = ()
 
     @staticmethod
-    def from_dict(data: Mapping[str, Any]) -> Standing:
+    def from_dict(data: Mapping[str, Any]) -> TracingState:
         """The standing whose `to_dict` gave `data`."""
-        known = {name: data[name] for name in Standing.__slots__ if name in data}  # an earlier version kept others
+        known = {name: data[name] for name in TracingState.__slots__ if name in data}  # an earlier version kept others
         listed = {name: tuple(known.get(name, ())) for name in ("held", "history")}
         bets = {name: (int(count), float(won)) for name, (count, won) in dict(known.get("bets", {})).items()}
-        return Standing(**{**known, **listed, "bets": bets})
+        return TracingState(**{**known, **listed, "bets": bets})
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data."""
@@ -110,18 +110,18 @@ class Standing:
         rested = self.traced is None or newest >= self.traced + rest
         return "trace" if self.shadow is None and rested else None
 
-    def clock_began_anew(self, newest: float) -> Standing:
+    def clock_began_anew(self, newest: float) -> TracingState:
         """Where the vehicle's clock stands before what was seen, all counts from now."""
         if newest >= max(self.fresh, self.traced or 0.0):
             return self
         return replace(self, fresh=newest, traced=None)
 
-    def noted(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> Standing:
+    def noted(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> TracingState:
         """With a step in the history, about each of these."""
         steps = tuple({"effect": name, **step} for name in about)
         return replace(self, history=(*self.history, *steps)[-STEPS:])
 
-    def after_trace(self, newest: float, found: Content | None) -> Standing:
+    def after_trace(self, newest: float, found: Content | None) -> TracingState:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
         if found is None:
             return replace(self, shadow=None, traced=newest)
@@ -144,7 +144,7 @@ class Standing:
 
     def after_proof(
         self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None, won: float = 0.0
-    ) -> Standing:
+    ) -> TracingState:
         """A proof of what is tried, on data up to `newest` [s], ended.
 
         Args:
@@ -180,7 +180,7 @@ class Standing:
     def _bets_without(self, content: Content) -> dict[str, tuple[int, float]]:
         return {name: bet for name, bet in self.bets.items() if name != _key(content)}
 
-    def promoted(self, role: Role) -> Standing:
+    def promoted(self, role: Role) -> TracingState:
         """An operator has promoted what is suspected or proven."""
         chosen = self.shadow if role == "suspected" else self.proven
         if chosen is None:
@@ -189,7 +189,7 @@ class Standing:
         left = replace(self, shadow=None) if role == "suspected" else replace(self, proven=None)
         return replace(left, force=chosen, held=tuple(name for name in self.held if name not in names))
 
-    def withdrawn(self, names: Sequence[str]) -> Standing:
+    def withdrawn(self, names: Sequence[str]) -> TracingState:
         """An operator has withdrawn what is in force, these effects."""
         return replace(self, force=None, held=tuple(dict.fromkeys((*self.held, *names))))
 
