@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from incsvr.tracing.search import Search, Tried
 from incsvr.tracing.thresholds import RELEVANT_FREE_RUN
-from incsvr.tracing.validation import free_run_error
+from incsvr.tracing.validation import free_runs
 
 
 def shown_by_free_run(search: Search, best: Tried) -> Tried:
@@ -15,14 +17,14 @@ def shown_by_free_run(search: Search, best: Tried) -> Tried:
     if search.problem.of_innovations:
         return best
     while best.names:
-        whole = free_run_error(search.problem, best.fitted)
+        whole = free_runs(search.problem, best.fitted)
         without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
-        gains = [1.0 - whole / max(free_run_error(search.problem, each.fitted), 1e-300) for each in without]
+        gains = [1.0 - float(np.median(whole / free_runs(search.problem, each.fitted))) for each in without]
         least = min(range(len(gains)), key=gains.__getitem__)
         if gains[least] >= RELEVANT_FREE_RUN:
             return best
         search.refused[best.names[least]] = (
-            f"it takes away {gains[least]:.1%} of the free run's error on held-out pieces, less than a reader would see"
+            f"it takes away {gains[least]:.1%} of the free run's error on the usual held-out piece, less than is seen"
         )
         best = without[least]
     return best

@@ -18,6 +18,7 @@ from incsvr.tracing.held_out import HORIZONS, Ahead, Errors, horizons, joined, t
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.run import Array
 from incsvr.tracing.statistics import change_of_rms, rms
+from incsvr.tracing.thresholds import MIN_RUNS
 
 PIECES, MIN_PIECE_SCALES = 8, 20.0
 """Pieces of a recording that are held out in turns at most, and how many time scales each lasts at least."""
@@ -81,15 +82,28 @@ def validate(problem: Problem, nothing: Fit, best: Fit, other: Cells | None) -> 
     return Validation(before, after, "blocks" if other is None else "recordings", cells.step, cells.signals.scale)
 
 
-def free_run_error(problem: Problem, fitted: Fit) -> float:
-    """Root mean square error [rad/s] of free runs over halves of pieces that take turns, each fitted on the other."""
-    halves, found = _halves(problem.cells), list[Array]()
-    for fitted_on, held_out in (halves, halves[::-1]):
+def free_runs(problem: Problem, fitted: Fit) -> Array:
+    """(pieces,) root mean square error [rad/s] of free runs over pieces that a fit did not see.
+
+    Whole recordings are left out where there are as many as the search asks, else halves of pieces take turns.
+    """
+    number = problem.cells.run
+    if np.unique(number).size >= MIN_RUNS:
+        runs = list(zip(pieces_of(problem.cells), number.tolist(), strict=True))
+        turns = [
+            ([piece for piece, run in runs if run != k], [piece for piece, run in runs if run == k])
+            for k in np.unique(number)
+        ]
+    else:
+        halves = _halves(problem.cells)
+        turns = [halves, halves[::-1]]
+    found = list[float]()
+    for fitted_on, held_out in turns:
         model = motion_model(problem.cells, _fitted_on(problem, fitted, fitted_on))
         course = Dynamics(problem.cells, model).simulate(Windows.of(held_out)).rate
         for k, piece in enumerate(held_out):
-            found.append(course[1 : piece.stop - piece.start + 1, k] - problem.cells.end[piece])
-    return rms(found)
+            found.append(rms([course[1 : piece.stop - piece.start + 1, k] - problem.cells.end[piece]]))
+    return np.array(found)
 
 
 def errors(cells: Cells, hypothesis: Hypothesis, slices: Sequence[slice], fitted: Cells) -> Errors:
