@@ -24,7 +24,7 @@ def shown_by_free_run(search: Search, best: Tried) -> Tried:
         if gains[least] >= RELEVANT_FREE_RUN:
             return best
         search.refused[best.names[least]] = (
-            f"it takes away {gains[least]:.1%} of the free run's error on the usual held-out piece, less than is seen"
+            f"it lowers the free run's error on held-out pieces by {gains[least]:.1%}, less than a reader would see"
         )
         best = without[least]
     return best
