@@ -36,7 +36,8 @@ from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress
-from service.recordings.recording import RATE_LIMIT, Recording, read, sequence
+from service.recordings.recording import Recording, sequence
+from service.recordings.recording_csv import RATE_LIMIT, read
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from service.wire.json_text import json_text
 from simulator import leng

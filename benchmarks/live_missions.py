@@ -31,7 +31,8 @@ from service.commands import demo_underway
 from service.commands.config_output import scaled
 from service.config.configuration import Config
 from service.config.sources import read
-from service.recordings.recording import RATE_LIMIT, Streams, sequence
+from service.recordings.recording import Streams, sequence
+from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from service.wire.json_text import json_text
 from simulator import leng, underway

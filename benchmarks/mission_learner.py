@@ -12,7 +12,7 @@ from benchmarks.tables import table
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from service.commands.fit_result import Fit
-from service.recordings.recording import RATE_LIMIT
+from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator.missions import Outcome
 

@@ -26,7 +26,7 @@ from incsvr.learning.baselines import (
 )
 from incsvr.samples import Array, Samples
 from incsvr.signals import TORQUE, YAW_RATE, synchronise
-from service.recordings.recording import RATE_LIMIT
+from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 
 Record = dict[str, Any]

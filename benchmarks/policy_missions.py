@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.policies import Policy, scaled
 from incsvr.signals import synchronise
-from service.recordings.recording import RATE_LIMIT
+from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learn, signals_for
 from simulator.missions import Mission, Outcome, play
 

@@ -30,7 +30,8 @@ from incsvr.learning.model import Model
 from incsvr.samples import Samples
 from incsvr.signals import synchronise
 from service.cli.progress import progress
-from service.recordings.recording import read, sequence
+from service.recordings.recording import sequence
+from service.recordings.recording_csv import read
 from service.recordings.samples_from_recording import Errors, learn, signals_for
 from service.wire.json_text import json_text
 from simulator import leng

@@ -38,7 +38,8 @@ from incsvr.learning.model import Model
 from incsvr.learning.several.velocities import points
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.samples import Array, Samples
-from service.recordings.recording import read, sequence
+from service.recordings.recording import sequence
+from service.recordings.recording_csv import read
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
 from simulator import leng, planar
 

@@ -15,7 +15,8 @@ import numpy as np
 from benchmarks.tables import table
 from incsvr.signals.settings import MEASURED, TorqueKind
 from service.commands.fit_result import Fit
-from service.recordings.recording import RATE_LIMIT, Recording
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator import slow_commands
 

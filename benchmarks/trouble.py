@@ -31,7 +31,8 @@ from numpy.typing import NDArray
 from benchmarks.provenance import provenance, publish
 from incsvr.samples import Array
 from service.cli.command_line import main
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 
 RESULTS = Path(__file__).parent / "results"
 INERTIA, LINEAR, QUADRATIC, TOP = 24.0, 9.0, 26.0, 18.0

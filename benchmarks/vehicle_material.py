@@ -20,7 +20,8 @@ from incsvr.tracing.model import TracedModel
 from incsvr.tracing.torque_nature import TorqueNature
 from service.commands import other_velocities
 from service.commands.trace import runs_of
-from service.recordings.recording import Recording, read
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import read
 
 BEYOND = 1.5
 """How far the table of a learned curve reaches, in the fastest measured velocities."""

@@ -8,7 +8,8 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service.config.sources import from_arguments
 from service.recordings.manoeuvre import read_manoeuvre
-from service.recordings.recording import sequence, write
+from service.recordings.recording import sequence
+from service.recordings.recording_csv import write
 from service.wire.json_text import write_json
 from simulator import leng, planar, underway
 from simulator.player import Faults, messages

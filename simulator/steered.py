@@ -12,7 +12,8 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.samples import Array
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 from simulator import leng
 from simulator.effects import Physics
 from simulator.effects.physics import ThrustMap

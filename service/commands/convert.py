@@ -12,7 +12,8 @@ from service.config.sources import read as read_config
 from service.logs.cutting import ARMED
 from service.logs.dives import RULE
 from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import Recording, sequence, write
+from service.recordings.recording import Recording, sequence
+from service.recordings.recording_csv import write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -23,7 +23,8 @@ from service.commands import config_output
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.recordings.reading import Reading, add_log_arguments
-from service.recordings.recording import RATE_LIMIT, sequence
+from service.recordings.recording import sequence
+from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import PAPER_RATE, PAPER_TORQUE, learner_for, signals_for
 
 EXPERIMENT = "simulator.leng"

@@ -30,8 +30,9 @@ from service.logs.reading import NOTHING_SAID, Description
 from service.recordings.axis_columns import of_axis, put_back, with_own_columns
 from service.recordings.cut_recordings import cut_recording
 from service.recordings.log_refusals import refuse_fraction, stillness
-from service.recordings.recording import RATE_LIMIT, Recording, continued, from_streams
-from service.recordings.recording import read as read_recording
+from service.recordings.recording import Recording, continued, from_streams
+from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.recording_csv import read as read_recording
 
 NEVER = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
 

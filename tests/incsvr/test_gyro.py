@@ -10,7 +10,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.samples import Array
 from incsvr.tracing.gyro import check_gyro
-from service.recordings.recording import read
+from service.recordings.recording_csv import read
 from simulator.trial import Trial, play
 from simulator.trial_command import EXCITATIONS
 

@@ -17,7 +17,8 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.run import Run
-from service.recordings.recording import Recording, read
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import read
 from simulator.trial import Trial, play
 
 PUBLISHED = 1.125

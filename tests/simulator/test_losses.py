@@ -15,7 +15,7 @@ from service.bus.session import connecting, free_endpoint, listening, open_sessi
 from service.cli.command_line import main
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
-from service.recordings.recording import write
+from service.recordings.recording_csv import write
 from service.wire import Health, Keys
 from simulator import leng
 from simulator.losses import Loss, health, loss, settled

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from benchmarks.second_cases import KINDS, TORQUES, case
-from service.recordings.recording import Recording, read, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import read, write
 from simulator.second import (
     BY_CHANNEL,
     CLOSED_LOOP,

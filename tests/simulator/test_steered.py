@@ -14,7 +14,7 @@ from incsvr.tracing.manoeuvre import Manoeuvre
 from service.cli.command_line import main
 from service.commands.trace import runs_of
 from service.recordings.manoeuvre import next_manoeuvre, read_manoeuvre, write_manoeuvre
-from service.recordings.recording import read, write
+from service.recordings.recording_csv import read, write
 from simulator import leng
 from simulator.steered import MAX_TORQUE, REVERSE_EFFICIENCY, steered, write_log
 from simulator.trial import Trial, play

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from incsvr.errors import BadInput
-from service.recordings.recording import write
+from service.recordings.recording_csv import write
 from simulator import leng
 from viewer.experiment import draw
 from viewer.palette import LIGHT

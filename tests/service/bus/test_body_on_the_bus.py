@@ -21,7 +21,8 @@ from service.cli.command_line import main
 from service.commands.status import text
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
-from service.recordings.recording import Recording, of_axis, write
+from service.recordings.recording import Recording, of_axis
+from service.recordings.recording_csv import write
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 from tests.whole_vehicle import LINEAR, MASS, PLACES, QUADRATIC, whole_vehicle
 

@@ -10,7 +10,8 @@ import pytest
 
 from incsvr.learning.model import Model
 from service import wire
-from service.recordings.recording import Recording, sequence, write
+from service.recordings.recording import Recording, sequence
+from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE, StartBench, cut
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 from simulator import leng
 
 #: Without patience a bar is there at once, so that no log must be large enough for it.

@@ -15,8 +15,9 @@ import pytest
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.sources import read as read_config
-from service.recordings.recording import Recording, write
-from service.recordings.recording import read as read_recording
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import read as read_recording
+from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE
 

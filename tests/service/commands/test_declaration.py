@@ -13,7 +13,8 @@ from incsvr.errors import BadInput
 from incsvr.samples import Array
 from service.cli.command_line import main
 from service.commands.declaration import declared
-from service.recordings.recording import Recording, read, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import read, write
 from simulator import leng, slow_commands
 from simulator.missions import Mission, play
 from simulator.trial import Trial

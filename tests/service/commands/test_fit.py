@@ -14,7 +14,8 @@ from incsvr.learning.learner import Settings
 from service.cli.command_line import main
 from service.commands.fit_result import Fit
 from service.config.sources import read
-from service.recordings.recording import RATE_LIMIT, Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import RATE_LIMIT, write
 from service.recordings.samples_from_recording import learn, signals_for
 from simulator import leng, planar, slow_commands
 from simulator.missions import Mission, play

@@ -14,7 +14,7 @@ from service.cli.command_line import main
 from service.config.sources import read as read_config
 from service.learner.node import LearnerNode
 from service.live.effects import configured
-from service.recordings.recording import write
+from service.recordings.recording_csv import write
 from tests.hidden import recording, with_channels, write_trace
 
 

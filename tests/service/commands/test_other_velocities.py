@@ -18,7 +18,8 @@ from service.cli.command_line import main
 from service.commands.other_velocities import declared
 from service.config.sources import read
 from service.live.tracing_job import answered
-from service.recordings.recording import of_axis, sequence, write
+from service.recordings.recording import of_axis, sequence
+from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import samples_of, signals_for
 from simulator import leng
 from tests.hidden import recording

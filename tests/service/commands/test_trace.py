@@ -10,7 +10,8 @@ import pytest
 
 from incsvr.samples import Array
 from service.cli.command_line import main
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 
 LENG = ("--inertia", "350")
 

@@ -17,7 +17,8 @@ from incsvr.tracing.findings import Finding, Trace
 from service.cli.command_line import main
 from service.commands.trace import runs_of
 from service.commands.trace_parts import after_steps
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 
 HULL = 300.0
 """A hull is mounted then [s]."""

@@ -12,7 +12,8 @@ import pytest
 from incsvr.samples import Array
 from service.cli.command_line import main
 from service.commands.trace_sensors import examined, notes
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 from simulator import slow_commands
 
 STEP = 0.05

@@ -11,7 +11,8 @@ import pytest
 
 from service.cli.command_line import main
 from service.config.sources import read as read_config
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 from simulator import leng
 
 

@@ -23,7 +23,7 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import written
 from service.export.learned import Learned, of_file
-from service.recordings.recording import write
+from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE
 

@@ -18,7 +18,8 @@ from service.cli.command_line import main
 from service.learner.node import LearnerNode
 from service.live.effects import configured as effects_of
 from service.live.effects import read_effects
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 from tests.hidden import TRUTH, recording
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured
 

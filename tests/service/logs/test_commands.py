@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.recordings.recording import read
+from service.recordings.recording_csv import read
 from tests.conftest import ROOT
 from tests.service.logs.dive import BOOT, dive
 from tests.service.logs.test_vehicles import dataflash, telemetry, tlog

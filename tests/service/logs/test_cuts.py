@@ -12,7 +12,8 @@ import pytest
 from service.cli.command_line import main
 from service.logs.cutting import Cut, NothingHeld, instant
 from service.recordings.archive_reader import ArchiveReader
-from service.recordings.recording import Recording, read, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import read, write
 from tests.service import link
 from tests.service.logs.dive import BOOT, dive
 

@@ -12,7 +12,8 @@ import pytest
 from incsvr.plant.axes import AXES
 from service.cli.command_line import main
 from service.recordings.reading import Reading
-from service.recordings.recording import Recording, write
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
 from tests.service import link
 from tests.service.logs.dive import dive
 

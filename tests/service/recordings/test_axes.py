@@ -15,7 +15,8 @@ from incsvr.plant.words import said
 from incsvr.samples import Array
 from incsvr.tracing.run import Run, check
 from service.cli.command_line import main
-from service.recordings.recording import Recording, of_axis, read, write
+from service.recordings.recording import Recording, of_axis
+from service.recordings.recording_csv import read, write
 from tests.incsvr.test_coriolis import STEP, wandering
 
 MASS, CORIOLIS = 60.0, 45.0

@@ -13,7 +13,8 @@ from incsvr.samples import Array
 from incsvr.signals.bursts import bursts
 from service.cli.command_line import main
 from service.recordings.recorded_streams import remarks_of
-from service.recordings.recording import Streams, from_streams, write
+from service.recordings.recording import Streams, from_streams
+from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import signals_for
 
 STEP, COUNT, HALF = 0.05, 8000, 200.0

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
 from incsvr.signals import RUN_PAUSE, SignalSettings, synchronise
-from service.recordings.recording import Recording, from_streams, read, sequence, write
+from service.recordings.recording import Recording, from_streams, sequence
+from service.recordings.recording_csv import read, write
 
 GOOD = "t,yaw_rate,torque\n0.0,0.01,1.0\n0.1,0.02,1.5\n0.2,0.03,2.0\n"
 

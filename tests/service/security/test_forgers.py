@@ -24,7 +24,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import connecting, free_endpoint, from_file, open_session
 from service.cli.command_line import main
-from service.recordings.recording import write
+from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE
 from tests.service.security.secured import FORGED, KEYS, Secured, secured, until_settled

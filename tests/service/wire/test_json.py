@@ -15,7 +15,7 @@ import pytest
 
 from service import wire
 from service.cli.command_line import main
-from service.recordings.recording import write
+from service.recordings.recording_csv import write
 from service.wire.json_text import json_text
 from simulator.trial import Trial, play
 

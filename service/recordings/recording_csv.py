@@ -1,0 +1,230 @@
+"""Recordings: CSV files of one contiguous run each, read with every fault named, and written exactly.
+
+Header row; `t` [s], never going back; `yaw_rate` [rad/s]; `torque` [N m]; then any further numeric channels. An
+empty cell means that the channel was not sampled in that row, so streams of different rates fit in one file. Rows of
+one instant are merged.
+
+Of another axis than yaw its own columns (`sway`, `sway_force`) stand for these two, and everything downstream reads
+them under the same two names: a learner has one rate and one torque, whichever they are.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from math import nan
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from incsvr.errors import BadInput
+from incsvr.plant.axes import YAW, Axis
+from incsvr.plant.words import said
+from incsvr.samples import Array
+from incsvr.signals.streams import FUTURE
+from service.inputs.clocks import going_on, set_at
+from service.logs.cutting import WHOLE, Cut, Span, columns_inside, rows_inside, since_1970
+from service.recordings.recording import Recording, of_axis, own_columns
+
+RATE_LIMIT = YAW.fastest
+"""Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
+TYPICAL_STEP_LIMIT = 2.0
+"""Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+_UNITS = {"t": "time [s]", "yaw_rate": "yaw rate [rad/s]", "torque": "yaw moment of the actuators [N m]"}
+
+
+def write(path: Path, recording: Recording) -> None:
+    """Writes a CSV file from which `read` gives the same numbers to the last bit."""
+    columns = [recording.time.tolist(), *(values.tolist() for values in recording.columns.values())]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["t", *recording.columns])
+        writer.writerows(["" if cell != cell else repr(cell) for cell in row] for row in zip(*columns, strict=True))
+
+
+def read(
+    path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW, cut: Cut = WHOLE
+) -> Recording:
+    """The recording in a CSV file.
+
+    Args:
+        path: the file.
+        axis: which is meant.
+        rate_limit: largest plausible magnitude of the yaw rate [rad/s].
+        limit_is: what the user may raise it by, if there is such a thing.
+        cut: the part of it that is taken.
+
+    Raises:
+        NothingHeld: the cut holds none of its rows.
+        BadInput: naming the file, the row (the header is row 1) and the cure.
+    """
+    header, lines = _rows(path, axis)
+    cells = list(zip(*lines, strict=True))
+    columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
+    time = columns.pop("t")
+    _check_time(path, time)
+    time, sets = going_on(time)
+    rows = np.arange(time.size) + 2
+    if cut:
+        span = Span(float(time[0]), float(time[-1]), since_1970(time, None))
+        try:
+            inside = rows_inside(time, cut, span)
+        except BadInput as error:
+            raise type(error)(f"{path}: {error}") from None
+        time, rows, columns = time[inside], rows[inside], columns_inside(columns, inside)
+    rate = axis.rate
+    for name in own_columns(axis):
+        if np.isnan(columns[name]).all():
+            where = f" in the part that {cut} takes" if cut else ""
+            raise BadInput(f"{path}: the column {name} is empty{where}; it must hold the {_unit(axis, name)}")
+    beyond = np.flatnonzero(np.abs(columns[rate]) > rate_limit)
+    if beyond.size:
+        faster = f"; if the vehicle really turns so fast, raise {limit_is}" if limit_is else ""
+        degrees = f"; if it is in degrees per second, say so: --column {rate}={rate}:deg/s" * (not axis.along)
+        raise BadInput(
+            f"{path}, row {rows[beyond[0]]}: {rate} is {columns[rate][beyond[0]]:g}, beyond the plausible "
+            f"±{rate_limit:g} {'m/s' if axis.along else 'rad/s'}{degrees}{faster}"
+        )
+    merged = Recording(path.name, *_merged(path, time, columns, rows), notes=tuple(set_at(at) for at in sets))
+    return of_axis(merged, axis)
+
+
+def _unit(axis: Axis, column: str) -> str:
+    """What a column holds."""
+    if column == "t":
+        return _UNITS[column]
+    return said(axis, _UNITS["yaw_rate" if column == axis.rate else "torque"])
+
+
+def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:
+    """Header and rows, all of the header's length."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except FileNotFoundError:
+        raise BadInput(f"{path}: there is no such file; give the path of a recording") from None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read ({error.strerror}); give the path of a CSV file") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise BadInput(f"{path}: this is no CSV text; export the recording as UTF-8 CSV") from None
+    while rows and not any(rows[-1]):
+        rows.pop()
+    if not rows:
+        raise BadInput(f"{path}: the file is empty; a recording begins with the header t,yaw_rate,torque")
+    header = [name.strip() for name in rows[0]]
+    _check_header(path, header, axis)
+    if len(rows) == 1:
+        raise BadInput(f"{path}: there are no rows below the header; record at least a few seconds")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(header):
+            raise BadInput(
+                f"{path}, row {number}: {len(row)} cells under a header of {len(header)}; "
+                "leave a cell empty where nothing was sampled, but keep its comma"
+            )
+    return header, rows[1:]
+
+
+def _check_header(path: Path, header: Sequence[str], axis: Axis) -> None:
+    for mark, called in _SEPARATORS.items():
+        if len(header) == 1 and mark in header[0]:
+            raise BadInput(
+                f"{path}: the columns are separated by {called}; separate them by commas (decimals by points)"
+            )
+    if any(header) and all(_is_number(name) for name in header):
+        raise BadInput(
+            f"{path}, row 1: the header is missing, the first row holds numbers; begin with the columns' names, "
+            "as in t,yaw_rate,torque"
+        )
+    for name in ("t", *own_columns(axis)):
+        if name not in header:
+            raise BadInput(
+                f"{path}, row 1: there is no column {name} among {', '.join(header)}; "
+                f"name the column with the {_unit(axis, name)} {name}"
+            )
+    for position, name in enumerate(header):
+        if not name or name in header[:position]:
+            raise BadInput(
+                f"{path}, row 1: column {position + 1} is named {name!r}; give every column a name of its own"
+            )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return not cell  # an empty cell stands for a number that was not sampled
+    return True
+
+
+def _numbers(path: Path, name: str, cells: Sequence[str]) -> Array:
+    """A column as numbers, NaN for empty cells."""
+    try:
+        values = np.array([float(cell) if cell else nan for cell in cells])
+    except ValueError:
+        values = np.array([_number(path, name, row, cell) for row, cell in enumerate(cells, start=2)])
+    for row in np.flatnonzero(~np.isfinite(values)):
+        if cells[row].strip():
+            raise BadInput(
+                f"{path}, row {row + 2}: {name} is {cells[row].strip()!r}; "
+                "leave the cell empty where nothing was sampled, or remove the row"
+            )
+    return values
+
+
+def _number(path: Path, name: str, row: int, cell: str) -> float:
+    try:
+        return float(cell) if cell.strip() else nan
+    except ValueError:
+        raise BadInput(
+            f"{path}, row {row}: {name} is {cell.strip()!r}, which is no number; "
+            "correct it, or leave the cell empty where nothing was sampled"
+        ) from None
+
+
+def _check_time(path: Path, time: Array) -> None:
+    missing = np.flatnonzero(np.isnan(time))
+    if missing.size:
+        raise BadInput(f"{path}, row {missing[0] + 2}: t is empty; every row needs its time [s]")
+    if time[0] < 0.0:
+        raise BadInput(f"{path}, row 2: t is {time[0]:g}; let time begin at zero or later")
+    steps = np.diff(time)
+    backwards = np.flatnonzero(steps < 0.0)
+    if backwards.size:
+        row = backwards[0] + 3
+        raise BadInput(
+            f"{path}, row {row}: time runs backwards, from {time[row - 3]:.10g} to {time[row - 2]:.10g} s; "
+            "sort the rows by t, and put each run into a file of its own"
+        )
+    typical = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
+    if typical > TYPICAL_STEP_LIMIT:
+        raise BadInput(
+            f"{path}, row 3: t advances by {typical:g} in a typical row; "
+            "if the stamps are milliseconds, divide them by 1000"
+        )
+    if time[-1] >= FUTURE:
+        raise BadInput(
+            f"{path}, row {time.size + 1}: t is {time[-1]:g}, which is no time in seconds; convert the stamps"
+        )
+
+
+def _merged(
+    path: Path, time: Array, columns: Mapping[str, Array], rows: NDArray[np.int_]
+) -> tuple[Array, dict[str, Array]]:
+    """One row an instant: of rows with the same stamp each gives what it has, as where two topics were joined."""
+    instants, place = np.unique(time, return_inverse=True)
+    if instants.size == time.size:
+        return time, dict(columns)
+    merged = {}
+    for name, values in columns.items():
+        merged[name] = np.full(instants.size, np.nan)
+        sampled = np.flatnonzero(~np.isnan(values))
+        merged[name][place[sampled]] = values[sampled]
+        other = sampled[merged[name][place[sampled]] != values[sampled]]
+        if other.size:
+            raise BadInput(
+                f"{path}, row {rows[other[0]]}: t is {time[other[0]]:.10g} in several rows, with different values of "
+                f"{name}; leave one of them"
+            )
+    return instants, merged
