@@ -29,55 +29,55 @@ table1: .venv/ready
 	cat benchmarks/results/table1.txt
 
 tuning: .venv/ready  ## which point the search of Section IV-B chooses
-	$(BIN)/python -m benchmarks.tuning --seeds 20 --first-seed 730000
+	$(BIN)/python -m benchmarks.paper.tuning --seeds 20 --first-seed 730000
 
 policy: .venv/ready
-	$(BIN)/python -m benchmarks.policy_study
+	$(BIN)/python -m benchmarks.learner.policy
 
 coverage: .venv/ready  ## how often the bands of 95 % hold what they should
-	$(BIN)/python -m benchmarks.coverage
+	$(BIN)/python -m benchmarks.learner.coverage
 
 bench: .venv/ready
 	$(BIN)/incsvr bench --json benchmarks/results/bench.json > benchmarks/results/bench.txt
 	cat benchmarks/results/bench.txt
 
 trace-table: .venv/ready  ## both simulators, a torque that is the command and one that is measured
-	$(BIN)/python -m benchmarks.trace_table
-	$(BIN)/python -m benchmarks.trace_table --noise measured
-	$(BIN)/python -m benchmarks.second_table
+	$(BIN)/python -m benchmarks.tracer.trace_table
+	$(BIN)/python -m benchmarks.tracer.trace_table --noise measured
+	$(BIN)/python -m benchmarks.tracer.second_table
 
 missions: .venv/ready  ## what vehicles do all day: the curve that is served, and what is named
-	$(BIN)/python -m benchmarks.missions
+	$(BIN)/python -m benchmarks.tracer.missions
 
 live-missions: .venv/ready  ## an effect that comes on in an hour's mission, quiet hours, and the demo's third act
-	$(BIN)/python -m benchmarks.live_missions
+	$(BIN)/python -m benchmarks.tracer.live_missions
 
 bets-level: .venv/ready  ## how often bets on effects that are not there are won over quiet hours
-	$(BIN)/python -m benchmarks.bets_level
+	$(BIN)/python -m benchmarks.tracer.bets_level
 
 several: .venv/ready  ## damping of several velocities beside least squares with cross terms and a Gaussian process
-	$(BIN)/python -m benchmarks.several
+	$(BIN)/python -m benchmarks.learner.several
 
 vehicles: .venv/ready  ## every axis of every measured vehicle, beside eight other methods
 	$(BIN)/python -m benchmarks.vehicles
 
 trouble: .venv/ready  ## faults and effects of real vehicles and logs, drawn anew
-	$(BIN)/python -m benchmarks.trouble
+	$(BIN)/python -m benchmarks.tracer.trouble
 
 fleet: .venv/ready  ## ten learner processes, one router, a shore station
-	$(BIN)/python -m benchmarks.fleet
+	$(BIN)/python -m benchmarks.service.fleet
 
 sensor-faults: .venv/ready  ## when a failing sensor is named, and what is served meanwhile
-	$(BIN)/python -m benchmarks.sensor_faults
+	$(BIN)/python -m benchmarks.learner.sensor_faults
 
 soak: .venv/ready  ## half an hour: a day at sea
-	$(BIN)/python -m benchmarks.soak
+	$(BIN)/python -m benchmarks.service.soak
 
 hold: .venv/ready  ## an hour: kills, damaged states, restarts, junk, floods, clients that stop, a day of data
-	$(BIN)/python -m benchmarks.hold
+	$(BIN)/python -m benchmarks.service.hold
 
 recording: .venv/ready
-	$(BIN)/python -m benchmarks.recording
+	$(BIN)/python -m benchmarks.service.recording
 
 pictures: .venv/ready  ## every picture of README and docs, from the last demo's recording and a browser
 	test -f out/leng.rrd || $(BIN)/incsvr demo

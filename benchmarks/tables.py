@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.trace_judge import interval
+from benchmarks.tracer.judge import interval
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:

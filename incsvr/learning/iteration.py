@@ -17,7 +17,8 @@ class Settings:
     """How the learner learns. The numbers are the paper's: γ, C, ε as tuned in Section IV-B, the rest from III-C.
 
     So is the policy. "weighted" (policies/weighted.py) comes nearer to the truth in every simulated row of
-    `python -m benchmarks.policy_study`, but not yet in every measured one: the paper's stays the default until it does.
+    `python -m benchmarks.learner.policy`, but not yet in every measured one: the paper's stays the default until it
+    does.
 
     Attributes:
         gamma: kernel width γ [(rad/s)⁻²].

@@ -85,11 +85,11 @@ COMMANDS = {
         "incsvr export --format gazebo --out yaw.sdf",
     ),
     "table1": (
-        "benchmarks.table1",
+        "benchmarks.paper.table1",
         "Table I and the curve of Fig. 7 beside the paper's figures",
         "incsvr table1 --seeds 5",
     ),
-    "bench": ("benchmarks.bench", "speed against the peers, measured in one run", "incsvr bench --without-bus"),
+    "bench": ("benchmarks.service.bench", "speed against the peers, measured in one run", "incsvr bench --without-bus"),
     "keys": (
         "service.commands.keys",
         "certificates and Zenoh files by role, for a secured bus",

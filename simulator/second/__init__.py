@@ -3,7 +3,7 @@
 Whoever improves a method on one simulator fits it to that simulator, too. This one has other vehicles, drag curves,
 rates, controllers and sensors than the trial vehicle (simulator/trial.py), and most of its effects have another shape
 than the catalogue that looks for them. It was written anew and shares no line with the trial vehicle, the missions or
-the tracer; only the form of a recording is common. Its cases are in benchmarks/second_cases.py.
+the tracer; only the form of a recording is common. Its cases are in benchmarks/tracer/second_cases.py.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.baselines import LeastSquaresSVR, NeuralNetwork
+from benchmarks.paper.baselines import LeastSquaresSVR, NeuralNetwork
 from incsvr.learning.baselines import Baseline, Data
 from incsvr.learning.kernel import rbf
 from tests.incsvr.test_baselines import data, worst

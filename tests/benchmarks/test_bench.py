@@ -6,9 +6,10 @@ from typing import Any
 
 import pytest
 
-from benchmarks import learning, solver
-from benchmarks.bench import text
-from benchmarks.provenance import provenance
+from benchmarks.learner import solver
+from benchmarks.learner import steps as learning
+from benchmarks.service.bench import text
+from benchmarks.study import provenance
 from service.cli.command_line import main
 
 

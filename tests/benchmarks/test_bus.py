@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks import bus
+from benchmarks.service import bus
 
 
 def test_what_is_sent_at_a_steady_pace_arrives_whole() -> None:

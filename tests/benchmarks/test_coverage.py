@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.coverage import Run, judged, main, voyages
+from benchmarks.learner.coverage import Run, judged, main, voyages
 from incsvr.learning.learner import Settings
 from simulator import leng
 from tests.incsvr.learning import run

@@ -7,7 +7,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from benchmarks.differences import SETTINGS, Step, as_printed, figures, report, steps, stopped_by_change
+from benchmarks.paper.differences import SETTINGS, Step, as_printed, figures, report, steps, stopped_by_change
 from incsvr.learning.dual import coordinate_descent, solve
 from incsvr.samples import Array
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import mission_learner, mission_tracer
-from benchmarks.mission_cases import HIDDEN, OTHER, USUAL, circumstance, hidden, quiet
-from benchmarks.missions import add_arguments, cases, run
+from benchmarks.tracer import mission_learner, mission_tracer
+from benchmarks.tracer.mission_cases import HIDDEN, OTHER, USUAL, circumstance, hidden, quiet
+from benchmarks.tracer.missions import add_arguments, cases, run
 from incsvr.learning.model import Model
 from simulator.missions import FULL_SIZE, KINDS, VEHICLES, Mission, Outcome, play
 

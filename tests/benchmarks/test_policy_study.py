@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.policy_baselines import NAMES
-from benchmarks.policy_scenarios import FIRST, RATES, SCENARIOS
-from benchmarks.policy_study import Row, main, scenario
+from benchmarks.learner.policy import Row, main, scenario
+from benchmarks.learner.policy_baselines import NAMES
+from benchmarks.learner.policy_scenarios import FIRST, RATES, SCENARIOS
 from simulator import leng
 
 

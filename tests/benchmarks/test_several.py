@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks import several
-from benchmarks.several import Case, examine, gaussian_process, least_squares, report
+from benchmarks.learner import several
+from benchmarks.learner.several import Case, examine, gaussian_process, least_squares, report
 from incsvr.samples import Array
 
 

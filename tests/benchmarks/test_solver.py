@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.solver import measure
+from benchmarks.learner.solver import measure
 
 
 def test_figures_of_the_solver() -> None:

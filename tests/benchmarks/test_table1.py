@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.chart import chart
-from benchmarks.repetition import AT_CONVERGENCE, BEFORE_CLEANING, stopped
-from benchmarks.table1 import PAPER, converged, text
+from benchmarks.paper.chart import chart
+from benchmarks.paper.repetition import AT_CONVERGENCE, BEFORE_CLEANING, stopped
+from benchmarks.paper.table1 import PAPER, converged, text
 from service.cli.command_line import main
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import peers
-from benchmarks.trace_cases import AUTOCORRELATIONS, GROUPS, KINDS, case
-from benchmarks.trace_judge import interval, judge
-from benchmarks.trace_table import TABLES, add_arguments, as_run, examine, run, torque_kind
+from benchmarks.tracer import innovation_peers as peers
+from benchmarks.tracer.judge import interval, judge
+from benchmarks.tracer.trace_cases import AUTOCORRELATIONS, GROUPS, KINDS, case
+from benchmarks.tracer.trace_table import TABLES, add_arguments, as_run, examine, run, torque_kind
 from simulator.effects import EFFECTS
 from simulator.trial import Trial, play
 from simulator.trial_command import EXCITATIONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.trouble import KINDS, examine, judged, played, report
+from benchmarks.tracer.trouble import KINDS, examine, judged, played, report
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.repetition import LEARNERS
-from benchmarks.tuning import report
+from benchmarks.paper.repetition import LEARNERS
+from benchmarks.paper.tuning import report
 from incsvr.learning.tuning import Grid, search
 from tests.incsvr.learning import stream
 

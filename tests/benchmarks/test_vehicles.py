@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import vehicle_peers, vehicles
-from benchmarks.vehicle_motion import Integrated, Trivial
-from benchmarks.vehicle_peers import frols, sindy
-from benchmarks.vehicle_splits import SPLITS, Split
+from benchmarks.study import MEASURED
+from benchmarks.vehicles import __main__ as vehicles
+from benchmarks.vehicles import peers as vehicle_peers
+from benchmarks.vehicles.motion import Integrated, Trivial
+from benchmarks.vehicles.peers import frols, sindy
+from benchmarks.vehicles.splits import SPLITS, Split
 from incsvr.effects import Signals
 from incsvr.samples import Array
 
@@ -82,7 +84,7 @@ def test_no_recording_is_fitted_and_judged_on() -> None:
 
 
 def test_a_measured_split_runs_end_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    if not (vehicles.MEASURED / "dagon").is_dir():
+    if not (MEASURED / "dagon").is_dir():
         pytest.skip("the measured recordings are not in ../shared/measured")
     short = Split("dagon", "sway", 2500.0, "", ("run_05",), ("run_07",), mass_matrix="2200,2500,0,0,0,0")
     monkeypatch.setattr(vehicles, "SPLITS", (short,))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR
 
-from benchmarks.sample_sets import yaw_samples
-from benchmarks.solver import by_clarabel
+from benchmarks.learner.sample_sets import yaw_samples
+from benchmarks.learner.solver import by_clarabel
 from incsvr.learning import dual
 from incsvr.learning.kernel import rbf
 

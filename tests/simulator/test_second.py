@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from benchmarks.second_cases import KINDS, TORQUES, case
+from benchmarks.tracer.second_cases import KINDS, TORQUES, case
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
 from simulator.second import (
@@ -212,7 +212,7 @@ def test_a_case_says_what_it_lacks() -> None:
 
 
 def test_it_shares_nothing_with_the_first_simulator_or_the_tracer() -> None:
-    files = [*(ROOT / "simulator" / "second").rglob("*.py"), ROOT / "benchmarks" / "second_cases.py"]
+    files = [*(ROOT / "simulator" / "second").rglob("*.py"), ROOT / "benchmarks" / "tracer" / "second_cases.py"]
     assert len(files) > 5
     for path in files:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.slow_commands import examine
+from benchmarks.learner.slow_commands import examine
 from incsvr.learning.learner import Settings
 from service.cli.command_line import main
 from service.commands.fit_result import Fit

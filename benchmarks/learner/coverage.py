@@ -1,0 +1,177 @@
+"""How often bands of 95 % hold what they should: fresh samples within ±1.96 σ, the truth within the curve's own band.
+
+    python -m benchmarks.learner.coverage [--seeds N] [--first-seed S] [--out FOLDER]
+
+`make coverage`. In five bands of yaw rate, for both policies, on the simulated Leng and on samples whose noise is
+correlated at 0.9. Every figure is the mean over the seeds and over all iterations of a run from the fourth on: a band
+must be right whenever it is served. Writes coverage.json and coverage.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.learner.policies import POLICIES, Policy
+from benchmarks.learner.policy_scenarios import FIRST, Scenario
+from benchmarks.study import RESULTS, provenance
+from benchmarks.tables import table
+from incsvr.learning.criteria import Mask
+from incsvr.learning.learner import Settings, start, step
+from incsvr.learning.model import Model
+from incsvr.samples import Array, Samples
+from service.cli.progress import progress
+from service.wire.json_text import json_text
+from simulator import leng
+
+FIRST_SEED = 640_000
+"""Seeds from here on are for the published table alone."""
+EDGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25)
+"""Of the five bands of |r| [rad/s]."""
+PER_BAND = 10
+"""Rates at which the curve is judged in each band, to each side."""
+WIDTH = 1.96
+"""Half width of a band of 95 %, in standard deviations."""
+SETTLED = 4
+"""From this iteration of a run on the bands are judged."""
+EARLY = (1, 2, 3, 4, 14)
+"""Iterations of the first run after which the noise level is told."""
+CORRELATED = Scenario("noise correlated at 0.9, nothing happens", samples=FIRST, correlation=0.9, outliers=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A stretch of samples to learn from.
+
+    Attributes:
+        name: what it is.
+        training: to learn from.
+        unseen: samples of the same vehicle with noise of their own.
+        truth: d(r) [N m] of this vehicle at (n,) rates [rad/s].
+    """
+
+    name: str
+    training: Samples
+    unseen: Samples
+    truth: Callable[[Array], Array]
+
+
+def voyages(seed: int) -> Iterator[tuple[Run, ...]]:
+    """What a learner goes through from its start on, run after run."""
+    data = leng.experiment(seed)
+    yield (
+        Run("Leng, T1", data.T1, data.V1, leng.damping),
+        Run("Leng, T2: the hull on", data.T2, data.V2, lambda rate: leng.damping(rate, True)),
+    )
+    unseen = CORRELATED.draw(seed + 1_000_000)
+    yield (Run("noise correlated at 0.9", CORRELATED.draw(seed), unseen, leng.damping),)
+
+
+def judged(model: Model, run: Run) -> tuple[Array, Array]:
+    """Shares (5,) of the samples within ±1.96 σ, and of the truth within the curve's band; NaN where none is asked."""
+    edges = np.array(EDGES)
+    size = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(PER_BAND) + 0.5) / PER_BAND).ravel()
+    rates = np.concatenate((-size, size))
+    curve, sampled = model.predict(rates), model.predict(run.unseen.yaw_rate)
+    true_held = np.abs(run.truth(rates) - curve.damping) <= WIDTH * curve.curve_sigma
+    sample_held = np.abs(run.unseen.damping - sampled.damping) <= WIDTH * sampled.sigma
+    return (
+        _by_band(run.unseen.yaw_rate[~sampled.extrapolated], sample_held[~sampled.extrapolated]),
+        _by_band(rates[~curve.extrapolated], true_held[~curve.extrapolated]),
+    )
+
+
+def _by_band(rate: Array, held: Mask) -> Array:
+    place = np.digitize(np.abs(rate), EDGES) - 1
+    return np.array([held[place == band].mean() if (place == band).any() else np.nan for band in range(len(EDGES) - 1)])
+
+
+def voyage(runs: Sequence[Run], policy: Policy) -> list[dict[str, Any]]:
+    """A record for each run: both coverages (5,) as means over its iterations, and the noise level after each."""
+    settings = Settings(policy=policy)
+    state, records = start(settings), []
+    for run in runs:
+        shares, sigmas = [], []
+        for number, first in enumerate(range(0, len(run.training) - settings.batch + 1, settings.batch), 1):
+            state, iteration = step(settings, state, run.training.take(slice(first, first + settings.batch)))
+            sigmas.append(iteration.model.sigma)
+            if number >= SETTLED:
+                shares.append(judged(iteration.model, run))
+        samples, curve = (np.nanmean(part, axis=0).tolist() for part in zip(*shares, strict=True))
+        records.append({"run": run.name, "policy": policy, "samples": samples, "curve": curve, "sigma": sigmas})
+    return records
+
+
+def study(seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """The records of all seeds, with a progress bar."""
+    records = []
+    with progress("coverage", len(seeds)) as advance:
+        for seed in seeds:
+            for runs in voyages(seed):
+                for policy in POLICIES:
+                    records += [record | {"seed": seed} for record in voyage(runs, policy)]
+            advance()
+    return records
+
+
+def report(document: dict[str, Any]) -> str:
+    """Markdown."""
+    records = document["records"]
+    names = list(dict.fromkeys(record["run"] for record in records))
+    bands = [f"{low:g}–{high:g} rad/s" for low, high in pairwise(EDGES)]
+    parts = [
+        "# How often the bands of 95 % hold what they should",
+        f"Made by `{document['command']}` on {document['date']}, seeds {document['seeds']}. Shares in %, mean ± "
+        f"standard error over the seeds, over all iterations of a run from number {SETTLED} on.",
+    ]
+    for key, title in (("samples", "Fresh samples within ±1.96 σ"), ("curve", "The truth within the curve's own band")):
+        rows = []
+        for name in names:
+            for policy in POLICIES:
+                chosen = [record[key] for record in records if (record["run"], record["policy"]) == (name, policy)]
+                values = 100.0 * np.array(chosen, dtype=np.float64)
+                error = np.nanstd(values, axis=0, ddof=1) / np.sqrt(len(chosen)) if len(chosen) > 1 else 0.0 * values[0]
+                cells = [f"{m:.1f} ± {e:.1f}" for m, e in zip(np.nanmean(values, axis=0), error, strict=True)]
+                rows.append([name, policy, *cells, f"{np.nanmean(values):.1f}"])
+        parts += [f"## {title}", table(["run", "policy", *bands, "all"], rows)]
+    rows = []
+    for policy in POLICIES:
+        sigma = np.array([r["sigma"] for r in records if (r["run"], r["policy"]) == (names[0], policy)])
+        told = [sigma[:, number - 1] for number in EARLY]
+        rows.append([policy, *(f"{part.mean():.2f} ± {part.std(ddof=min(1, part.size - 1)):.2f}" for part in told)])
+    head = ["policy", *(f"after iteration {number}" for number in EARLY)]
+    parts += [f"## The noise level that is served, {names[0]} [N m]", "Mean ± standard deviation over the seeds."]
+    return "\n\n".join([*parts, table(head, rows)]) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.learner.coverage",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="number of seeds (20)")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, metavar="S")
+    parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER")
+    args = parser.parse_args(arguments)
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
+    command = ["python", "-m", "benchmarks.learner.coverage", *(sys.argv[1:] if arguments is None else arguments)]
+    document = provenance(shlex.join(command)) | {"seeds": f"{seeds[0]}–{seeds[-1]}", "records": study(seeds)}
+    args.out.mkdir(parents=True, exist_ok=True)
+    (args.out / "coverage.json").write_text(json_text(document) + "\n", encoding="utf-8")
+    text = report(document)
+    (args.out / "coverage.md").write_text(text, encoding="utf-8")
+    print(text, end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,272 @@
+"""The learner on the bus, measured from outside on loopback: latency, throughput, cost at rest, cost of many.
+
+Every figure comes from processes of their own, as on a vehicle: the learner is `incsvr serve`. The echo beside which
+the damping query is measured is a bare Zenoh queryable in a process of its own, asked in turn with the learner, so that
+both see the same machine at the same moment.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import psutil
+import zenoh
+
+from incsvr.samples import Array
+from service.bus.ingest import RING
+from service.bus.session import connecting, free_endpoint, open_session
+from service.wire import Health, Keys, decode, measurement
+from service.wire.json_text import json_text
+from simulator import leng
+from simulator.player import messages, play, wait_for_learner
+
+KEYS = Keys("leng/yaw")
+QUESTIONS = 1500
+"""Asked of each, in turn."""
+PATIENCE = 30.0
+PARTNERS = "benchmarks.service.bus_partners"
+"""The module whose processes speak with a learner."""
+BLOCK = zenoh.CongestionControl.BLOCK
+"""What is sent waits for room: a benchmark counts what the learner loses, not what the sender never sent."""
+
+
+@dataclass(frozen=True)
+class Learner:
+    """`incsvr serve` as a process, and a session to it."""
+
+    process: psutil.Process
+    endpoint: str
+    session: zenoh.Session
+
+    def health(self, keys: Keys = KEYS) -> Health:
+        for reply in self.session.get(keys.health, timeout=PATIENCE):
+            if reply.ok is not None:
+                return decode(Health, reply.ok.payload.to_bytes())
+        raise RuntimeError("the learner does not answer")
+
+    def wait_for(self, received: int) -> Health:
+        """Its health once every stream has received so many values, or nothing more comes."""
+        before = -1
+        while True:
+            health = self.health()
+            counts = [health.streams[name].received for name in ("yaw_rate", "torque")]
+            if min(counts) >= received or sum(counts) == before:
+                return health
+            before = sum(counts)
+            time.sleep(2.0)
+
+    def cost(self, seconds: float) -> tuple[float, float]:
+        """Percent of one core over the time, and resident memory [MB]."""
+        self.process.cpu_percent()
+        time.sleep(seconds)
+        return self.process.cpu_percent(), self.process.memory_info().rss / 1e6
+
+
+@contextmanager
+def learner(**settings: Any) -> Iterator[Learner]:
+    """A learner in a process of its own, with durable state in a temporary directory."""
+    endpoint = free_endpoint()
+    with tempfile.TemporaryDirectory() as state, ExitStack() as stack:
+        chosen = {"state": state, "bus.listen": endpoint, **settings}
+        words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json_text(value)}")]
+        served = stack.enter_context(process("service.cli.command_line", "serve", *words))
+        session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+        wait_for_learner(session, KEYS, PATIENCE, threading.Event())
+        yield Learner(psutil.Process(served.pid), endpoint, session)
+
+
+@contextmanager
+def process(module: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A Python module as a process that ends with the context."""
+    started = subprocess.Popen(
+        [sys.executable, "-m", module, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    with started:
+        try:
+            yield started
+        finally:
+            started.terminate()
+
+
+def _until_it_says_so(process: subprocess.Popen[bytes]) -> None:
+    """Waits for the first line that a process writes: it is ready then."""
+    assert process.stdout is not None
+    process.stdout.readline()
+
+
+def measure() -> dict[str, Any]:
+    """All figures of the bus; takes about two minutes."""
+    rest = {"at_50_hz": at_50_hz(), "learners_in_one_process": cost_of_many(), "start_and_end": start_and_end()}
+    return latency() | throughput() | rest
+
+
+def latency() -> dict[str, Any]:
+    """The damping query beside a bare echo [µs]: the learner idle, and while it trains without pause."""
+    echo_endpoint = free_endpoint()
+    with (
+        learner() as subject,
+        process(PARTNERS, "echo", echo_endpoint) as echoing,
+        open_session(connecting(echo_endpoint), PATIENCE) as echo,
+    ):
+        _until_it_says_so(echoing)
+        _teach(subject)
+        idle = _ask_in_turn(subject.session, echo)
+        with process(PARTNERS, "feed", subject.endpoint) as feeder:
+            _until_it_says_so(feeder)
+            before, began = subject.health().iteration, time.perf_counter()
+            training = _ask_in_turn(subject.session, echo)
+            pace = (subject.health().iteration - before) / (time.perf_counter() - began)
+    return {
+        "query_ratio_to_echo": idle["p50"]["ratio"],
+        "query_us": {"idle": idle, "training": training, "iterations_per_second_while_training": pace},
+    }
+
+
+def _teach(subject: Learner) -> None:
+    """Leng's first training run."""
+    for name, (t, value) in leng.recording("T1", seed=1).streams().items():
+        for part in np.array_split(np.arange(t.size), 20):
+            payload = measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
+            subject.session.put(KEYS.stream(name), payload, congestion_control=BLOCK)
+    while subject.health().iteration < 14:
+        time.sleep(0.1)
+
+
+def _ask_in_turn(session: zenoh.Session, echo: zenoh.Session) -> dict[str, Any]:
+    """p50 and p99 of both [µs] and their ratios."""
+    taken: dict[str, list[float]] = {"damping": [], "echo": []}
+    asked = (("echo", echo, "echo"), ("damping", session, f"{KEYS.damping}?rate=0.1"))
+    for number in range(QUESTIONS + 50):
+        for name, through, selector in asked:
+            began = time.perf_counter()
+            replies = list(through.get(selector))
+            if number >= 50:
+                taken[name].append(1e6 * (time.perf_counter() - began))
+            assert len(replies) == 1
+    found: dict[str, Any] = {}
+    for label, percentile in (("p50", 50), ("p99", 99)):
+        both = {name: float(np.percentile(times, percentile)) for name, times in taken.items()}
+        found[label] = {name: round(value, 1) for name, value in both.items()}
+        found[label]["ratio"] = round(both["damping"] / both["echo"], 3)
+    return found
+
+
+def start_and_end(times: int = 5) -> dict[str, Any]:
+    """From the start of the process to its liveliness token, and from SIGTERM to its end [s]: the median."""
+    ready, ended = [], []
+    for _ in range(times):
+        began = time.perf_counter()
+        with learner() as subject:
+            ready.append(time.perf_counter() - began)
+            _teach(subject)
+            subject.process.terminate()
+            began = time.perf_counter()
+            subject.process.wait()
+            ended.append(time.perf_counter() - began)
+    return {"ready_s": round(float(np.median(ready)), 2), "ended_s": round(float(np.median(ended)), 2)}
+
+
+def throughput() -> dict[str, Any]:
+    """What arrives of what is sent at a steady pace: single values on both streams, and arrays of a thousand."""
+    singles = [_stream_at(pace, 1) for pace in (20_000, 40_000)]
+    batched = [_stream_at(pace, 1000) for pace in (200_000, 400_000)]
+    whole = [each["samples_per_second_and_stream"] for each in singles + batched if not each["lost"]]
+    return {"samples_per_second": max(whole, default=0), "single_messages": singles, "batched": batched}
+
+
+def _stream_at(pace: int, size: int, seconds: float = 4.0) -> dict[str, Any]:
+    """Sends `pace` values a second on each of both streams, `size` in a message, stamped at that pace."""
+    total = int(pace * seconds)
+    t = (np.arange(total) / pace).round(7)
+    value = 0.1 * np.sin(0.3 * t)
+    with learner() as subject:
+        publishers = [
+            subject.session.declare_publisher(key, congestion_control=BLOCK) for key in (KEYS.rate, KEYS.torque)
+        ]
+        chunks = [
+            measurement(tuple(t[at : at + size].tolist()), tuple(value[at : at + size].tolist()), number)
+            if size > 1
+            else measurement(float(t[at]), float(value[at]), number)
+            for number, at in enumerate(range(0, total, size))
+        ]
+        began, cpu = time.perf_counter(), sum(subject.process.cpu_times()[:2])
+        for number, payload in enumerate(chunks):
+            for publisher in publishers:
+                publisher.put(payload)
+            ahead = began + number * size / pace - time.perf_counter()
+            if ahead > 0.002:
+                time.sleep(ahead)
+        took = time.perf_counter() - began
+        health = subject.wait_for(total)
+        used = sum(subject.process.cpu_times()[:2]) - cpu
+        resident = subject.process.memory_info().rss / 1e6
+    return {
+        "samples_per_second_and_stream": round(total / took),
+        "values_in_a_message": size,
+        "lost": 2 * total - sum(health.streams[name].received for name in ("yaw_rate", "torque")),
+        "lost_as_health_says": health.counters.get("rejected:lost", 0),
+        "percent_of_a_core": round(100 * used / took),
+        "resident_mb": round(resident),
+    }
+
+
+def at_50_hz(seconds: float = 12.0) -> dict[str, Any]:
+    """Cost with both streams at 50 Hz, one value in a message, after Leng's first training run."""
+    with learner() as subject:
+        _teach(subject)
+        for _ in range(RING):  # a ring is resident once each of its places was used, here after three minutes
+            for key in (KEYS.rate, KEYS.torque):
+                subject.session.put(key, b"", congestion_control=BLOCK)
+        stop = threading.Event()
+        t: Array = np.arange(1000.0, 1010.0 + seconds, 0.02, dtype=np.float64)
+        what = messages(
+            {"yaw_rate": (t, np.array(0.2 * np.sin(0.1 * t))), "torque": (t, np.array(40.0 * np.sin(0.1 * t)))}
+        )
+        feeder = threading.Thread(
+            target=play, args=(subject.session, KEYS, what), kwargs={"speed": 1.0, "stop": stop}, daemon=True
+        )
+        feeder.start()
+        time.sleep(2.0)
+        cpu, resident = subject.cost(seconds)
+        stop.set()
+        feeder.join()
+    return {"percent_of_a_core": round(cpu, 2), "resident_mb": round(resident, 1)}
+
+
+def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 10.0) -> list[dict[str, Any]]:
+    """Learners (vehicles × axes) in one process, both streams of each at 10 Hz."""
+    table = []
+    for number in numbers:
+        prefixes = [KEYS.prefix, *(f"vehicle{index}/yaw" for index in range(1, number))]
+        quick = {"sample_period": 0.2, "smoothing": 0.12, "gap": 0.2, "lateness": 0.2}
+        with (
+            learner(signals=quick, also=[{"prefix": prefix} for prefix in prefixes[1:]]) as subject,
+            process(PARTNERS, "many", subject.endpoint, *prefixes) as feeder,
+        ):
+            _until_it_says_so(feeder)
+            time.sleep(3.0)
+            before = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
+            cpu, resident = subject.cost(seconds)
+            after = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
+        table.append(
+            {
+                "learners": number,
+                "percent_of_a_core": round(cpu, 1),
+                "resident_mb": round(resident, 1),
+                "iterations_per_second": round((sum(after) - sum(before)) / seconds, 2),
+            }
+        )
+    return table
+
+
+if __name__ == "__main__":
+    print(json_text(measure(), indent=2))

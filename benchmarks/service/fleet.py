@@ -1,0 +1,204 @@
+"""Ten vehicles, one router, a shore station: what goes over the wire, what it costs, and whether history comes through.
+
+Each vehicle is a learner and a player in processes of their own, clients of one router; the shore station is this
+process, one more client. Leng's run is played faster than life, so that every learner does its iterations; what goes
+over the wire is stated per message and, at the vehicle's own pace, per vehicle and hour.
+
+    python -m benchmarks.service.fleet --vehicles 10 --speed 8
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import zenoh
+
+from benchmarks.service.bus import PARTNERS, PATIENCE, process
+from benchmarks.study import RESULTS, provenance, publish
+from service.bus.session import connecting, free_endpoint, open_session
+from service.wire import IterationHistory, Keys, decode
+from simulator.player import wait_for_learner
+
+ITERATIONS = 14
+"""Whole batches of Leng's first training run; one comes after 30 s of data."""
+A_DAY = 2880
+"""Iterations of a day at that pace."""
+A_QUESTION = 0.02
+"""The shore station asks one vehicle after the other for its damping, once in so long [s]."""
+LONGEST = 300.0
+"""So long the vehicles may take for their run [s]."""
+STORED = ("model", "iteration", "coefficients")
+"""What an iteration publishes; health comes each second, the streams as often as the sensors do."""
+
+
+def measure(vehicles: int, speed: float) -> dict[str, Any]:
+    """Everything of one fleet."""
+    endpoint, prefixes = free_endpoint(), [f"vehicle{number}/yaw" for number in range(vehicles)]
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        relay = stack.enter_context(process(PARTNERS, "router", endpoint))
+        assert relay.stdout is not None
+        relay.stdout.readline()
+        connect = ("--set", f"bus.connect={endpoint}")
+        learners = [
+            stack.enter_context(
+                process(
+                    "service.cli.command_line", "serve", *connect, "--set", f"prefix={each}", "--set", f"state={folder}"
+                )
+            )
+            for each in prefixes
+        ]
+        shore = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+        for each in prefixes:
+            wait_for_learner(shore, Keys(each), PATIENCE, threading.Event())
+        wire = Wire(shore, prefixes)
+        began = time.perf_counter()
+        before = [_processor([relay.pid]), _processor([each.pid for each in learners])]
+        for each in prefixes:
+            play = ("simulate", *connect, "--set", f"prefix={each}", "--set", "simulation.runs=[T1]")
+            stack.enter_context(process("service.cli.command_line", *play, "--speed", str(speed)))
+        asked = _ask(shore, prefixes, wire.done)
+        took = time.perf_counter() - began
+        used = [_processor([relay.pid]) - before[0], _processor([each.pid for each in learners]) - before[1]]
+        return {
+            "vehicles": vehicles,
+            "speed": speed,
+            "played_s": took,
+            "router": {"percent_of_a_core": 100.0 * used[0] / took, "resident_mb": _resident(relay.pid)},
+            "learner": {
+                "percent_of_a_core": 100.0 * used[1] / took / vehicles,
+                "resident_mb": float(np.mean([_resident(each.pid) for each in learners])),
+            },
+            "bytes_of_a_message": wire.mean_bytes(),
+            "iterations": wire.iterations(),
+            "damping_ms": asked,
+            "history": _history(shore, prefixes),
+        }
+
+
+class Wire:
+    """What the shore station hears, counted."""
+
+    def __init__(self, session: zenoh.Session, prefixes: Sequence[str]) -> None:
+        self.done = threading.Event()
+        self._prefixes, self._lock = prefixes, threading.Lock()
+        self._count, self._size, self._done_by = Counter[str](), Counter[str](), Counter[str]()
+        session.declare_subscriber("*/yaw/*", self._heard)
+
+    def mean_bytes(self) -> dict[str, float]:
+        """Of a message of each kind."""
+        return {kind: self._size[kind] / count for kind, count in sorted(self._count.items())}
+
+    def iterations(self) -> list[int]:
+        """Those of each vehicle that were heard."""
+        return [self._done_by[each] for each in self._prefixes]
+
+    def _heard(self, sample: zenoh.Sample) -> None:
+        prefix, _, kind = str(sample.key_expr).rpartition("/")
+        with self._lock:
+            self._count[kind] += 1
+            self._size[kind] += len(sample.payload)
+            if kind == "iteration":
+                self._done_by[prefix] += 1
+                if min(self.iterations()) >= ITERATIONS:
+                    self.done.set()
+
+
+def _ask(shore: zenoh.Session, prefixes: Sequence[str], done: threading.Event) -> dict[str, float]:
+    """How long an answer for damping takes through the router [ms], asked in turn until all vehicles are done."""
+    took, until, number = [], time.monotonic() + LONGEST, 0
+    while not done.wait(A_QUESTION):
+        if time.monotonic() > until:
+            raise RuntimeError("the vehicles did not end their run; play with a smaller --speed")
+        began = time.perf_counter()
+        replies = list(shore.get(f"{prefixes[number % len(prefixes)]}/damping?rate=0.1", timeout=PATIENCE))
+        if replies and replies[0].ok is not None:
+            took.append(1e3 * (time.perf_counter() - began))
+        number += 1
+    return {"asked": float(len(took)), "p50": float(np.median(took)), "p99": float(np.quantile(took, 0.99))}
+
+
+def _history(shore: zenoh.Session, prefixes: Sequence[str]) -> dict[str, float]:
+    """All iterations of all vehicles, asked for through the router one vehicle after the other."""
+    began, iterations, size = time.perf_counter(), 0, 0
+    for each in prefixes:
+        for reply in shore.get(f"{each}/iteration?after=0;limit=100", timeout=PATIENCE):
+            if reply.ok is not None:
+                payload = reply.ok.payload.to_bytes()
+                size += len(payload)
+                iterations += len(decode(IterationHistory, payload).iterations)
+    return {"iterations": float(iterations), "bytes": float(size), "seconds": time.perf_counter() - began}
+
+
+def _processor(pids: Sequence[int]) -> float:
+    """Processor time so far [s]."""
+    return float(sum(sum(psutil.Process(pid).cpu_times()[:2]) for pid in pids))
+
+
+def _resident(pid: int) -> float:
+    return float(psutil.Process(pid).memory_info().rss / 1e6)
+
+
+def report(result: dict[str, Any]) -> str:
+    """Markdown."""
+    size, hour = result["bytes_of_a_message"], A_DAY / 24
+    snapshots = sum(size.get(kind, 0.0) for kind in STORED)
+    rows = [
+        (f"{result['vehicles']} learners, {ITERATIONS} iterations each: heard ashore", f"{sum(result['iterations'])}"),
+        ("an iteration's model / report / coefficients", " / ".join(f"{size[k] / 1e3:.1f} kB" for k in STORED)),
+        ("health, once a second", f"{size['health'] / 1e3:.1f} kB"),
+        ("a vehicle's hour: model, report, coefficients", f"{snapshots * hour / 1e6:.1f} MB"),
+        ("a vehicle's hour: health", f"{size['health'] * 3600 / 1e6:.1f} MB"),
+        (
+            "a vehicle's hour: both streams at 50 and 25 Hz, where somebody ashore subscribes to them",
+            f"{(size['rate'] * 50 + size['torque'] * 25) * 3600 / 1e6:.1f} MB",
+        ),
+        (
+            "damping asked through the router, p50 / p99",
+            f"{result['damping_ms']['p50']:.1f} / {result['damping_ms']['p99']:.1f} ms",
+        ),
+        (
+            "history fetched through the router",
+            f"{result['history']['iterations']:.0f} iterations, {result['history']['bytes'] / 1e6:.2f} MB in "
+            f"{result['history']['seconds']:.2f} s",
+        ),
+        (
+            f"the router, {result['speed']:g} times as fast as life",
+            f"{result['router']['percent_of_a_core']:.0f} % of a core, {result['router']['resident_mb']:.0f} MB",
+        ),
+        (
+            "a learner, likewise",
+            f"{result['learner']['percent_of_a_core']:.1f} % of a core, {result['learner']['resident_mb']:.0f} MB",
+        ),
+    ]
+    head = f"# A fleet on one router\n\nMade by `{result['command']}` on {result['date']}, {result['processor']}, "
+    head += f"{result['cores']} cores, load {result['load_before']:.1f} before.\n\n| | measured |\n|---|---|\n"
+    return head + "\n".join(f"| {name} | {value} |" for name, value in rows) + "\n"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--vehicles", type=int, default=10, help="learner processes (10)")
+    parser.add_argument("--speed", type=float, default=8.0, help="times the vehicles' own pace (8)")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=RESULTS, help="where fleet.json and fleet.md go")
+
+
+def run(args: argparse.Namespace) -> int:
+    command = f"python -m benchmarks.service.fleet --vehicles {args.vehicles} --speed {args.speed:g}"
+    result = provenance(command, "eclipse-zenoh") | measure(args.vehicles, args.speed)
+    publish(args.out, "fleet", result, report(result))
+    return 0
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_arguments(parser)
+    raise SystemExit(run(parser.parse_args()))

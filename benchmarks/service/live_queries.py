@@ -1,0 +1,89 @@
+"""How long a question to the learner waits while a process beside it traces, and while none does.
+
+A learner in a process of its own hears Leng's training runs as fast as it takes them; each quarter of the window that
+comes begins a trace. Questions for the damping are asked one after the other; those during which the tracing process
+lived from beginning to end, and those without one, are counted apart; those during which the learner learned are not
+counted.
+
+    python -m benchmarks.service.live_queries
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import psutil
+
+from benchmarks.service.bus import BLOCK, KEYS, PATIENCE, Learner, learner
+from benchmarks.study import provenance
+from service.wire import measurement
+from simulator import leng
+
+WINDOW, PROOF = 240.0, 60.0
+"""Of the tracing [s of data]."""
+RUNS = 4
+"""Training runs of Leng that are played, one after the other."""
+FEWEST = 1500
+"""Questions of each kind."""
+
+
+def measure() -> dict[str, Any]:
+    """p50 and p99 of a damping query [µs], with and without a trace beside it."""
+    waited: dict[bool, list[float]] = {True: [], False: []}
+    with learner(**{"tracing.live": "advise", "tracing.window": WINDOW, "tracing.proof": PROOF}) as subject:
+        for run in range(RUNS):
+            _play(subject, run)
+            while subject.health().iteration == 0:
+                time.sleep(0.1)
+            began = time.monotonic()
+            while time.monotonic() - began < PATIENCE and (run == 0 or _tracing(subject) or not waited[False]):
+                _ask(subject, waited)
+        while len(waited[False]) < FEWEST:
+            _ask(subject, waited)
+    return {
+        "questions": {"tracing": len(waited[True]), "not": len(waited[False])},
+        **{
+            f"p{percent}_us": {
+                "tracing": float(np.percentile(waited[True], percent)),
+                "not": float(np.percentile(waited[False], percent)),
+            }
+            for percent in (50, 99)
+        },
+    }
+
+
+def _play(subject: Learner, run: int) -> None:
+    """One of Leng's training runs, later than those before it."""
+    for name, (t, value) in leng.recording("T1", seed=1 + run).streams().items():
+        for part in np.array_split(np.arange(t.size), 20):
+            stamps = (t[part] + 1000.0 * run).tolist()
+            subject.session.put(
+                KEYS.stream(name), measurement(tuple(stamps), tuple(value[part].tolist())), congestion_control=BLOCK
+            )
+
+
+def _tracing(subject: Learner) -> bool:
+    """Whether the learner has a process beside it: it starts none but those that trace."""
+    try:
+        return any(child.status() != psutil.STATUS_ZOMBIE for child in subject.process.children())
+    except psutil.NoSuchProcess:  # ended while it was looked at
+        return False
+
+
+def _ask(subject: Learner, waited: dict[bool, list[float]]) -> None:
+    """Fifty questions, counted where nothing was learned meanwhile and a trace was beside all of them, or none."""
+    iteration, before, times = subject.health().iteration, _tracing(subject), list[float]()
+    for _ in range(50):
+        began = time.perf_counter()
+        replies = [reply.ok for reply in subject.session.get(f"{KEYS.damping}?rate=0.1", timeout=PATIENCE)]
+        times.append(1e6 * (time.perf_counter() - began))
+        if not replies or replies[0] is None:
+            raise RuntimeError("the learner does not answer")
+    if before == _tracing(subject) and subject.health().iteration == iteration:
+        waited[before] += times
+
+
+if __name__ == "__main__":
+    print(provenance("python -m benchmarks.service.live_queries") | measure())

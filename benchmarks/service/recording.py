@@ -1,0 +1,157 @@
+"""A long run recorded: time for one iteration, size on disk, how long the viewer takes to open it.
+
+The real learner learns from Leng's T1 played over and over, one iteration every five seconds of the vehicle's time, and
+the viewer's own pages record it: yaw rate at 50 Hz, torque at 25 Hz, health once in five seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.study import RESULTS, provenance
+from incsvr.errors import BadInput
+from incsvr.samples import Array
+from service.config.sources import read
+from service.learner.node import LearnerNode
+from service.wire import Health, Measurement
+from service.wire.json_text import json_text
+from simulator.leng import recording
+from viewer import archive
+from viewer.chapter import Chapter
+from viewer.compare import Choice
+from viewer.frame import Frame
+from viewer.pages import blueprint
+from viewer.palette import DARK
+from viewer.recorder import Recorder, new_recording
+from viewer.screen import Screen
+
+RESULT = RESULTS / "recording.json"
+PERIOD = 5.0  # s of the vehicle's time for an iteration
+SAMPLES = 50
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.service.recording", description=__doc__)
+    parser.add_argument("--hours", type=float, default=10.0, help="of the vehicle's time (10)")
+    parser.add_argument("--keep", type=Path, metavar="FILE.rrd", help="keeps the recording there")
+    args = parser.parse_args()
+    measured = provenance(f"python -m benchmarks.service.recording --hours {args.hours:g}", "rerun-sdk")
+    with tempfile.TemporaryDirectory() as folder:
+        path = args.keep or Path(folder) / "run.rrd"
+        result = {"measured": measured, "hours": args.hours, **measure(path, args.hours)}
+    text = json_text(result, indent=2)
+    print(text)
+    if args.hours >= 10.0:
+        RESULT.write_text(text + "\n", encoding="utf-8")
+    return 0
+
+
+def measure(path: Path, hours: float) -> dict[str, Any]:
+    """Records that many hours to `path`, optimises, verifies and opens it."""
+    iteration_ms, flush_ms, work_ms = write(path, round(hours * 3600.0 / PERIOD))
+    count, written = len(iteration_ms), path.stat().st_size
+    began = time.perf_counter()
+    archive.optimise([path], path)
+    optimised = time.perf_counter()
+    size = path.stat().st_size
+    return {
+        "iterations": count,
+        "log_one_iteration_ms": _spread(iteration_ms),
+        "of_which_processor_ms": _spread(work_ms),
+        "flush_ms": _spread(flush_ms),
+        "written_megabytes": round(written / 1e6, 1),
+        "optimised_megabytes": round(size / 1e6, 1),
+        "optimised_kilobytes_per_iteration": round(size / 1e3 / count, 2),
+        "of_which_raw_signals_kilobytes": round(_raw_bytes(path) / 1e3 / count, 2),
+        "optimise_seconds": round(optimised - began, 1),
+        "open_seconds": _opened(path),
+    }
+
+
+def write(path: Path, count: int) -> tuple[Array, Array, Array]:
+    """Records `count` iterations; the times to log each, to bring it to the file, of the thread alone [ms]."""
+    recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
+    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    node = LearnerNode(read(None, {"state": None, "signals": {"sample_period": PERIOD / SAMPLES}}), "a benchmark")
+    iteration_ms: list[float] = []
+    flush_ms: list[float] = []
+    work_ms: list[float] = []
+    for start in map(float, range(round((count + 2) * PERIOD))):
+        for name, (t, value) in _second(start).items():
+            node.push(name, t, value)
+            chapter.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), start)
+        chapter.flush()
+        while (outcome := node.learn()) is not None and len(iteration_ms) < count:
+            report = outcome.report
+            began, idle = time.perf_counter(), time.thread_time()
+            chapter.iteration(Frame(report, outcome.snapshot, start))
+            logged = time.perf_counter()
+            work_ms.append(1e3 * (time.thread_time() - idle))
+            chapter.flush()
+            iteration_ms.append(1e3 * (logged - began))
+            flush_ms.append(1e3 * (time.perf_counter() - logged))
+            counters = {"iterations": report.iteration, "samples": 50 * report.iteration, "rejected": 0}
+            chapter.health(
+                Health(level="OK", boot="a benchmark", counters=counters, revision=report.revision, t=report.t), start
+            )
+        if len(iteration_ms) % 200 == 0 and start % 1000 == 0:
+            print(f"{len(iteration_ms)} of {count} iterations", file=sys.stderr)
+    recorder.close()
+    return np.array(iteration_ms), np.array(flush_ms), np.array(work_ms)
+
+
+_RUN = {name: values for name, values in recording("T1", 1).streams().items() if name in ("yaw_rate", "torque")}
+_LENGTH = 420.0
+
+
+def _second(start: float) -> dict[str, tuple[Array, Array]]:
+    """One second of measurements from `start` [s] on, T1 over and over."""
+    lap = start // _LENGTH * _LENGTH
+    found = {}
+    for name, (t, value) in _RUN.items():
+        inside = (t >= start - lap) & (t < start - lap + 1.0) & (t < _LENGTH)
+        found[name] = t[inside] + lap, value[inside]
+    return found
+
+
+def _spread(values: Array) -> dict[str, float]:
+    # The first iterations also draw the axes, each time that the run widens its range.
+    settled = values[len(values) // 20 :]
+    return {
+        "median": round(float(np.median(settled)), 2),
+        "p99": round(float(np.percentile(settled, 99)), 2),
+        "longest_of_all": round(float(values.max()), 1),
+    }
+
+
+def _raw_bytes(path: Path) -> int:
+    """What the raw signals take of the file: its size less that of the file without them."""
+    rest = path.with_suffix(".rest.rrd")
+    dropped = ["--drop-entity", "/signals/yaw_rate/raw", "--drop-entity", "/signals/torque/raw"]
+    subprocess.run([archive.BINARY, "rrd", "filter", *dropped, path, "-o", rest], check=True, capture_output=True)
+    size = path.stat().st_size - rest.stat().st_size
+    rest.unlink()
+    return size
+
+
+def _opened(path: Path) -> float | str:
+    """From the start of the viewer's process to its first whole picture [s]."""
+    began = time.perf_counter()
+    try:
+        with Screen(path) as screen:
+            screen.picture()
+            return round(time.perf_counter() - began, 1)
+    except BadInput as error:
+        return str(error)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

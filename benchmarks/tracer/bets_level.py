@@ -1,0 +1,152 @@
+"""How often bets on an effect that is not there are won, over hours of ordinary missions with nothing hidden.
+
+    python -m benchmarks.tracer.bets_level [--first-seed N] [--hours N] [--minutes M] [--processes N]
+
+A tracer that suspects falsely is played by chance: in each quiet hour every effect that may come on under way is fitted
+to ten minutes, however little it explains, and bet on from then on as live tracing does it: half a window at a time,
+fitted anew before each, the bets going on from what was won, to the end of the hour. An effect counts as won where the
+bets ever reach 1/α. Where the first model is right, that happens in at most α of the hours (bets.py).
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import shlex
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.study import RESULTS, provenance, publish
+from benchmarks.tables import table
+from benchmarks.tracer.judge import interval
+from benchmarks.tracer.live_missions import EFFECTS, HOUR, between, configured, drawn
+from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.shadow import COMMAND, as_run, compare
+from incsvr.errors import BadInput
+from incsvr.tracing import innovations
+from incsvr.tracing.candidates import admissible, leads
+from incsvr.tracing.fit import fit
+from incsvr.tracing.model import model_of
+from service.cli.progress import progress
+from service.config.configuration import Config
+from service.recordings.recording import Streams
+from simulator.missions import play
+
+WINDOW, TRIAL = 600.0, 300.0
+"""What a trace sees, and how much is bet on before effects are fitted anew [s]: as in `live_missions`."""
+LEVELS = (0.05, 0.01, 0.001)
+Record = dict[str, Any]
+
+
+def examine(seed: int) -> list[Record]:
+    """One quiet hour: of each effect the most that bets on it ever won, as ln W."""
+    mission = drawn(seed, False)
+    outcome = play(mission)
+    config, streams = configured(mission, "off"), outcome.recording.streams()
+    records = []
+    for name in EFFECTS:
+        began = time.process_time()
+        try:
+            won, trials = _bet(name, streams, config)
+            found: Record = {"won": won, "trials": trials}
+        except BadInput as error:
+            found = {"why": str(error)}
+        about = {"seed": seed, "kind": mission.kind, "vehicle": mission.vehicle, "effect": name}
+        records.append(about | found | {"seconds": round(time.process_time() - began, 1)})
+    return records
+
+
+def _bet(name: str, streams: Streams, config: Config) -> tuple[float, int]:
+    most, earlier, trials = 0.0, 0.0, 0
+    for fresh in np.arange(WINDOW, HOUR - TRIAL + 1.0, TRIAL).tolist():
+        effects = _fitted(name, between(streams, fresh - WINDOW, fresh), config)
+        data = between(streams, fresh - TRIAL, fresh + TRIAL)
+        found = compare(data, fresh, config.signal_settings(), config.learner_settings(), None, effects)
+        if not found.turned:
+            continue
+        trials += 1
+        most = max(most, earlier + found.evidence)
+        earlier += found.won
+    return most, trials
+
+
+def _fitted(name: str, streams: Streams, config: Config) -> Compensation:
+    """The effect as it explains these data best."""
+    problem = innovations.pose([as_run(streams)], config.vehicle.inertia, [], COMMAND)
+    base = fit(problem, problem.start, problem.colour)
+    effects = [effect for effect in admissible([], problem.cells) if effect.name == name]
+    found = leads(problem, base, effects, 1, 0)
+    if not found:
+        raise BadInput(f"{name} explains nothing of these data")
+    fitted = fit(problem, base.hypothesis.with_part(found[0].part), base.colour)
+    return Compensation.of(model_of(problem, fitted, 0.0))
+
+
+def report(document: Mapping[str, Any]) -> str:
+    """Markdown."""
+    records: Sequence[Record] = document["records"]
+    played = [each for each in records if each.get("trials")]
+    rows = []
+    for name in (*EFFECTS, "all"):
+        own = [each["won"] for each in played if name in (each["effect"], "all")]
+        rows.append([name, str(len(own)), *(_share(own, level) for level in LEVELS)])
+    hours = len({each["seed"] for each in records})
+    return "\n".join(
+        [
+            "# How often bets on effects that are not there are won",
+            "",
+            f"Made by `{document['command']}`, {document['date']}: {hours} quiet hours of ordinary missions, seeds "
+            f"{document['first_seed']}…, each effect fitted to ten minutes and bet on for the rest of the hour, five "
+            f"minutes at a time. {len(records) - len(played)} of {len(records)} pairs of hour and effect held too "
+            "little motion to bet. The share of pairs in which the bets ever reached 1/α, with its 95 % interval:",
+            "",
+            table(["effect", "pairs", *(f"α = {level:g}" for level in LEVELS)], rows),
+        ]
+    )
+
+
+def _share(won: Sequence[float], level: float) -> str:
+    hits = sum(each >= -np.log(level) for each in won)
+    low, high = interval(hits, len(won))
+    return f"{hits} ({100.0 * low:.0f}–{100.0 * high:.0f} %)"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.tracer.bets_level", description=__doc__)
+    parser.add_argument("--first-seed", type=int, default=940_000)
+    parser.add_argument("--hours", type=int, default=40)
+    parser.add_argument("--minutes", type=float, default=np.inf, help="no hour begins later (default: all are run)")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    args = parser.parse_args()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    where = provenance(shlex.join(["python", "-m", "benchmarks.tracer.bets_level", *sys.argv[1:]]))
+    ends = time.monotonic() + 60.0 * args.minutes
+    records = list[Record]()
+    seeds = iter(range(args.first_seed, args.first_seed + args.hours))
+    with (
+        ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool,
+        progress("betting", args.hours) as advance,
+    ):
+        running = {pool.submit(examine, seed) for _, seed in zip(range(args.processes), seeds, strict=False)}
+        while running:
+            done = next(as_completed(running))
+            running.remove(done)
+            records += done.result()
+            advance()
+            if time.monotonic() < ends and (seed := next(seeds, None)) is not None:
+                running.add(pool.submit(examine, seed))
+    document = {**where, "first_seed": args.first_seed, "records": records}
+    publish(args.out, "bets_level", document, report(document) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

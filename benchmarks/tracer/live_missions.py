@@ -1,0 +1,297 @@
+"""Live tracing on ordinary missions of an hour, and on the demo's third act: what is found, when, and what falsely.
+
+`make live-missions`. In half of the missions an effect comes on at an instant that the seed draws, in the other half
+nothing but noise, water and ordinary work happens. The learner adopts what it proves. A seed names a mission.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import shlex
+import sys
+import time
+import traceback
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import Any
+
+import numpy as np
+
+from benchmarks.study import RESULTS, provenance
+from benchmarks.tables import table
+from benchmarks.tracer.live_watch import Watched, watch
+from benchmarks.tracer.missions import revision
+from incsvr.compensation.shadow import as_run
+from incsvr.errors import BadInput
+from incsvr.tracing import trace
+from service.commands import demo_underway
+from service.commands.config_output import scaled
+from service.config.configuration import Config
+from service.config.sources import read
+from service.recordings.recording import Streams, sequence
+from service.recordings.recording_csv import RATE_LIMIT
+from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
+from service.wire.json_text import json_text
+from simulator import leng, underway
+from simulator.missions import Mission, play
+
+EFFECTS = (
+    "dead_zone",
+    "torque_asymmetry",
+    "torque_saturation",
+    "bias_torque",
+    "inertia",
+    "torque_lag",
+    "torque_delay",
+)
+KINDS = ("survey", "transit", "waypoints", "zigzag", "circles", "pipeline", "day", "station")
+VEHICLES = ("auv", "rov", "leng")
+HOUR, FIRST, LATEST = 3600.0, 1200.0, 2400.0
+"""Of a mission, and when an effect comes on at the earliest and at the latest [s]."""
+IN_TIME = 600.0
+"""Right within ten minutes of data after the onset."""
+EARLIER = 500_000
+"""Between the seeds of a mission and of the earlier dive of its kind on which the configuration is scaled, as
+`incsvr fit --write` does it: its first minutes alone would call every sharper turn after them implausible."""
+Record = dict[str, Any]
+
+
+def drawn(seed: int, hidden: bool) -> Mission:
+    """The mission that a seed draws; with and without an effect it is the same in everything else."""
+    random = np.random.default_rng([seed, *b"live"])
+    kind, vehicle, effect = (str(random.choice(names)) for names in (KINDS, VEHICLES, EFFECTS))
+    onset = float(round(random.uniform(FIRST, LATEST)))
+    if not hidden:
+        return Mission(kind, vehicle, seed, duration=HOUR)
+    return Mission(kind, vehicle, seed, effect, onset=onset, duration=HOUR)
+
+
+def configured(mission: Mission, mode: str) -> Config:
+    """What an operator has who scaled the configuration on an earlier dive of the same kind."""
+    earlier = play(Mission(mission.kind, mission.vehicle, mission.seed + EARLIER, duration=HOUR))
+    first, inertia = earlier.recording, earlier.inertia
+    signals = signals_for([first], inertia, RATE_LIMIT)
+    samples, _ = samples_of(first, signals, None)
+    base = read(None, {"state": None, "tracing": {"live": mode, "window": 600.0, "proof": 60.0}})
+    return scaled(base, first, signals, learner_for(samples))
+
+
+def examine(case: tuple[str, int]) -> Record:
+    """Plays one case; a crash is a result too."""
+    group, seed = case
+    began = time.perf_counter()
+    try:
+        record = _act(seed) if group == "act" else _mission(seed, group == "hidden")
+    except Exception as error:  # the other cases go on, and the table says which failed
+        where = traceback.format_exc(limit=-3)
+        record = {"failed": f"{type(error).__name__}: {error}", "where": where}
+    return {"group": group, "seed": seed, "seconds": round(time.perf_counter() - began, 1)} | record
+
+
+def _mission(seed: int, hidden: bool) -> Record:
+    mission = drawn(seed, hidden)
+    outcome = play(mission)
+    seen = watch(configured(mission, "adopt"), outcome.recording)
+    record: Record = {
+        "kind": mission.kind,
+        "vehicle": mission.vehicle,
+        "effect": mission.effect,
+        "onset": mission.onset,
+    }
+    record |= _steps(seen)
+    if hidden:
+        record |= _judged(seen, str(mission.effect), mission.onset, "promoted")
+        record["alone"] = _alone(mission, outcome.recording.streams(), outcome.inertia)
+        twin = play(drawn(seed, False))
+        knew = watch(configured(mission, "off"), twin.recording)
+        served = seen.error(HOUR - IN_TIME)
+        record["error"] = {"served": served if np.isfinite(served) else None, "sound": knew.error(HOUR - IN_TIME)}
+    return record
+
+
+def between(streams: Streams, begins: float, ends: float) -> Streams:
+    """What came from one time to another [s]; a stream that has nothing there is left out."""
+    return {name: (t[here], v[here]) for name, (t, v) in streams.items() if (here := (t >= begins) & (t < ends)).any()}
+
+
+def _alone(mission: Mission, streams: Streams, inertia: float) -> bool | None:
+    """Whether a trace of the ten minutes after the onset, and of nothing else, names what came on, or has it in its
+    class: what the data hold, whatever is made of them live. None where the tracer refuses them."""
+    ten = between(streams, mission.onset, mission.onset + IN_TIME)
+    try:
+        found = trace([as_run(ten)], inertia=inertia)
+    except BadInput:
+        return None
+    return any(mission.effect in (each.effect, *each.cannot_tell_from) for each in found.effects)
+
+
+def _act(seed: int) -> Record:
+    """The demo's third act after its experiment, with the demo's settings."""
+    act = underway.play(seed)
+    whole = sequence([leng.recording("T1", 1), leng.recording("T2", 1), act.recording])
+    begins = float(whole.time[-1] - act.recording.time[-1])
+    words = dict(setting.split("=") for setting in demo_underway.SETTINGS)
+    settings = {name.partition(".")[2]: value for name, value in words.items()}
+    seen = watch(read(None, {"state": None, "tracing": settings}), whole)
+    record: Record = {"kind": "act", "vehicle": "leng", "effect": act.effect, "onset": begins + act.onset}
+    return record | _steps(seen) | _judged(seen, act.effect, begins + act.onset, "proven")
+
+
+def _steps(seen: Watched) -> Record:
+    kept = ("suspected", "proven", "promoted", "refused", "withdrawn", "failed")
+    steps = [(step["t"], step["step"], step["effect"]) for step in seen.history if step["step"] in kept]
+    return {"steps": steps, "failures": [step["why"] for step in seen.history if step["step"] == "failed"]}
+
+
+def _judged(seen: Watched, effect: str, onset: float, step: str) -> Record:
+    """When what was hidden, or one that the finding says it cannot tell from it, came this far; and what else did."""
+    classes: dict[str, set[str]] = {}
+    contents = (seen.standing.force, seen.standing.proven, seen.standing.shadow)
+    for content in contents:
+        for finding in () if content is None else content["effects"]:
+            classes[str(finding["effect"])] = {*finding.get("cannot_tell_from", ())}
+    named = [(each["t"], str(each["effect"])) for each in seen.history if each["step"] == step and each["t"] > onset]
+    right = [t for t, name in named if name == effect or effect in classes.get(name, ())]
+    wrong = sorted({name for t, name in named if name != effect and effect not in classes.get(name, ())})
+    before = [each["effect"] for each in seen.history if each["step"] == step and each["t"] <= onset]
+    return {"after": min(right) - onset if right else None, "wrong": wrong, "before_onset": before}
+
+
+def report(document: Mapping[str, Any]) -> str:
+    """Markdown."""
+    records: Sequence[Record] = document["records"]
+    by_group = {name: [each for each in records if each["group"] == name] for name in ("hidden", "quiet", "act")}
+    parts = [
+        "# Live tracing on missions of an hour",
+        f"Made by `{document['command']}` on {document['date']}, revision {document['revision']}, in "
+        f"{document['minutes']} minutes; {document['not_run']} of {document['asked']} cases were not run for want of "
+        "time. The process beside the learner is run in place: its answer comes before the next batch.",
+    ]
+    played = {name: [each for each in group if "failed" not in each] for name, group in by_group.items()}
+    if hidden := played["hidden"]:
+        in_time = sum(each["after"] is not None and each["after"] <= IN_TIME for each in hidden)
+        ever = sum(each["after"] is not None for each in hidden)
+        parts += [
+            "## An effect comes on",
+            f"Promoted right within {IN_TIME:g} s of data after the onset: {in_time} of {len(hidden)}; within the "
+            f"hour: {ever}. Something else promoted after the onset: {sum(bool(each['wrong']) for each in hidden)}; "
+            f"anything before it: {sum(bool(each['before_onset']) for each in hidden)}. A trace of the ten minutes "
+            "after the onset by themselves names it, or has it in its class, in "
+            f"{sum(bool(each['alone']) for each in hidden)} of {len(hidden)} (column *alone*; – where they hold too "
+            "little motion to be traced): more cannot be found in time. Served ÷ sound: the torque's "
+            "error over the last ten minutes, over that of the same mission in which nothing came on.",
+            _rows(hidden),
+        ]
+    if quiet := played["quiet"]:
+        promoted = [each for each in quiet if any(step == "promoted" for _, step, _ in each["steps"])]
+        suspected = sum(step == "suspected" for each in quiet for _, step, _ in each["steps"])
+        parts += [
+            "## Nothing hidden",
+            f"Hours with a promotion: {len(promoted)} of {len(quiet)}; findings suspected in them: {suspected}.",
+            _rows(quiet),
+        ]
+    if act := played["act"]:
+        proven = sum(each["after"] is not None for each in act)
+        suspected = sum(
+            any(s == "suspected" and name == each["effect"] and t > each["onset"] for t, s, name in each["steps"])
+            for each in act
+        )
+        parts += [
+            "## The demo's third act",
+            f"Proven right: {proven} of {len(act)}; right and at least suspected: {suspected}; something else proven: "
+            f"{sum(bool(each['wrong']) for each in act)}.",
+            _rows(act),
+        ]
+    failed = [each for each in records if "failed" in each]
+    parts += [f"Failed: {each['group']} {each['seed']}: {each['failed']}" for each in failed]
+    return "\n\n".join(parts) + "\n"
+
+
+def _rows(records: Iterable[Record]) -> str:
+    head = [
+        "seed",
+        "mission",
+        "vehicle",
+        "hidden",
+        "onset s",
+        "alone",
+        "right after s",
+        "else",
+        "suspicions",
+        "served ÷ sound",
+    ]
+    rows = []
+    for each in sorted(records, key=lambda one: one["seed"]):
+        error, after = each.get("error"), each.get("after")
+        steps = [name for _, step, name in each["steps"] if step in ("promoted", "proven")]
+        other = each.get("wrong", sorted(set(steps)))
+        rows.append(
+            [
+                str(each["seed"]),
+                each["kind"],
+                each["vehicle"],
+                each["effect"] or "–",
+                f"{each['onset']:.0f}" if each["effect"] else "–",
+                {True: "yes", False: "no", None: "–"}[each.get("alone")],
+                "–" if after is None else f"{after:.0f}",
+                ", ".join(other) or "–",
+                str(sum(step == "suspected" for _, step, _ in each["steps"])),
+                "–"
+                if error is None
+                else "paused"
+                if error["served"] is None
+                else f"{error['served'] / error['sound']:.2f}",
+            ]
+        )
+    return table(head, rows)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.tracer.live_missions", description=__doc__)
+    parser.add_argument("--first-seed", type=int, default=930_000)
+    parser.add_argument("--hidden", type=int, default=40, help="missions in which an effect comes on")
+    parser.add_argument("--quiet", type=int, default=40, help="missions in which nothing does")
+    parser.add_argument("--acts", type=int, default=20, help="third acts of the demo")
+    parser.add_argument("--minutes", type=float, default=None, help="no case begins later (default: all are run)")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--out", default="live_missions", help="name of the results")
+    args = parser.parse_args()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    first, counts = args.first_seed, {"hidden": args.hidden, "quiet": args.quiet, "act": args.acts}
+    offset = {"hidden": 0, "quiet": 1000, "act": 2000}
+    cases = [
+        (group, first + offset[group] + k)
+        for k in range(max(counts.values(), default=0))
+        for group, n in counts.items()
+        if k < n
+    ]
+    began, records, measured = time.perf_counter(), list[Record](), revision()
+    with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
+        waiting = iter(cases)
+        running = {pool.submit(examine, case) for _, case in zip(range(args.processes), waiting, strict=False)}
+        while running:
+            done = next(as_completed(running))
+            running.remove(done)
+            records.append(done.result())
+            print(json_text(records[-1]), file=sys.stderr, flush=True)
+            late = args.minutes is not None and time.perf_counter() - began > 60.0 * args.minutes
+            if not late and (case := next(waiting, None)) is not None:
+                running.add(pool.submit(examine, case))
+    document = provenance(shlex.join(["python", "-m", "benchmarks.tracer.live_missions", *sys.argv[1:]])) | {
+        "revision": measured,
+        "minutes": round((time.perf_counter() - began) / 60.0, 1),
+        "asked": len(cases),
+        "not_run": len(cases) - len(records),
+        "records": records,
+    }
+    text = report(document)
+    (RESULTS / f"{args.out}.json").write_text(json_text(document) + "\n", encoding="utf-8")
+    (RESULTS / f"{args.out}.md").write_text(text, encoding="utf-8")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,204 @@
+"""What goes wrong on real vehicles and in their logs, drawn anew for each seed: what `trace` says of it.
+
+One vehicle, I = 24 kg m², d(r) = 9 r + 26 r|r| N m, |τ| ≤ 18 N m, eight minutes at 20 Hz under held commands; water
+that lasts half a second. Kinds A are faults of clocks, thrusters and sensors that no effect of the catalogue describes:
+right is a refusal, or a note or a span that says so, wrong is "nothing is missing". Kinds B have one effect: right is
+its name, or a class that holds it, and nothing beside it.
+
+    python -m benchmarks.tracer.trouble --seeds 10 --first-seed 850000
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import multiprocessing
+import os
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.study import RESULTS, provenance, publish
+from incsvr.samples import Array
+from service.cli.command_line import main
+from service.recordings.recording import Recording
+from service.recordings.recording_csv import write
+
+INERTIA, LINEAR, QUADRATIC, TOP = 24.0, 9.0, 26.0, 18.0
+"""I [kg m²], N_r [N m s/rad], N_r|r| [N m s²/rad²], largest torque [N m]."""
+PERIOD, COUNT, FINE = 0.05, 9600, 5
+"""Between two samples [s], samples, steps of the integration in a sample."""
+GYRO, SENSOR, WATER, LASTS = 0.002, 0.15, 0.3, 0.5
+"""Deviations of the gyro [rad/s], the torque's sensor [N m] and the water [N m]; the water's correlation time [s]."""
+TIME: Array = PERIOD * np.arange(COUNT, dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What is done to the thrust (n,), given the command [N m], and to the streams that are logged."""
+
+    thrust: Callable[[Array, np.random.Generator], Array] = lambda command, _: command
+    logged: Callable[[Array, Array, np.random.Generator], tuple[Array, Array]] = lambda rate, torque, _: (rate, torque)
+    stiffness: float = 0.0
+    heading: float = 0.0
+    """Sign of the heading that is logged; 0 where none is."""
+
+
+def spells(random: np.random.Generator, count: int, seconds: float) -> NDArray[np.bool_]:
+    """(n,) whether an instant lies in one of some spells that do not overlap."""
+    begin = (np.sort(random.choice(int(TIME[-1] / (seconds + 10.0)), count, replace=False)) + 0.3) * (seconds + 10.0)
+    inside: NDArray[np.bool_] = np.any((TIME[:, None] >= begin) & (TIME[:, None] < begin + seconds), axis=1)
+    return inside
+
+
+def parted(rate: Array, torque: Array, random: np.random.Generator) -> tuple[Array, Array]:
+    """The torque's clock steps back by 0.6 to 1 s somewhere in the middle: its values come later from then on."""
+    at, late = int(random.uniform(0.35, 0.65) * COUNT), round(random.uniform(0.6, 1.0) / PERIOD)
+    moved = torque.copy()
+    moved[at + late :] = torque[at:-late]
+    moved[at : at + late] = np.nan
+    return rate, moved
+
+
+def stuck(rate: Array, torque: Array, random: np.random.Generator) -> tuple[Array, Array]:
+    """One value for half a minute."""
+    at, lasts = int(random.uniform(0.2, 0.8) * COUNT), round(30.0 / PERIOD)
+    held = rate.copy()
+    held[at : at + lasts] = rate[at]
+    return held, torque
+
+
+def late(random: np.random.Generator) -> NDArray[np.bool_]:
+    """(n,) whether an instant lies after one near the middle."""
+    return np.asarray(random.uniform(0.4, 0.6) * TIME[-1] < TIME)
+
+
+KINDS: dict[str, tuple[str, Fault]] = {
+    "clean": ("", Fault()),
+    "A1 the torque's clock steps": ("", Fault(logged=parted)),
+    "A2 thrusters off, three times 30 s": ("", Fault(thrust=lambda u, g: np.where(spells(g, 3, 30.0), 0.0, u))),
+    "A3 half the thrust, fourteen times 8 s": ("", Fault(thrust=lambda u, g: np.where(spells(g, 14, 8.0), 0.5 * u, u))),
+    "A4 a gyro that stands still for 30 s": ("", Fault(logged=stuck)),
+    "B1 thrust goes with the square of the command": (
+        "thrust_curve",
+        Fault(thrust=lambda u, _: np.asarray(TOP * np.sign(u) * (u / TOP) ** 2)),
+    ),
+    "B2 thrust falls to 60 %": ("thrust_step", Fault(thrust=lambda u, g: np.where(late(g), 0.6 * u, u))),
+    "B3 thrust fades by 28 %": ("thrust_drift", Fault(thrust=lambda u, _: u * (1.0 - 0.28 * TIME / TIME[-1]))),
+    "B4 a gyro that reads 0.03 rad/s too much": ("gyro_bias", Fault(logged=lambda r, u, _: (r + 0.03, u))),
+    "B6 a tether, the heading clockwise": ("tether", Fault(stiffness=0.35, heading=-1.0)),
+}
+"""By name: the effect that is right, and how it is made."""
+
+
+def played(kind: str, seed: int) -> Recording:
+    """One log; everything follows from the seed."""
+    fault, random = KINDS[kind][1], np.random.default_rng([seed, 1])
+    ends = np.cumsum(random.uniform(2.0, 10.0, 400))
+    command: Array = random.uniform(-TOP, TOP, 400)[np.searchsorted(ends, TIME)]
+    thrust = fault.thrust(command, random).tolist()
+    kept, water, rate, heading = float(np.exp(-PERIOD / LASTS)), 0.0, 0.0, 0.0
+    rates, headings = np.empty(COUNT), np.empty(COUNT)
+    for k in range(COUNT):
+        rates[k], headings[k] = rate, heading
+        water = kept * water + np.sqrt(1.0 - kept**2) * WATER * random.normal()
+        for _ in range(FINE):
+            moment = thrust[k] + water - fault.stiffness * heading - LINEAR * rate - QUADRATIC * rate * abs(rate)
+            rate += PERIOD / FINE * moment / INERTIA
+            heading += PERIOD / FINE * rate
+    seen, torque = fault.logged(
+        rates + random.normal(0.0, GYRO, COUNT), command + random.normal(0.0, SENSOR, COUNT), random
+    )
+    columns = {"yaw_rate": seen, "torque": torque}
+    if fault.heading:
+        columns["heading"] = fault.heading * headings + random.normal(0.0, 0.003, COUNT)
+    return Recording("log.csv", TIME, columns)
+
+
+def examine(case: tuple[str, int]) -> dict[str, Any]:
+    """What `incsvr trace` says of one log."""
+    kind, seed = case
+    with tempfile.TemporaryDirectory() as folder:
+        log, said = Path(folder) / "log.csv", Path(folder) / "trace.json"
+        write(log, played(kind, seed))
+        began, error = time.process_time(), io.StringIO()
+        with contextlib.redirect_stderr(error), contextlib.redirect_stdout(io.StringIO()):
+            status = main(["trace", str(log), "--inertia", str(INERTIA), "--json", str(said)])
+        record: dict[str, Any] = {"kind": kind, "seed": seed, "seconds": time.process_time() - began}
+        if status:
+            record |= {"named": {}, "verdict": "refused", "said": [error.getvalue().strip()]}
+        else:
+            found = json.loads(said.read_text(encoding="utf-8"))
+            # Notes that begin with the log's name are of its sensors; the others tell how it was traced.
+            notes = [note for note in found["notes"] if note.startswith("log.csv")]
+            record |= {
+                "named": {each["effect"]: each["cannot_tell_from"] for each in found["effects"]},
+                "verdict": found["verdict"],
+                "said": notes + [f"{begin}–{end} s" for begin, end in found["spans"]],
+            }
+    return record | {"judged": judged(KINDS[kind][0], record)}
+
+
+def judged(truth: str, record: dict[str, Any]) -> str:
+    """right, class, said (refused, unexplained, or a note on the sensors), none, or false."""
+    named: dict[str, list[str]] = record["named"]
+    if len(named) == 1 and truth in named:
+        return "right"
+    if len(named) == 1 and truth in next(iter(named.values())):
+        return "class"
+    if record["said"] or record["verdict"] in ("refused", "unexplained"):
+        return "said"
+    return "false" if named else "none"
+
+
+def report(document: dict[str, Any]) -> str:
+    """Markdown."""
+    head = (
+        f"# Trouble, drawn anew\n\nMade by `{document['command']}` on {document['date']}, {document['processor']}, "
+        f"seeds {document['first_seed']} to {document['first_seed'] + document['seeds'] - 1} for each kind.\n\n"
+        "Right: the effect alone is named. Class: one effect is named whose class holds it. Said: refused, "
+        "unexplained, or a note on the sensors. None: “nothing is missing”. False: other effects and no such word.\n\n"
+    )
+    rows = ["| kind | right | class | said | none | false | named | s |", "|---|---|---|---|---|---|---|---|"]
+    for kind in dict.fromkeys(record["kind"] for record in document["records"]):
+        records = [record for record in document["records"] if record["kind"] == kind]
+        count = Counter(record["judged"] for record in records)
+        named = Counter(name for record in records for name in record["named"])
+        names = ", ".join(f"{name} {times}" for name, times in named.most_common()) or "–"
+        cells = " | ".join(str(count[each]) for each in ("right", "class", "said", "none", "false"))
+        rows.append(f"| {kind} | {cells} | {names} | {np.median([record['seconds'] for record in records]):.1f} |")
+    return head + "\n".join(rows) + "\n"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seeds", type=int, default=10, help="logs of each kind (10)")
+    parser.add_argument("--first-seed", type=int, default=850_000, help="the first of them (850000)")
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="at once; all cores")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=RESULTS, help="where trouble.json and .md go")
+
+
+def run(args: argparse.Namespace) -> int:
+    command = f"python -m benchmarks.tracer.trouble --seeds {args.seeds} --first-seed {args.first_seed}"
+    document = provenance(command) | {"seeds": args.seeds, "first_seed": args.first_seed}
+    cases = [(kind, args.first_seed + number) for kind in KINDS for number in range(args.seeds)]
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
+    with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
+        document["records"] = list(pool.map(examine, cases))
+    publish(args.out, "trouble", document, report(document))
+    return 0
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_arguments(parser)
+    raise SystemExit(run(parser.parse_args()))

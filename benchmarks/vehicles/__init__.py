@@ -1,0 +1,1 @@
+"""Every method on the recordings of vehicles that were measured."""
