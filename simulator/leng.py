@@ -23,9 +23,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant import Thruster, thruster_torque
-from incsvr.samples import Array, Samples
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
+from incsvr.signals.samples import Samples
 from service.recordings.recording import Recording, from_streams
 
 INERTIA = 350.0

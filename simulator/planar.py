@@ -13,7 +13,7 @@ from math import atan2, hypot, sin
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.recordings.recording import Recording, from_streams
 from simulator.leng import lasting, stamps
 

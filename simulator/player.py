@@ -20,7 +20,7 @@ import zenoh
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import REQUIRED
 from service.wire import Keys, measurement
 from simulator.losses import health

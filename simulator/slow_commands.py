@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.recordings.recording import Recording, from_streams
 
 INERTIA = 0.6

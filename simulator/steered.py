@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import leng

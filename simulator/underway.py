@@ -13,8 +13,8 @@ from math import sqrt
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant import thruster_torque
-from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from service.recordings.recording import Recording, from_streams
 from simulator import leng

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.effects import Term, candidates
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing.model import TracedModel
 from service.recordings.recording import Recording, from_streams
 from simulator import leng

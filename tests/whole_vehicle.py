@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.recordings.recording import Recording
 
 MASS = np.array([60.0, 80.0, 0.0, 0.0, 0.0, 12.0])

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import incsvr
 from incsvr.errors import BadInput
 from incsvr.learning.pictures import Learned
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
 
 RUNS = {"without the hull": "T1", "with the hull": "T2"}

@@ -11,7 +11,7 @@ from rerun.components import MarkerShape
 
 from incsvr.plant.axes import YAW
 from incsvr.plant.words import said
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from service.logs.picture import LogPicture
 from viewer.drawn import scalars
 from viewer.frame import VEHICLE_TIME, Floats

@@ -8,9 +8,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.pictures import Learned
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.tracing import Trace
 from service.cli.extras import how_to_install
 

@@ -27,7 +27,8 @@ from benchmarks.tables import table
 from incsvr.learning.criteria import Mask
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng

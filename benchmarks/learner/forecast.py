@@ -31,8 +31,8 @@ from incsvr.forecasting.experience import CLAIM, KEPT, widening
 from incsvr.forecasting.experience import HORIZONS as TRIED
 from incsvr.learning import guarded
 from incsvr.learning.baselines import Data, LeastSquares
+from incsvr.numerics import Array
 from incsvr.plant import free_run, tabulated
-from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress

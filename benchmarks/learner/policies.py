@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Literal
 
 from incsvr.learning.learner import Settings
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import learner_for
 
 Policy = Literal["paper", "weighted"]

@@ -27,8 +27,8 @@ from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
-from incsvr.samples import Samples
 from incsvr.signals import synchronise
+from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.recordings.recording import sequence
 from service.recordings.recording_csv import read

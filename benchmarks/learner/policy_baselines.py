@@ -24,8 +24,9 @@ from incsvr.learning.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import TORQUE, YAW_RATE, synchronise
+from incsvr.signals.samples import Samples
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 

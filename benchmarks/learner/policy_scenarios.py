@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from simulator import leng
 
 PERIOD = 0.6

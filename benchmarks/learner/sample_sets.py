@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 def yaw_samples(seed: int, old: int = 60, new: int = 50, noise: float = 4.0) -> tuple[Array, Array]:

@@ -30,8 +30,9 @@ from benchmarks.study import RESULTS, provenance
 from incsvr.checks import Decision, Vehicle, implausible
 from incsvr.learning import guarded
 from incsvr.learning.learner import Settings
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import Synchroniser
+from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.wire.json_text import json_text
 from simulator import leng

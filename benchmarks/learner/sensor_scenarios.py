@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from simulator import leng
 
 STEP = 0.04

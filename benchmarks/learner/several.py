@@ -36,8 +36,9 @@ from incsvr.learning import guarded
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.several.velocities import points
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, stream_of
-from incsvr.samples import Array, Samples
+from incsvr.signals.samples import Samples
 from service.recordings.recording import sequence
 from service.recordings.recording_csv import read
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for

@@ -19,7 +19,7 @@ from sklearn.svm import SVR
 from benchmarks.learner.sample_sets import yaw_samples
 from incsvr.learning import dual
 from incsvr.learning.kernel import rbf
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 GAMMA, C, EPSILON = 10.0, 1000.0, 0.1  # as the paper found them (Section IV-B)
 PASSES_GAP = 1e-2

@@ -27,8 +27,8 @@ from incsvr.learning.baselines import (
 from incsvr.learning.dual import coordinate_descent
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
-from incsvr.samples import Samples
 from incsvr.signals import SignalSettings, Synchroniser
+from incsvr.signals.samples import Samples
 from simulator import leng
 
 PASSES_GAP = 1e-2

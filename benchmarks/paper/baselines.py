@@ -12,7 +12,7 @@ from sklearn.model_selection import GridSearchCV, PredefinedSplit
 from sklearn.neural_network import MLPRegressor
 
 from incsvr.learning.baselines import GRID_C, GRID_GAMMA, Data, Expansion
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 FOLDS = 5
 

@@ -23,7 +23,8 @@ from incsvr.learning.iteration import Settings
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import State, start, step
 from incsvr.learning.policies.paper import Memory
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from simulator import leng
 

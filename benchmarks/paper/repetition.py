@@ -30,7 +30,8 @@ from incsvr.learning.iteration import Iteration
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.tuning import ranked, search
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from service.recordings.recording import sequence
 from simulator import leng
 

@@ -31,7 +31,7 @@ from benchmarks.paper.repetition import (
 from benchmarks.study import RESULTS, provenance
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 

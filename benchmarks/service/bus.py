@@ -21,7 +21,7 @@ import numpy as np
 import psutil
 import zenoh
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.bus.ingest import RING
 from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement

@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.study import RESULTS, provenance
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.wire import Health, Measurement

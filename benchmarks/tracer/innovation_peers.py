@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.ndimage import gaussian_filter1d, median_filter
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing.run import Run, stream
 
 PERIOD = 0.05

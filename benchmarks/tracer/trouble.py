@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.study import RESULTS, provenance, publish
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write

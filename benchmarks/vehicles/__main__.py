@@ -30,10 +30,10 @@ from benchmarks.vehicles.splits import SPLITS, Split, skipped
 from incsvr.effects import Signals, Term
 from incsvr.errors import BadInput
 from incsvr.learning.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
+from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES
 from incsvr.plant.inertia import products
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS

@@ -10,9 +10,9 @@ import numpy as np
 
 from benchmarks.vehicles.splits import Split
 from incsvr.effects import Signals
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import Coupled
-from incsvr.samples import Array
 from incsvr.tracing import innovations
 from incsvr.tracing.cells import cut
 from incsvr.tracing.channels import usable

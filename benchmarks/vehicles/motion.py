@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Signals
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 Course = tuple[NDArray[Any], Array]
 """Indices into the cells of the spans, one after the other, and the simulated velocity there [rad/s]."""

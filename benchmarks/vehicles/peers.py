@@ -23,7 +23,7 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from benchmarks.vehicles.motion import LAGS, Integrated, Narx, columns
 from incsvr.effects import Signals
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 MOST_SAMPLES = 500
 """The Gaussian process is fitted to so many samples, evenly taken: its time grows with their cube."""

@@ -19,7 +19,8 @@ from incsvr.checks.power import turns
 from incsvr.checks.response import Estimate, Left, causes
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 YOUNG = 3
 """Batches of turning after which the curve is known well enough to judge a batch by."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from incsvr.checks.stuck import CALLED
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Samples
 from incsvr.signals.raw import PERIOD, TORQUE, named
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
 
 PACE = (0.003, 0.05)

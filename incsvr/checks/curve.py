@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 STEP = 0.02
 """Over which the slope is taken, as a part of the learned range: well below the width of the kernel."""

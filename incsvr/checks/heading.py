@@ -7,8 +7,9 @@ from math import pi
 import numpy as np
 
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import HEADING, HEADING_TIME
+from incsvr.signals.samples import Samples
 
 BIAS = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}
 """The gyro's zero, as a part of the largest yaw rate: a compass whose deviation changes by 3° in a batch feigns 0.7 %

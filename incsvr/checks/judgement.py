@@ -27,8 +27,9 @@ from incsvr.checks.stuck import CALLED, stuck
 from incsvr.checks.unit import unit
 from incsvr.checks.unmoved import unmoved
 from incsvr.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
+from incsvr.signals.samples import Samples
 
 KEPT = 0.9
 """The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""

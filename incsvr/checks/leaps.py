@@ -11,7 +11,8 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 GROSS = 8.0
 """Noise levels beyond which a sample is off by far."""

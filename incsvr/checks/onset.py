@@ -11,7 +11,7 @@ import numpy as np
 from incsvr.checks.misfit import BOUNDLESS, DRIVELESS, PLAIN, UNCLEAR, Scales
 from incsvr.checks.response import Left
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 LAST = (8, 16)
 """So many of the last samples are looked at: four hold no two stray ones that make a median, more are a window's."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from incsvr.checks.stuck import CALLED
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Samples
 from incsvr.signals.raw import COUNT, HIGH, LOW, MOVE, SPIKES, named
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
 
 SHARE = {Decision.WARN: 0.04, Decision.PAUSE: 0.065}

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 CERTAIN = 6.0
 """Standard deviations of the noise that the energy is beyond."""

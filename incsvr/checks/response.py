@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.checks.curve import Curve
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 VEHICLE = ("gain", "thrust", "moment", "one side")
 SENSOR = ("zero", "lag")

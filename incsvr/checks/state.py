@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 UNKNOWN = 1.0 / 0.25**2
 """How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""

@@ -13,8 +13,9 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
+from incsvr.signals.samples import Samples
 
 STEPS = 3.0
 """Of its resolution within which a stream stands still: the last bit, and the one beside it, may toggle."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 WINDOW = 60.0
 """Over which both are compared [s]."""

@@ -7,8 +7,8 @@ import numpy as np
 from incsvr.checks.power import MOVING
 from incsvr.checks.stuck import CALLED, UNITS
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Samples
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 EXCEEDS = 5.0
 """How many times the torque's work the kinetic energy grows: a declared inertia may be wrong by some tenths, a yaw rate

@@ -11,8 +11,8 @@ import numpy as np
 
 from incsvr.checks.power import MOVING
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.samples import Samples
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 FEWEST = 8
 """Samples in a row: a vehicle that is turned round passes rest within two or three."""

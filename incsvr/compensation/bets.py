@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 STAKES = (0.05, 0.2, 0.5, 0.9)
 """λ: for effects that show little by little, and for those that show in every block."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from incsvr.effects import Effect, Signals, Term
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import RUN_PAUSE
 from incsvr.tracing.model import TracedModel
 

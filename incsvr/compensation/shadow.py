@@ -20,7 +20,7 @@ from incsvr.compensation.promotion import Comparison
 from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
 from incsvr.learning import learner
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.tracing import innovations
 from incsvr.tracing.cells import Cut, cut

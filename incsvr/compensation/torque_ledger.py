@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.compensation.effects_in_force import HEADING, Carried, Compensation, Piece, plain
+from incsvr.numerics import Array
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA
-from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import Smoothed, smooth
 from incsvr.signals.streams import JUMP

@@ -10,7 +10,7 @@ import numpy as np
 from incsvr.compensation.effects_in_force import HEADING, Compensation
 from incsvr.effects import Signals
 from incsvr.learning.motion import Motion
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing.model import TracedModel
 
 Streams = Mapping[str, tuple[Array, Array]]

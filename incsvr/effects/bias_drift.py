@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 
 class BiasDrift(Effect):

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 CREEP = {"": (0.01, 0.03), "sharp": (0.001, 0.003)}
 """r_c, in parts of the fastest turn."""

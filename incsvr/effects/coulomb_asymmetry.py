@@ -6,7 +6,8 @@ import numpy as np
 
 from incsvr.effects.coulomb import Coulomb
 from incsvr.effects.effect import Term, stack
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 ALIKE = 0.1
 """Of their mean by which the two moments must differ: else it is plain friction."""

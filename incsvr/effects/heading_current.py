@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 
 class HeadingCurrent(Effect):

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 SHORTEST_SCALES, LONGEST_SCALES = 1.0, 10.0
 """Time constants in time scales of the motion: nothing tells water that follows sooner from an inertia, or from the

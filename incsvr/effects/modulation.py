@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 LEAST, MOST, LEAST_DAMPING = 0.2, 3.0, 0.05
 """Least and largest factor on the thrust, and least on the damping, whatever the channel does."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from incsvr.effects.even_table import EvenTable
-
-Array = NDArray[np.float64]
+from incsvr.numerics import Array
 
 MAX_SETTLING_SCALES = 2.0
 """Longest settling time in time scales of the motion: a delay of two would be half a period of a loop that never

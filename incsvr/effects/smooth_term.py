@@ -6,7 +6,8 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from incsvr.effects.effect import Effect, Term
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 INTERVALS = 4
 """Of the cubic spline."""

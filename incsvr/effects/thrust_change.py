@@ -7,7 +7,8 @@ from abc import abstractmethod
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 LEAST, MOST = 0.1, 3.0
 """Part of the thrust that the table says: what is left at least, and at most."""

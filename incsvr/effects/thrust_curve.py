@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 STARTS = (0.5, 0.65, 0.8, 1.25, 1.5, 1.75, 2.0, 2.5)
 """Exponents from which the search begins, to either side of the table's."""

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 
 from incsvr.effects.effect import Effect, Term
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 
 class TorqueLag(Effect):

@@ -9,7 +9,8 @@ from scipy.special import ndtr
 
 from incsvr.effects.effect import Effect, Term
 from incsvr.effects.even_table import EvenTable
-from incsvr.effects.signals import Array, Signals
+from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 
 MIN_LOSS = 0.03
 """Part of the highest commands that a limit must take: a limit just above them takes but the torque's noise."""

@@ -26,7 +26,7 @@ from scipy.special import stdtrit
 from incsvr.forecasting.grid import Grid
 from incsvr.forecasting.propagation import Curve, propagate
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 HORIZONS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
 """Times ahead at which errors are kept [s]."""

@@ -12,7 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.forecasting.experience import CLAIM, Experience
 from incsvr.forecasting.propagation import Curve, propagate
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 LONGEST = 3600.0
 """No forecast reaches further [s]."""

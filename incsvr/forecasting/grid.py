@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 A_WIDTH = 2.0
 """Steps in a width of the filter: what is quicker is the gyro's noise to the learner."""

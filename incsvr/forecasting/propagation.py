@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 NODES = 2001
 """Rates at which a curve is tabulated."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Samples
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 FAR = 3.0
 """Factor between the declared inertia and the nearer end of what the motion shows, from which the declaration is said

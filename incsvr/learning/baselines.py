@@ -20,7 +20,8 @@ from scipy.linalg import eigh
 
 from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 GRID_C = (10.0, 100.0, 1000.0, 10000.0)
 GRID_EPSILON = (0.1, 1.0, 2.0, 5.0)

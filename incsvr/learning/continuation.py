@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 @dataclass(frozen=True, slots=True)

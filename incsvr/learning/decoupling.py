@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.driven import independent_share
+from incsvr.numerics import Array
 from incsvr.plant.axes import Axis, accelerating, products
-from incsvr.samples import Array
 
 SMALL = 0.15
 """Share of the torque's RMS up to which the neglected terms are small: thrust is rarely known to better."""

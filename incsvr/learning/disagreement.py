@@ -17,7 +17,8 @@ from math import sqrt
 import numpy as np
 
 from incsvr.learning.model import Model
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 CELLS = 5
 """Groups of a batch to each side, over the vehicle's rates."""

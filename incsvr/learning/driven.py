@@ -28,7 +28,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from incsvr.learning.criteria import Mask
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 WINDOW = 11
 """Samples over which work is weighed: several of the vehicle's time scales where they stand as the paper's do."""

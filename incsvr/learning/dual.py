@@ -19,7 +19,7 @@ from incsvr.learning.solver.crossover import cross, edges
 from incsvr.learning.solver.factor import SMALL, factor
 from incsvr.learning.solver.interior_point import path
 from incsvr.learning.solver.matrix import Factored, Whole
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 __all__ = ["Solution", "coordinate_descent", "solve"]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.learning.criteria import Mask
 from incsvr.learning.driven import WINDOW, independent_share
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 
 ANSWERS = 3.0
 """Student's t from which on the torque answers the rate, over all motion that the water makes: by chance one in 700."""

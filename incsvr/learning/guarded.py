@@ -20,7 +20,8 @@ from incsvr.checks import State as Checks
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
 from incsvr.learning.several.freeing import as_one_curve
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

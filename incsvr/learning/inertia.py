@@ -21,8 +21,8 @@ from scipy.optimize import least_squares
 
 from incsvr.errors import BadInput
 from incsvr.learning.motion import Motion
+from incsvr.numerics import Array
 from incsvr.plant import free_run
-from incsvr.samples import Array
 
 _BLOCKS = 20
 

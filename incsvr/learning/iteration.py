@@ -9,7 +9,8 @@ from typing import Literal
 from incsvr.errors import BadInput
 from incsvr.learning import dual
 from incsvr.learning.model import Model
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

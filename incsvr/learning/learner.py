@@ -31,7 +31,7 @@ from incsvr.learning.policies import paper, weighted
 from incsvr.learning.several import paper as several_paper
 from incsvr.learning.several import weighted as several_weighted
 from incsvr.learning.several.freeing import by_itself
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
 

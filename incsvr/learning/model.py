@@ -16,7 +16,8 @@ from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Prediction, Table
 from incsvr.learning.several.surface import Several, Surface
 from incsvr.learning.spread import Spread
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, eq=False)

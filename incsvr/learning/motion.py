@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant import Damping, free_run, tabulated
 from incsvr.plant.body import Coupled
-from incsvr.samples import Array
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.coupled import motion_at
 from incsvr.signals.holding import MISSING

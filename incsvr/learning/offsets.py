@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.driven import independent_share
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.smoothing import smooth
 
 STRETCH = 60.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from incsvr.learning.model import Model
 from incsvr.learning.motion import FreeRun
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from incsvr.errors import BadInput
 from incsvr.learning.continuation import Continuation
 from incsvr.learning.kernel import rbf
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 if TYPE_CHECKING:
     from incsvr.learning.model import Model

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, raw
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, FOLLOWS
 
 BANDS = ((0.15, 0.35), (0.35, 0.65), (0.65, 1.0))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from incsvr.checks import OF_THE_MODEL, Finding, Vehicle, Verdict, told
 from incsvr.learning import guarded
 from incsvr.learning.iteration import Settings
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 
 IMPOSSIBLE = frozenset({"yaw_rate stuck", "sign"})
 """Kinds of findings after which nothing that a recording says of the vehicle is right. A torque that stands still is

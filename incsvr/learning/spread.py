@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 KNOTS = 5
 """Rates at which the variance is known, evenly from rest to the fastest."""

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 DELAYS: Array = np.arange(0.0, 1.01, 0.05, dtype=np.float64)
 """Of the torque, that are tried [s]: rotors, links and clocks make some tenths; a longer one is half a turn of many

@@ -17,7 +17,8 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.iteration import Settings
 from incsvr.learning.learner import State, start, step
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 Judged = Literal["every", "last"]
 """By the mean over all iterations, or by the last one alone."""

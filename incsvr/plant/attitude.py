@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 Point = tuple[float, float, float]
 

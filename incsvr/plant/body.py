@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE, Restoring
 from incsvr.plant.axes import AXES, VELOCITIES, Axis, stream_of
 from incsvr.plant.inertia import coriolis_force, mass_matrix, products
-from incsvr.samples import Array
 
 DECLARED_INERTIA = "declared inertia"
 COUPLED_INERTIA, CORIOLIS, RESTORING = "coupled inertia", "Coriolis", "restoring"

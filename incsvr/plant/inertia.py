@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.samples import Array
 
 TRACED_INERTIA = "inertia"
 """The effect that is another inertia than the declared one, in the vocabulary of CONTRACT, Section 5."""

@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 Damping = Callable[[float], float]
 """d(r): a yaw rate [rad/s] → the damping moment [N m]."""

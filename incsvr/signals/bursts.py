@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 SHORT = 0.25
 """Of the mean time between two values: in bursts most follow one another within less. Of values that come at random

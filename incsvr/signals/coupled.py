@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
-from incsvr.samples import Array
 from incsvr.signals.settings import TORQUE, YAW_RATE
 from incsvr.signals.smoothing import WIDTHS, smooth
 

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.settings import FOLLOWS, WIDER, WIDTH_STEPS, SignalSettings
 from incsvr.signals.streams import STEPS
 

@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.following import periods, recently, widenings
 from incsvr.signals.settings import (
     COMMANDED,

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import SignalSettings
 from incsvr.signals.synchroniser import Synchroniser
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.smoothing import Smoothed
 
 TORQUE = "torque"

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.numerics import Array
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA, Coupled
-from incsvr.samples import Array, Samples
 from incsvr.signals import raw
 from incsvr.signals.coupled import taken
 from incsvr.signals.holding import held, stepped
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
 from incsvr.signals.streams import JUMP

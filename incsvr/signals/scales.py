@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 def white_noise(third: Array) -> float:

@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.scales import time_scale
 
 TOO_SLOW = 0.1

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.spikes import distances, spikes
 
 WIDTHS = 3.0

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 DISTANCE = 6.0
 """A spike is so many typical steps from the median of itself and its neighbours: of normal noise one value in two

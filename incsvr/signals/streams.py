@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.bursts import bursts
 from incsvr.signals.doubt import Doubted
 

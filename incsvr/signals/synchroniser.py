@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from incsvr.errors import BadInput
-from incsvr.samples import Samples
 from incsvr.signals.clocks import Clocks, channel
 from incsvr.signals.holding import filters
+from incsvr.signals.samples import Samples
 from incsvr.signals.sampling import samples_at
 from incsvr.signals.settings import LONGEST_PAUSE, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
 from incsvr.signals.spikes import SpikeCount

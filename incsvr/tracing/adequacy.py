@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import SmoothTerm
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW
 from incsvr.tracing import local_gain
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.fit import Fit
-from incsvr.tracing.run import Array
 from incsvr.tracing.search import Search, Tried
 from incsvr.tracing.spells import sentence, spans, spells
 from incsvr.tracing.statistics import p_value

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect, candidates
+from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.hypothesis import Part, starts
-from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import MIN_GAIN, PAIR_GAIN
 
 TIED = (0.5, 1.5)

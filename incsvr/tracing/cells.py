@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.signals import scales
 from incsvr.tracing.interpolation import integral, snapped, without_spikes
-from incsvr.tracing.run import Array, Run, pieces, sample_period, stream
+from incsvr.tracing.run import Run, pieces, sample_period, stream
 from incsvr.tracing.torque_nature import TorqueNature
 
 MIN_CELLS = 6

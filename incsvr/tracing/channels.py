@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import EFFORTS
-from incsvr.tracing.run import Array, Run, stream
+from incsvr.tracing.run import Run, stream
 
 COPY = 0.995
 """Correlation beyond which two channels are copies."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from incsvr.numerics import Array
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.folds import slopes
 from incsvr.tracing.hypothesis import Part
-from incsvr.tracing.run import Array
 from incsvr.tracing.statistics import NORMAL_95
 
 SLOPE = 0.1

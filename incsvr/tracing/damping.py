@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 from incsvr.tracing.thresholds import KNOTS, SLOPE_PRIOR
 
 

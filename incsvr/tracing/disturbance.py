@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 
 
 def disturbance(residual: Array, period: float, torque: Array) -> dict[str, float]:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from incsvr.effects import Signals
 from incsvr.effects.even_table import EvenTable
 from incsvr.effects.signals import MIN_SLOPE
+from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.hypothesis import Part
-from incsvr.tracing.run import Array
 
 FASTEST = 5.0
 """A simulation is held within so many times the fastest rate of the recordings: divergence stays finite."""

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.dynamics import FASTEST, Dynamics, MotionModel, Windows, table
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
-from incsvr.tracing.run import Array
 
 MAX_LOGIT = 9.0
 """Largest of the unbounded numbers: a memory of ten thousand cells, and a reflection of one but for as much."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.inertia import inertia_in_force
 from incsvr.plant.words import said
 from incsvr.tracing.held_out import Errors, beats_zero
 from incsvr.tracing.model import TracedModel
-from incsvr.tracing.run import Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
+from incsvr.numerics import Array
 from incsvr.tracing.errors import Colour, Problem
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
-from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import DEGREES
 
 MAX_ROUNDS, REFIT_ROUNDS = 12, 2

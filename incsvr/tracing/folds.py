@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri, stdtr
 
+from incsvr.numerics import Array
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
-from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import FOLDS, MIN_RUNS
 
 TURNS = 8

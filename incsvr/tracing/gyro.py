@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-
-Array = NDArray[np.float64]
+from incsvr.numerics import Array
 
 STUCK = 5.0
 """How long a rate must stay exactly the same to be called stuck [s]."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 from incsvr.tracing.statistics import rms
 
 HORIZONS = (0.5, 1.0, 2.0, 5.0)

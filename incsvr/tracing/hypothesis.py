@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.effects import Effect, Signals, Term
+from incsvr.numerics import Array
 from incsvr.tracing.damping import DampingBasis
-from incsvr.tracing.run import Array
 
 
 @dataclass(frozen=True, slots=True)

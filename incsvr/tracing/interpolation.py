@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 
 SPIKE_RATIO, SPIKE_BEND = 6.0, 12.0
 """A single sample is a spike beyond so many times what its neighbours differ, and so many usual bends of the stream."""

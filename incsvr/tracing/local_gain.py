@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 from incsvr.tracing.spells import LEVEL, MOST_NAMED, PERMUTATIONS, WINDOW
 
 RELEVANT = 0.1

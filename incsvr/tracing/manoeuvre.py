@@ -13,12 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.effects import Signals
+from incsvr.numerics import Array
 from incsvr.tracing import windows
 from incsvr.tracing.cells import cut, plain
 from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Colour, Problem, motion_model, pieces_of
 from incsvr.tracing.fit import fit
-from incsvr.tracing.run import Array, Run
+from incsvr.tracing.run import Run
 from incsvr.tracing.search import Tried
 from incsvr.tracing.torque_nature import TorqueNature
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from incsvr.effects import Effect, Signals, Term, catalogue
 from incsvr.effects.even_table import EvenTable
+from incsvr.numerics import Array
 from incsvr.tracing.cells import plain
 from incsvr.tracing.dynamics import FASTEST, Dynamics, MotionModel, Windows, table
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.hypothesis import Part
-from incsvr.tracing.run import Array
 
 TABLED = (0.002, 0.998)
 """Quantiles of the rates between which the damping was learned."""

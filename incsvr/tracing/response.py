@@ -13,9 +13,9 @@ from typing import cast
 import numpy as np
 
 from incsvr.effects import Signals
+from incsvr.numerics import Array
 from incsvr.tracing.dynamics import Dynamics, Instant, Trajectory, Windows, flowed, taken
 from incsvr.tracing.hypothesis import Hypothesis, Part
-from incsvr.tracing.run import Array
 
 OF_HEADING = ("heading_current", "tether", "unexplained:heading")
 """Effects that look at the heading."""

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.tracing.gyro import check_gyro
-
-Array = NDArray[np.float64]
 
 SHORTEST = 200
 """Fewest samples of each stream, over all runs, from which anything is concluded."""

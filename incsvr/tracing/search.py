@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.effects import Effect
+from incsvr.numerics import Array
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.dynamics import Dynamics
 from incsvr.tracing.errors import Problem, blocks_of
@@ -17,7 +18,6 @@ from incsvr.tracing.fit import Fit, fit, unseen
 from incsvr.tracing.folds import Difference, difference, folds_of, inflation
 from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.response import Response
-from incsvr.tracing.run import Array
 from incsvr.tracing.thresholds import (
     ALIKE,
     BLOCK_WINDOWS,

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 
 DEGREES = 6.0
 """Of freedom of the innovations' law, Student's t: one spike must not look like a spell."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""

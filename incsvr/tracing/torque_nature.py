@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from incsvr.numerics import Array
 from incsvr.signals.settings import COMMANDED, TorqueKind
-from incsvr.tracing.run import Array, Run, stream
+from incsvr.tracing.run import Run, stream
 from incsvr.tracing.thresholds import LOOP_DEVIATIONS, OTHER_GYRO, REPEATED
 
 PAST, RUNNING, WHITENING = 9, (20.0, 100.0), 3

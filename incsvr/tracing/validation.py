@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.tracing.candidates import residual
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.dynamics import Dynamics, Windows
@@ -16,7 +17,6 @@ from incsvr.tracing.errors import Problem, motion_model, pieces_of
 from incsvr.tracing.fit import Fit, fit
 from incsvr.tracing.held_out import HORIZONS, Ahead, Errors, horizons, joined, trivial
 from incsvr.tracing.hypothesis import Hypothesis
-from incsvr.tracing.run import Array
 from incsvr.tracing.statistics import change_of_rms, rms
 from incsvr.tracing.thresholds import MIN_RUNS
 

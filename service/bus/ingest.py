@@ -16,7 +16,7 @@ import numpy as np
 import zenoh
 from zenoh.handlers import RingChannel
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, YAW_RATE
 from service.health.health_watch import HealthWatch
 from service.inputs.forms.own import Refused, parse

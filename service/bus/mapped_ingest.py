@@ -14,7 +14,7 @@ import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.bus.arrivals import Arrivals
 from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
 from service.config.configuration import Config

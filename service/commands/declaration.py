@@ -12,7 +12,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.apparent_inertia import ApparentInertia, apparent_inertia
 from incsvr.learning.torque_sign import DELAYS, torque_sign
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
 from incsvr.signals.smoothing import smooth

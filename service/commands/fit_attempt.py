@@ -15,10 +15,11 @@ from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.motion import FreeRun, free_run_errors, motions, rmse
 from incsvr.learning.several.free_run import free_run_errors as over_several
+from incsvr.numerics import Array
 from incsvr.plant.body import Coupled
-from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import freed
+from incsvr.signals.samples import Samples
 from service.live.effects import TracedEffects
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, samples_of, wanted_streams

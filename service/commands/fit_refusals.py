@@ -8,8 +8,8 @@ from incsvr.checks import YOUNG, Finding, Verdict
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import MANOEUVRE, Excitation
 from incsvr.learning.model import Model
-from incsvr.samples import Samples
 from incsvr.signals import TORQUE, SignalSettings
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.commands import other_velocities
 from service.commands.fit_attempt import Terms

@@ -19,8 +19,8 @@ from incsvr.learning.pictures import Learned
 from incsvr.learning.resolution import unresolved
 from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import inertia_in_force
-from incsvr.samples import Samples
 from incsvr.signals import SignalSettings
+from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.commands import other_velocities
 from service.commands.declaration import Declaration

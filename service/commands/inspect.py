@@ -11,7 +11,7 @@ from typing import Any, get_args
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.seldom import too_slow
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress

@@ -13,15 +13,16 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.decoupling import Others, neglected
+from incsvr.numerics import Array
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
 from incsvr.plant.inertia import mass_matrix
-from incsvr.samples import Array, Samples
 from incsvr.signals import TORQUE as TORQUE_STREAM
 from incsvr.signals import SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 from incsvr.signals.smoothing import smooth
 from service.config.configuration import Config
 from service.recordings.recording import Recording, sequence

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace

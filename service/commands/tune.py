@@ -15,8 +15,8 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
-from incsvr.samples import Samples
 from incsvr.signals import synchronise
+from incsvr.signals.samples import Samples
 from service.cli.output import add_json_argument, emit
 from service.cli.progress import progress
 from service.commands import config_output

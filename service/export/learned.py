@@ -18,7 +18,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import NAMES, coefficients, negative_drag
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.wire import ModelSnapshot
 
 RATES = 101

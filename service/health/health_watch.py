@@ -12,10 +12,10 @@ import threading
 from collections.abc import Callable
 
 from incsvr.checks import implausible
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.streams import JUMP
 from service import wire

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.learning.excitation import MANOEUVRE
+from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
-from incsvr.samples import Array
 from service.health.stream_monitor import StreamMonitor
 from service.learner.node import LearnerNode
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.streams import FUTURE, JUMP, Reading
 from service import wire
 from service.bus.sequence import Sequence

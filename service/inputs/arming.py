@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.settings import Armed
 
 Spans = tuple[tuple[float, float], ...]

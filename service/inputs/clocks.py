@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, minimum_filter1d
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 WRAP = 2.0**32 * 1e-6
 """A stamp of 32 bits in µs begins anew after so long [s]."""

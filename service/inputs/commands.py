@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.thrust import is_pulse
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.arming import says_armed, speaks
 from service.inputs.clocks import Clock, set_at, without_unset
 from service.inputs.commands import CommandStream, joined, newest_at, since_first_pulse

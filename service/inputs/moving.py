@@ -7,7 +7,7 @@ from math import isfinite
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.settings import Thrusters
 from service.inputs.thrust import SPAN, T200_BAND, is_pulse
 

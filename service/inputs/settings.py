@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self, TypedDict
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.config.section import Name, Section, shaped
 from service.inputs.units import FACTORS, unit
 

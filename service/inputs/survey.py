@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.checks import implausible
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.seldom import too_slow
 from service.inputs.input_mapper import InputMapper
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.settings import Thrusters
 from service.inputs.units import FACTORS, KGF
 

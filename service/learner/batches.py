@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
+from incsvr.signals.samples import Samples
 from incsvr.signals.streams import JUMP, Reading
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.config.configuration import Config
 
 MAX_RATES = 5_000

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service import wire
 from service.bus.ingest import Ingest
 from service.bus.publishers import Outgoing

@@ -19,7 +19,8 @@ from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
 from service.learner.batches import Batches

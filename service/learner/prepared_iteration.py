@@ -15,8 +15,9 @@ from incsvr.learning import learner
 from incsvr.learning.excitation import Excitation
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Iteration, Settings
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.samples import Array, Samples
+from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
 from service.learner.published import Served, report, snapshot

@@ -13,9 +13,10 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.samples import Array, Samples
+from incsvr.signals.samples import Samples
 from service import wire
 from service.learner.batches import sampled
 from service.learner.damping_query import DampingQuery

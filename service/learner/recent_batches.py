@@ -6,7 +6,7 @@ from collections import deque
 
 from incsvr.learning.excitation import Excitation
 from incsvr.learning.resolution import Unresolved, unresolved
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 
 #: Batches by which is judged whether the vehicle moves enough to be learned, and no quicker than the streams show.
 RECENT = 5

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.seldom import TooSlow, too_slow
 from incsvr.signals.streams import JUMP
 

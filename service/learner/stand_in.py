@@ -21,8 +21,9 @@ from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Forecast, Grid, Start, forecast
 from incsvr.forecasting.experience import HORIZONS
 from incsvr.learning.model import Model
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED
 
 log = logging.getLogger(__name__)

@@ -6,7 +6,7 @@ by `incsvr.signals.streams.CAPACITY` in number; a stream of 50 Hz takes 0.7 MB i
 
 from __future__ import annotations
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.clocks import empty_streams
 from incsvr.signals.streams import CAPACITY

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from incsvr.errors import BadInput
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
 from service.learner.answers import Verb

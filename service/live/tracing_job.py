@@ -25,9 +25,9 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.shadow import as_run, compare
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
-from incsvr.samples import Array
 from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.coupled import freed
 from incsvr.tracing import trace

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.wire.json_text import write_json
 
 DEADLINE = 600.0

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any, Protocol
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.config.configuration import Config
 from service.config.sections import Tracing
 from service.live.tracing_state import FRESH_PART, TRIAL_PART, TracingState, Work

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.logs.opening import GZIP, first_bytes
 from service.logs.table import Table, Topic
 

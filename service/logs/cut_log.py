@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside

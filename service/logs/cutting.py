@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 EPOCH = 1e9
 """Stamps beyond are seconds since 1970 (2001); a log's own clock never shows so many [s]."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.logs.damage import Damage
 from service.logs.packages import needed
 from service.logs.table import Table, Topic

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.samples import Array
 from service.inputs.column_spec import typed
 from service.inputs.measuring import Stream
 from service.inputs.settings import Inputs, Source

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.owners import AUTOPILOT
 from service.inputs.settings import Inputs
 from service.inputs.vehicles import present

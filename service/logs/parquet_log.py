@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.logs.csv_log import TableLog
 from service.logs.packages import needed
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import Axis
-from incsvr.samples import Array, Samples
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.column_spec import ColumnSpec, told
 from service.inputs.measuring import Measured, measured, topics
 from service.inputs.owners import system_of

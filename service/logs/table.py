@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 @dataclass(frozen=True, slots=True)

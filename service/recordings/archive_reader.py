@@ -13,7 +13,7 @@ import zenoh
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.forms.own import Refused, parse
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived
 from service.logs.cutting import Cut, Span, rows_inside

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.scales import white_noise
 from service.inputs.arming import spans, within
 from service.inputs.measuring import Measured

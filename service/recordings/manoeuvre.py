@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing.findings import Finding
 
 Profile = tuple[Array, Array]

@@ -12,8 +12,8 @@ from typing import get_args
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.samples import Array
 from service.cli.progress import progress
 from service.config.configuration import Config
 from service.inputs.arming import Spans, spans, within

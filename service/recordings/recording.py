@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES, YAW, Axis, stream_of
-from incsvr.samples import Array
 from incsvr.signals import REQUIRED, RUN_PAUSE
 
 Streams = dict[str, tuple[Array, Array]]

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.signals.streams import FUTURE
 from service.inputs.clocks import going_on, set_at
 from service.logs.cutting import WHOLE, Cut, Span, columns_inside, rows_inside, since_1970

@@ -13,10 +13,10 @@ from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
-from incsvr.samples import Samples
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.signals.holding import REPEATED, held
 from incsvr.signals.raw import HEADING
+from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, LONGEST_PAUSE, MEASURED, ROTOR_LAG, TorqueKind
 from incsvr.signals.smoothing import WIDTHS
 from service.recordings.recorded_streams import refuse_bursts, remarks_of

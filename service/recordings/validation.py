@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, BODY_YAW_RATE, YAW
-from incsvr.samples import Array, Samples
 from incsvr.signals import REQUIRED, synchronise
+from incsvr.signals.samples import Samples
 from service.config.configuration import Config
 from service.live.effects import TracedEffects
 

@@ -17,7 +17,8 @@ from incsvr.learning.driven import WINDOW, Recent
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 MOST = 2**53
 """Above any count of a learner's life; whole numbers are exact in JSON up to it."""

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.paper.differences import SETTINGS, Step, as_printed, figures, report, steps, stopped_by_change
 from incsvr.learning.dual import coordinate_descent, solve
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.learner import several
 from benchmarks.learner.several import Case, examine, gaussian_process, least_squares, report
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from benchmarks.vehicles.motion import Integrated, Trivial
 from benchmarks.vehicles.peers import frols, sindy
 from benchmarks.vehicles.splits import SPLITS, Split
 from incsvr.effects import Signals
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 STEP, COUNT = 0.1, 1200
 

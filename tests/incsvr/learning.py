@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from incsvr.learning.learner import Iteration, Settings, State, start, step
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 HULL = 0.12
 

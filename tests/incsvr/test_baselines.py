@@ -19,8 +19,9 @@ from incsvr.learning.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
+from incsvr.numerics import Array
 from incsvr.plant import free_run, tabulated
-from incsvr.samples import Array, Samples
+from incsvr.signals.samples import Samples
 
 RATES = np.linspace(-0.22, 0.22, 45, dtype=np.float64)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.attitude import Restoring, kinematics, rotation
 from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
 from incsvr.plant.inertia import coriolis_force, coriolis_matrix, mass_matrix, rigid_body_mass
-from incsvr.samples import Array
 
 CENTRE = (0.3, -0.02, 0.1)
 

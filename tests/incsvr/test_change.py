@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 from incsvr.learning.policies.change import ALARM, Evidence, features, gather, prior, surprise, together, weigh
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.spread import Spread
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 def covariance_of(index: Array, rho: float, sigma: float) -> Array:

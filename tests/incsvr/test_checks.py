@@ -17,8 +17,9 @@ from incsvr.checks.unmoved import unmoved
 from incsvr.learning import guarded
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import synchronise
+from incsvr.signals.samples import Samples
 from simulator import leng
 
 SETTINGS = Settings(policy="weighted")

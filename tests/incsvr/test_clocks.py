@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser
+from incsvr.signals.samples import Samples
 from incsvr.signals.streams import BELIEVED, WRAPS
 
 SETTINGS = SignalSettings()

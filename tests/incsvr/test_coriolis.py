@@ -7,8 +7,8 @@ import pytest
 
 from incsvr.effects import Term, candidates, catalogue
 from incsvr.effects.signals import Signals
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, products
-from incsvr.samples import Array
 from incsvr.tracing import Run, trace
 from incsvr.tracing.model import TracedModel
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from incsvr.numerics import Array
 from incsvr.tracing import trace
-from incsvr.tracing.run import Array, Run
+from incsvr.tracing.run import Run
 
 SMALL = 1.125
 """Moment of inertia of the small vehicle [kg m²]."""

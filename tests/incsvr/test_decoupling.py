@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from incsvr.learning.decoupling import SMALL, Others, neglected
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.samples import Array
 
 COUNT = 400
 RATE, DRAG = 0.2, 50.0

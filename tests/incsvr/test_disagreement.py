@@ -8,7 +8,8 @@ import pytest
 from incsvr.learning.disagreement import HORIZON, Disagreement
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from tests.incsvr.learning import drag, run, stream
 
 

@@ -12,7 +12,7 @@ from benchmarks.learner.sample_sets import yaw_samples
 from incsvr.errors import BadInput
 from incsvr.learning import dual
 from incsvr.learning.kernel import rbf
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 PAPER: dict[str, Any] = {"gamma": 10.0, "C": 1000.0, "epsilon": 0.1}
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from incsvr.learning import dual
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 MORE = np.longdouble  # more digits than the solver has, where the machine offers them
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Effect, Signals, Term, candidates, catalogue
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.sentences import LABELS, sentence
 

@@ -12,8 +12,9 @@ import pytest
 
 from incsvr.learning.excitation import torque_answers
 from incsvr.learning.learner import Iteration, Settings, State, start, step
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
+from incsvr.signals.samples import Samples
 from simulator import leng
 from tests.incsvr.learning import batches, run
 

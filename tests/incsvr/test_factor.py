@@ -11,7 +11,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf
 from incsvr.learning.solver import factor as factors
 from incsvr.learning.solver.factor import factor
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 RNG = np.random.default_rng(1)
 NARROW = RNG.uniform(-0.25, 0.25, 300)

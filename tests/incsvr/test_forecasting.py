@@ -14,8 +14,8 @@ from incsvr.forecasting.experience import CLAIM, HORIZONS, UNTRIED, widening
 from incsvr.forecasting.propagation import NODES, Curve, propagate
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
+from incsvr.numerics import Array
 from incsvr.plant import free_run
-from incsvr.samples import Array
 from service.recordings import samples_from_recording
 from simulator import leng
 

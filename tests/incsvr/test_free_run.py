@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Signals, Term
+from incsvr.numerics import Array
 from incsvr.tracing.model import TracedModel
-from incsvr.tracing.run import Array
 from tests.incsvr.turning import instants
 
 FRICTION = 6.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing.gyro import check_gyro
 from service.recordings.recording_csv import read
 from simulator.trial import Trial, play

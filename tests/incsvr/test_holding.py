@@ -11,8 +11,9 @@ import pytest
 from incsvr.learning.inertia import identify
 from incsvr.learning.motion import held_motions
 from incsvr.learning.resolution import unresolved
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
+from incsvr.signals.samples import Samples
 from simulator import slow_commands
 
 SETTINGS = SignalSettings(

@@ -8,8 +8,8 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.learning.inertia import identify
 from incsvr.learning.motion import Motion, free_run_rmse, motions
+from incsvr.numerics import Array
 from incsvr.plant import free_run, tabulated
-from incsvr.samples import Array
 
 NOISE = 0.01
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, State, start, step
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
 
 RATES = np.linspace(-0.24, 0.24, 49)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.numerics import Array
 from incsvr.tracing.local_gain import sentence, uneven
-from incsvr.tracing.run import Array
 
 PER_SCALE = 12.0
 

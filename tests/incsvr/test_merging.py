@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from incsvr.learning.policies.merging import Vectors
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 
 EACH = 1.0 / 16.0
 

@@ -14,7 +14,7 @@ from incsvr.learning.continuation import Continuation
 from incsvr.learning.dual import solve
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from tests.incsvr.learning import drag, run, stream
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.numerics import Array
 from incsvr.tracing import trace
-from incsvr.tracing.run import Array, Run
+from incsvr.tracing.run import Run
 from simulator.trial import Trial, play
 from tests.incsvr.trials import named
 

@@ -8,7 +8,7 @@ import pytest
 from incsvr.learning.dual import solve
 from incsvr.learning.learner import Settings, State, start, step
 from incsvr.learning.policies.paper import Memory
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from tests.incsvr.learning import batches, drag, rms, run, stream
 from tests.incsvr.test_criteria import forget_one_by_one
 

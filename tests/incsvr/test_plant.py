@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant import Thruster, damping_moment, free_run, tabulated, thruster_torque
-from incsvr.samples import Array
 
 
 def test_thruster_moments_follow_the_papers_formula() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.scales import time_scale
 from incsvr.signals.seldom import TooSlow, too_slow
 

@@ -21,7 +21,8 @@ from incsvr.learning.several.drag import Drag, fitted
 from incsvr.learning.several.freeing import by_itself
 from incsvr.learning.several.paper import near_distances
 from incsvr.learning.solver.factor import SMALL, factor
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of
 from simulator import leng, planar
 from tests.incsvr.learning import batches, rms, run, stream

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals import MAX_CHANNELS, SignalSettings, Synchroniser, synchronise
+from incsvr.signals.samples import Samples
 from incsvr.signals.streams import CAPACITY, JUMP
 
 SETTINGS = SignalSettings(inertia=350.0, sample_period=0.6, smoothing=0.12, lateness=0.2, gap=0.2)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from incsvr.numerics import Array
 from incsvr.tracing.disturbance import disturbance
-from incsvr.tracing.run import Array
 from incsvr.tracing.spells import LEVEL, sentence, spans, spells
 
 N = 2000

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import candidates
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.tracing import trace, windows
 from incsvr.tracing.run import Run
 from incsvr.tracing.torque_nature import TorqueNature

@@ -10,9 +10,10 @@ import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.effects import Signals, Term
+from incsvr.numerics import Array
 from incsvr.plant.body import DECLARED_INERTIA
-from incsvr.samples import Array, Samples
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
+from incsvr.signals.samples import Samples
 from incsvr.tracing.model import TracedModel
 from simulator import leng
 from tests.hidden import BIAS, LAG, TRUTH, recording, term, with_channels

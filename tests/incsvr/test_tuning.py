@@ -10,7 +10,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.learning.tuning import Grid, ranked, search
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from tests.incsvr.learning import run, stream
 
 SETTINGS = Settings(policy="weighted")

@@ -8,7 +8,7 @@ import pytest
 from incsvr.learning.learner import Settings, State, step
 from incsvr.learning.policies.watch import OPEN, follow
 from incsvr.learning.policies.weighted import Memory
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from tests.incsvr.learning import drag, run, stream
 
 SETTINGS = Settings(policy="weighted")

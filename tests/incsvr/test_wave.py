@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from incsvr.effects import Signals, Term, catalogue
-from incsvr.tracing.run import Array
+from incsvr.numerics import Array
 
 
 @pytest.fixture(scope="module")

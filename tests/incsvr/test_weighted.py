@@ -8,7 +8,7 @@ import pytest
 from incsvr.learning.dual import solve
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.policies.weighted import Memory
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
 
 WEIGHTED = Settings(policy="weighted")

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from incsvr.tracing.run import Array, Run
+from incsvr.numerics import Array
+from incsvr.tracing.run import Run
 
 INERTIA = 350.0
 """[kg m²], as declared."""

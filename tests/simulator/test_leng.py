@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
-from incsvr.samples import Samples
+from incsvr.signals.samples import Samples
 from simulator import leng
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.bus.session import connecting, free_endpoint, open_session
 from service.config.sources import read
 from service.learner.node import LearnerNode

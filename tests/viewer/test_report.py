@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
-from incsvr.samples import Array
 from incsvr.tracing import Trace, trace
 from incsvr.tracing.findings import Unexplained
 from incsvr.tracing.run import Run

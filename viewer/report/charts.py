@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.tracing.findings import Pictures
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from viewer.report.drawing import MEASURED, binned, dots, driven, edges, svg
 
 MIDDLE = 0.9

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
-from incsvr.tracing.run import Array
 
 SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the residual's correlation time."""

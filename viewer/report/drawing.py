@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 # Okabe and Ito's palette: told apart by colour-blind readers, and in grey by lightness.
 BEFORE, AFTER, MEASURED = "#d55e00", "#0072b2", "#222222"

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.learning.policies.noise import Noise
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 GAIN = 0.15
 """Standard deviation of a change's gain, as a part of the curve."""

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

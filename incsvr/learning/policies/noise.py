@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from incsvr.learning.criteria import quartiles
 from incsvr.learning.spread import Spread
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 NORMAL = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""

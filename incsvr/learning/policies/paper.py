@@ -19,7 +19,8 @@ from incsvr.learning.criteria import Mask, forgetting, inclusion, outliers
 from incsvr.learning.iteration import Iteration, Settings, train
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 ZERO = 1e-9  # a weight below this share of C is zero
 

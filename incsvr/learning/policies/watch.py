@@ -20,7 +20,8 @@ from incsvr.learning.model import Model
 from incsvr.learning.policies.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 OPEN = 4
 """Batches for which a correction is on probation."""

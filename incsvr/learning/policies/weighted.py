@@ -28,7 +28,8 @@ from incsvr.learning.model import Model
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.policies.watch import Watch, follow
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 MOST = 15.0
 """Samples that a vector stands for, at most."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.learning.criteria import Mask
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 def forgetting(u: Array, *, capacity: int) -> Mask:

@@ -19,8 +19,8 @@ from itertools import combinations_with_replacement, permutations
 
 import numpy as np
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import BODY_YAW_RATE, LATERAL
-from incsvr.samples import Array
 
 PRIOR = 0.1
 """Noise of a sample over the largest moment, before anything is known of it."""

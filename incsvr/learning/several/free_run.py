@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.learning.model import Model
 from incsvr.learning.motion import Motion
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 MAX_STEP = 0.05
 """Longest step of Heun's method [s], as of the free runs over one velocity."""

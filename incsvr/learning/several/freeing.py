@@ -16,8 +16,9 @@ from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several.drag import Drag, fitted
 from incsvr.learning.several.training import fastest_of, independent
 from incsvr.learning.several.velocities import points
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
+from incsvr.signals.samples import Samples
 
 
 def by_itself(settings: Settings, fastest: Array, known: Samples, batch: Samples, noise: Noise) -> Samples:

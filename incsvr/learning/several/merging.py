@@ -10,7 +10,8 @@ import numpy as np
 
 from incsvr.learning.several.drag import Drag
 from incsvr.learning.several.velocities import distances, points, samples_with
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

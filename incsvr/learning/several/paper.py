@@ -20,7 +20,8 @@ from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several.density import forgetting
 from incsvr.learning.several.training import fastest_of, model_of, train
 from incsvr.learning.several.velocities import points
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 ZERO = 1e-9  # a weight below this share of C is zero
 

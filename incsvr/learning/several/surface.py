@@ -17,7 +17,8 @@ from incsvr.learning.kernel import rbf_at_rest
 from incsvr.learning.prediction import ALONE, BY_THE_WATER, SYSTEMATIC, Prediction, worth
 from incsvr.learning.several.drag import Drag
 from incsvr.learning.several.velocities import distances, points
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 if TYPE_CHECKING:
     from incsvr.learning.model import Model

@@ -13,7 +13,8 @@ from incsvr.learning.policies.noise import Noise
 from incsvr.learning.several.drag import Drag, fitted, share_left
 from incsvr.learning.several.surface import Several
 from incsvr.learning.several.velocities import fastest_seen, points
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

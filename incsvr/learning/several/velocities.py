@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 SLOWEST = 1e-6
 """A velocity that never moved has this fastest value [m/s] or [rad/s]: no scale is divided by zero."""

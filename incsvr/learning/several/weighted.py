@@ -27,7 +27,8 @@ from incsvr.learning.policies.weighted import CLEAR, MOST, NEAR, RADIUS, TRAINED
 from incsvr.learning.several.merging import Vectors
 from incsvr.learning.several.training import fastest_of, model_of
 from incsvr.learning.several.velocities import points
-from incsvr.samples import Array, Samples
+from incsvr.numerics import Array
+from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)

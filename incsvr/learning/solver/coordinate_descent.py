@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.learning.solver.certificate import Solution, certify
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 LOOK = 20  # passes between two looks at the duality gap
 

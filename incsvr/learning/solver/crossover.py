@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from incsvr.learning.solver.matrix import Matrix
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 LOOSE = 1e-6  # ridge beside κ(x, x) = 1: as good as none
 ROUNDS = 4  # of them each costs half an iteration of the path

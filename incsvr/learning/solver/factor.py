@@ -9,7 +9,7 @@ from scipy.linalg import lapack
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 SMALL = 256  # samples up to which the kernel matrix itself is formed: at most half a megabyte
 MOST = 1024  # columns of L: memory stays n·MOST, never n²

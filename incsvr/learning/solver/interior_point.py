@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.learning.solver.matrix import Matrix
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 ITERATIONS = 60  # at most; 8 to 13 is usual, whatever the data
 NEAR = 1e-4  # part of the first complementarity that is left when an iterate is worth looking at

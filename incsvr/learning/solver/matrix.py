@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 
 
 class Factored:

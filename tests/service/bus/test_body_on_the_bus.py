@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import zenoh
 
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
-from incsvr.samples import Array
 from incsvr.signals import SignalSettings, synchronise
 from service import wire
 from service.bus.session import free_endpoint, listening, open_session

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.commands.declaration import declared
 from service.recordings.recording import Recording

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.config.sources import read as read_config
 from service.learner.node import LearnerNode

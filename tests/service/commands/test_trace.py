@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write

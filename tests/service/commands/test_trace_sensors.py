@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.commands.trace_sensors import examined, notes
 from service.recordings.recording import Recording

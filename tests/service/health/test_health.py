@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.config.sections import HealthLimits
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.health.health_watch import HealthWatch
 from service.learner.damping_query import DampingQuery
 from service.learner.node import LearnerNode

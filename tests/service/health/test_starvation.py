@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service import wire
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode

@@ -15,8 +15,8 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Bag
 
-from incsvr.samples import Samples
 from incsvr.signals import synchronise
+from incsvr.signals.samples import Samples
 from service.inputs.settings import Inputs
 from service.logs.reading import Description
 from service.recordings.reading import Reading

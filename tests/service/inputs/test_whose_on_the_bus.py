@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
 from service.logs import opened

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service import wire
 from service.cli.command_line import main
 from service.learner.estimates import estimate, forecast_reply

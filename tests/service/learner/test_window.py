@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
 from incsvr.signals.streams import BELIEVED, CAPACITY
 from service.learner.batches import Batches

@@ -10,7 +10,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Bag
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.clocks import Clock
 from service.recordings.recording import Recording
 from tests.service import link

@@ -21,7 +21,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from incsvr.errors import BadInput
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from service.inputs.settings import Inputs
 from service.logs import opened
 from service.logs.cdr import RosTypes

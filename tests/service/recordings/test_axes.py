@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
+from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
 from incsvr.plant.words import said
-from incsvr.samples import Array
 from incsvr.tracing.run import Run, check
 from service.cli.command_line import main
 from service.recordings.recording import Recording, of_axis

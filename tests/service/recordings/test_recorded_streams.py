@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from incsvr.samples import Array
+from incsvr.numerics import Array
 from incsvr.signals.bursts import bursts
 from service.cli.command_line import main
 from service.recordings.recorded_streams import remarks_of

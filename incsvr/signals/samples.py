@@ -9,7 +9,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from incsvr.numerics import Array
+
 Indices = NDArray[np.intp] | NDArray[np.bool_] | slice
 
 _NONE: Mapping[str, Array] = MappingProxyType({})
