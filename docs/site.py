@@ -29,7 +29,7 @@ from service.config.configuration import Config
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(\]\()([^)#\s:]+)((?:#[^)\s]*)?\))")
-STANDING = tuple(ROOT / name for name in ("CHANGELOG.md", "CONTRIBUTING.md", "deploy/README.md"))
+ALWAYS_BUILT = tuple(ROOT / name for name in ("CHANGELOG.md", "CONTRIBUTING.md", "deploy/README.md"))
 """Pages of the navigation that no other page need lead to."""
 PUBLIC = ("incsvr", "service.inputs", "service.logs", "service.wire")
 """Packages whose docstrings are the reference."""
@@ -59,7 +59,7 @@ def pages(outline: bool = False) -> dict[str, bytes]:
         SystemExit: a page links to something that is not there.
     """
     found = {uri: content.encode() for uri, content in reference(outline).items()}
-    waiting = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *STANDING]
+    waiting = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *ALWAYS_BUILT]
     while waiting:
         path = waiting.pop()
         uri, _, anchor = place(path).partition("#")

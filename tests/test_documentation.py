@@ -21,7 +21,7 @@ from tests.conftest import ROOT
 
 PAGES = sorted(
     path.relative_to(ROOT).as_posix()
-    for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "deploy").rglob("*.md"))
+    for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "deploy").rglob("*.md"))
 )
 WITH_EXAMPLES = sorted(
     path.relative_to(ROOT)
@@ -105,6 +105,22 @@ def test_the_python_of_a_page_names_what_is_there(page: str) -> None:
             if isinstance(node, ast.ImportFrom) and node.module:
                 module = importlib.import_module(node.module)
                 assert all(hasattr(module, alias.name) for alias in node.names)
+
+
+LABORATORY = re.compile(r"\bseeds? (?:from )?\d{4,}|--first-seed \d|\b20\d\d-\d\d-\d\d\b|\bat [0-9a-f]{7}\b")
+"""Seeds, dates and commits of studies, which belong to the pages of evidence."""
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if "evidence" not in page and page != "CHANGELOG.md"])
+def test_a_page_of_guide_or_reference_shows_no_seed_date_or_commit(page: str) -> None:
+    assert not LABORATORY.findall((ROOT / page).read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if "evidence" in page])
+def test_a_page_of_evidence_names_its_command_and_date(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    assert re.search(r"\b20\d\d-\d\d-\d\d\b", text)
+    assert re.search(r"`make \w+`|python -m benchmarks\.", text)
 
 
 def test_the_readme_is_one_page() -> None:
