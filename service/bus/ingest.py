@@ -17,10 +17,10 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from incsvr.numerics import Array
-from incsvr.signals import REQUIRED, YAW_RATE
+from incsvr.signals import REQUIRED
+from service.bus.feed import Arrived, Measurements
 from service.health.health_watch import HealthWatch
 from service.inputs.forms.own import Refused, parse
-from service.learner.node import LearnerNode
 from service.recordings.archive import Archive
 from service.wire import Keys
 
@@ -49,8 +49,6 @@ _ENCODINGS = {
         zenoh.Encoding.ZENOH_STRING,
     )
 }
-
-Listener = Callable[[Array, Array], bool]
 
 
 def places(learners: int) -> int:
@@ -96,27 +94,21 @@ class _Queue:
 
 
 class Ingest:
-    """The subscriptions of one learner of so many in the process; `drain` empties them.
+    """The subscriptions of one learner of so many in the process to our own form.
 
     Without `required`, yaw rate and torque come from elsewhere.
-
-    Attributes:
-        onward: who else in this process is told each yaw rate that comes, stamps and values; True where a batch waits.
     """
 
     def __init__(
         self,
         session: zenoh.Session,
         keys: Keys,
-        node: LearnerNode,
         watch: HealthWatch,
         learners: int = 1,
         required: bool = True,
         archive: Archive | None = None,
     ) -> None:
-        self._node, self._watch, self._places, self._archive = node, watch, places(learners), archive
-        self.onward: list[Listener] = []
-        self._heard: list[tuple[str, Array, Array]] = []
+        self._watch, self._places, self._archive = watch, places(learners), archive
         most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
         self._queues = [
             _Queue(name, session.declare_subscriber(key, RingChannel(self._places)), most_bytes)
@@ -125,14 +117,9 @@ class Ingest:
             if required or name is None
         ]
 
-    def drain(self) -> bool:
-        """Takes what has come, from one thread alone; True where a batch waits to be learned."""
-        batch_waits = self.hear()
-        return self.learn() or batch_waits
-
-    def hear(self) -> bool:
-        """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
-        read: list[tuple[str, Array, Array]] = []
+    def read(self) -> Arrived:
+        """What has come since the last time, all of which may be learned from."""
+        read: list[Measurements] = []
         for queue in self._queues:
             # Taken together, because the cost lies in the calls: a message alone costs twenty times as much.
             taken: dict[str, tuple[list[Any], list[Any]]] = {}
@@ -141,21 +128,8 @@ class Ingest:
                 self._take(sample, payload, queue.name, taken)
                 if size > LARGE:
                     self._fill()  # to read it took long
-            read += [(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
-        batch_waits = False
-        for stream, stamps, values in read:
-            self._watch.received(stream, stamps, values)
-            for listener in self.onward if stream == YAW_RATE else ():
-                batch_waits |= listener(stamps, values)
-        self._heard += read
-        return batch_waits
-
-    def learn(self) -> bool:
-        """Passes on what was read to the learner; True where a batch waits."""
-        batch_waits, heard, self._heard = False, self._heard, []
-        for each in heard:
-            batch_waits |= self._node.push(*each)
-        return batch_waits
+            read += [Measurements(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
+        return Arrived(read, read)
 
     def close(self) -> None:
         for queue in self._queues:

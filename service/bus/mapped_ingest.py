@@ -14,15 +14,14 @@ import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
 from service.bus.arrivals import Arrivals
-from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, Ingest, Listener, places
+from service.bus.feed import Arrived, Measurements
+from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, places
 from service.config.configuration import Config
 from service.health.health_watch import HealthWatch
 from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs, Source
 from service.inputs.source_binding import RATE, TORQUE
-from service.learner.node import LearnerNode
 from service.recordings.archive import Archive
 from service.wire import Keys
 
@@ -33,10 +32,7 @@ SLOWER = 4
 
 
 class MappedIngest:
-    """The subscriptions of one learner of so many in the process; `drain` empties them.
-
-    Attributes:
-        onward: as of `Ingest`, while what comes may be learned from.
+    """The subscriptions of one learner of so many in the process to the forms of others.
 
     Args:
         config: whose `inputs` is the mapping.
@@ -49,95 +45,71 @@ class MappedIngest:
     def __init__(
         self,
         session: zenoh.Session,
-        keys: Keys,
-        node: LearnerNode,
         watch: HealthWatch,
         config: Config,
         parameters: Mapping[str, Any],
         learners: int = 1,
         archive: Archive | None = None,
     ) -> None:
-        self._node, self._watch = node, watch
-        self.onward: list[Listener] = []
-        self._heard: list[tuple[str, Array, Array]] = []
-        self.hearing = InputMapper(mapping(config), parameters)
+        self._watch = watch
+        self.mapper = InputMapper(mapping(config), parameters)
         self._began, self._lock = time.monotonic(), threading.Lock()
         most_bytes = SLOWER * max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
         waiting = SLOWER * places(learners)
-        self._arrivals = Arrivals(session, self.hearing, watch.refused, waiting, most_bytes, archive)
-        # Further channels still come on our own keys.
-        self._channels = Ingest(session, keys, node, watch, learners, required=False, archive=archive)
+        self._arrivals = Arrivals(session, self.mapper, watch.refused, waiting, most_bytes, archive)
 
-    def drain(self) -> bool:
-        """Takes what has come, from one thread alone; True where a batch waits to be learned."""
-        batch_waits = self.hear()
-        return self.learn() or batch_waits
-
-    def hear(self) -> bool:
-        """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
-        batch_waits = self._channels.hear()
-        # Told together, because the cost lies in the calls.
+    def read(self) -> Arrived:
+        """What has come since the last time; it may be learned from while the thrusters may turn."""
+        # Taken together, because the cost lies in the calls.
         came: dict[str, tuple[list[float], list[float]]] = {}
-        learned: dict[str, tuple[list[float], list[float]]] = {}
-        refused = self.hearing.refused
+        learnable: dict[str, tuple[list[float], list[float]]] = {}
+        refused = self.mapper.refused
         for key, payload, arrival in self._arrivals.take():
             with self._lock:
-                told, may_learn = self.hearing.hear(key, payload, arrival), self.hearing.may_learn
-            for heard in told:
-                if heard.sequence is not None:
-                    self._watch.numbered(heard.name, heard.sequence)
-                for taken in (came, learned) if may_learn else (came,):
-                    t, value = taken.setdefault(heard.name, ([], []))
-                    t += heard.t
-                    value += heard.value
+                mapped, may_learn = self.mapper.hear(key, payload, arrival), self.mapper.may_learn
+            for values in mapped:
+                if values.sequence is not None:
+                    self._watch.numbered(values.name, values.sequence)
+                for taken in (came, learnable) if may_learn else (came,):
+                    t, value = taken.setdefault(values.name, ([], []))
+                    t += values.t
+                    value += values.value
         while refused:
             self._watch.refused(*refused.popitem())
-        for name, (t, value) in came.items():
-            if t:
-                self._watch.received(name, np.array(t), np.array(value))
         # A sample is complete when both others have passed it, and takes what is there of the channels: they go first.
-        for name in sorted(learned, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0)):
-            stamps, values = (np.array(each) for each in learned[name])
-            if stamps.size:
-                self._heard.append((name, stamps, values))
-                for listener in self.onward if name == RATE else ():
-                    batch_waits |= listener(stamps, values)
-        return batch_waits
-
-    def learn(self) -> bool:
-        """Passes on what was read to the learner; True where a batch waits."""
-        batch_waits = self._channels.learn()
-        heard, self._heard = self._heard, []
-        for each in heard:
-            batch_waits |= self._node.push(*each)
-        return batch_waits
+        ordered = sorted(learnable, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0))
+        return Arrived(_measurements(came), _measurements({name: learnable[name] for name in ordered}))
 
     @property
     def why_not(self) -> str | None:
         """Why nothing that comes is learned from; None where it is."""
-        early = self.hearing.armed is None and time.monotonic() - self._began < SETTLED
-        return self.hearing.why_not if self.hearing.known and not early else None
+        early = self.mapper.armed is None and time.monotonic() - self._began < SETTLED
+        return self.mapper.why_not if self.mapper.known and not early else None
 
     def notices(self) -> list[str]:
         """What a person should know of how the measurements come about, and what is missing."""
         late = time.monotonic() - self._began > SETTLED
         with self._lock:
-            return [*(self.hearing.missing.values() if late else ()), *self.hearing.notices()]
+            return [*(self.mapper.missing.values() if late else ()), *self.mapper.notices()]
 
     def rate_key(self) -> str | None:
         """The key on which the yaw rate comes; None before it does."""
         with self._lock:
-            known = self.hearing.known.items()
+            known = self.mapper.known.items()
             return next((key for key, each in known if any(name == RATE for name, _ in each.quantities)), None)
 
     def parameters(self) -> dict[str, dict[str, float]]:
         """What vehicles have told of their thrusters, by vehicle."""
         with self._lock:
-            return self.hearing.parameters_by_system
+            return self.mapper.parameters_by_system
 
     def close(self) -> None:
         self._arrivals.close()
-        self._channels.close()
+
+
+def _measurements(streams: Mapping[str, tuple[list[float], list[float]]]) -> list[Measurements]:
+    """Stamps and values by stream, those of which there are any."""
+    return [Measurements(name, np.array(t), np.array(value)) for name, (t, value) in streams.items() if t]
 
 
 def mapping(config: Config) -> Inputs:

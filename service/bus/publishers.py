@@ -8,8 +8,10 @@ import zenoh
 from zenoh.ext import CacheConfig, MissDetectionConfig, declare_advanced_publisher
 
 from service import wire
-from service.learner.answers import JSON
 from service.recordings.archive import Archive
+
+JSON = zenoh.Encoding.APPLICATION_JSON
+"""The encoding of all that a learner says."""
 
 
 class Outgoing:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from incsvr.checks import implausible
 from incsvr.numerics import Array
@@ -33,6 +34,23 @@ SILENT = 1.0
 LOOKED_AT = 1000
 
 
+@dataclass(frozen=True, slots=True)
+class HealthConditions:
+    """What the parts of a learner beside its streams have to say, as health tells it until they say something else.
+
+    Attributes:
+        notices: sentences, to be told as warnings.
+        unsaved: why what was learned is not on the disk, in a few words; None where it is.
+        paused: why learning is paused, in one sentence; None while it goes on.
+        effect_channels: channels without which no sample can be freed of the traced effects.
+    """
+
+    notices: tuple[str, ...] = ()
+    unsaved: str | None = None
+    paused: str | None = None
+    effect_channels: tuple[str, ...] = ()
+
+
 class HealthWatch:
     """Follows one learner; every method may be called from any thread.
 
@@ -40,39 +58,37 @@ class HealthWatch:
         limits: when to warn.
         started: of `clock`, when the process began [s].
         clock: a monotonic clock [s].
-
-    Attributes:
-        notices: sentences of others, to be told as warnings.
-        effect_channels: channels without which no sample can be freed of the traced effects.
-        asks: whether the vehicle can be asked for more from here.
-        queries: that were answered.
+        coupled: the body in which the axis is learned: what samples need of it, and what is taken for zero.
+        askable: whether the vehicle can be asked for more from here.
     """
 
-    def __init__(self, limits: HealthLimits, started: float, clock: Callable[[], float]) -> None:
-        self._limits, self._started, self._clock = limits, started, clock
+    def __init__(
+        self,
+        limits: HealthLimits,
+        started: float,
+        clock: Callable[[], float],
+        coupled: Coupled | None = None,
+        askable: bool = False,
+    ) -> None:
+        self._limits, self._started, self._clock, self._askable = limits, started, clock, askable
         self._lock = threading.Lock()
         self._streams: dict[str, StreamMonitor] = {name: StreamMonitor() for name in NAMES}
         self._refused: dict[str, int] = {}
         self._lately = Lately()
         self._failure: tuple[float, str] | None = None
         self._beyond: tuple[float, str] | None = None
-        self._unsaved: str | None = None
-        self._paused: str | None = None
+        self._conditions = HealthConditions()
         self._learning = LearningState()
         self._starvation: Starvation | None = None
         self._pace = SampleRateWatch()
         self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
-        self.notices: tuple[str, ...] = ()
-        self.effect_channels: tuple[str, ...] = ()
-        self._body: tuple[str, ...] = ()
-        self._notes: tuple[str, ...] = ()
-        self.asks = False
-        self.queries = 0
+        self._body: tuple[str, ...] = () if coupled is None else coupled.streams
+        self._notes: tuple[str, ...] = () if coupled is None else sentences.taken_for_zero(coupled)
+        self._queries = 0
 
-    def among(self, coupled: Coupled | None) -> None:
-        """The axis is learned in this body: what samples need of it, and what is taken for zero."""
-        if coupled is not None:
-            self._body, self._notes = coupled.streams, sentences.taken_for_zero(coupled)
+    def observe(self, conditions: HealthConditions) -> None:
+        """From now on this is what the parts beside the streams have to say."""
+        self._conditions = conditions
 
     def received(self, name: str, t: Array, value: Array) -> None:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
@@ -103,13 +119,10 @@ class HealthWatch:
         with self._lock:
             self._failure = (self._clock(), sentence)
 
-    def saved(self, problem: str | None) -> None:
-        """An iteration was saved, or why it could not be."""
-        self._unsaved = problem
-
-    def paused(self, why: str | None) -> None:
-        """Learning is paused, and why in one sentence; None when it goes on."""
-        self._paused = why
+    def count_query(self) -> None:
+        """A question is answered."""
+        with self._lock:
+            self._queries += 1
 
     def silent(self, name: str) -> float | None:
         """For how long a stream that came has been silent [s], if for longer than SILENT; by the clock on the wall."""
@@ -152,7 +165,7 @@ class HealthWatch:
             counters={
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
-                "queries": self.queries,
+                "queries": self._queries,
                 "held": sum(reading.held for reading in readings.values()),
                 "rejected": sum(rejected.values()),
                 **{f"rejected:{reason}": count for reason, count in sorted(rejected.items())},
@@ -174,7 +187,9 @@ class HealthWatch:
                 self._starvation = Starvation(node.config.signal_settings(), self._started)
             received = {name: stream.received for name, stream in self._streams.items()}
             starved = self._starvation.why(now, received, node.batches)
-            self._learning = self._learning.now(self._paused or self._units(node), starved, self._starvation.since)
+            self._learning = self._learning.now(
+                self._conditions.paused or self._units(node), starved, self._starvation.since
+            )
             return self._learning
 
     def _units(self, node: LearnerNode) -> str | None:
@@ -190,7 +205,8 @@ class HealthWatch:
         return next((said for _, _, said in self._plausible.values() if said is not None), None)
 
     def _errors(self, now: float) -> list[str]:
-        errors = [] if self._unsaved is None else [f"what was learned cannot be kept: {self._unsaved}"]
+        unsaved = self._conditions.unsaved
+        errors = [] if unsaved is None else [f"what was learned cannot be kept: {unsaved}"]
         with self._lock:
             if self._failure is not None and now - self._failure[0] <= self._limits.warn_for:
                 errors.append(self._failure[1])
@@ -206,7 +222,7 @@ class HealthWatch:
                         stale.append(f"no {called} has come yet")
                 elif now - at > self._limits.stale_after:
                     stale.append(f"the last {called} came {now - at:.1f} s ago")
-            needed = dict.fromkeys(self.effect_channels, "the traced effects")
+            needed = dict.fromkeys(self._conditions.effect_channels, "the traced effects")
             needed = dict.fromkeys(self._body, "what it takes of the torque") | needed
             for name, what in needed.items():
                 at = self._stream(name).at
@@ -215,7 +231,7 @@ class HealthWatch:
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
-        warnings = [*self.notices, *node.said.warnings]
+        warnings = [*self._conditions.notices, *node.said.warnings]
         with self._lock:
             warnings += sentences.rejected(self._lately.look(now, rejected, self._limits.warn_for))
             warnings += sentences.stands_still(self._streams["yaw_rate"], self._limits.stuck_after)
@@ -223,7 +239,7 @@ class HealthWatch:
         warnings += [slow] if slow else []
         with self._lock:
             seldom = self._pace.look()
-        warnings += [seldom.on_a_bus(self.asks)] if seldom is not None else []
+        warnings += [seldom.on_a_bus(self._askable)] if seldom is not None else []
         return [*warnings, *sentences.of_motion(node), *self._where_it_extrapolates(now, node)]
 
     def _where_it_extrapolates(self, now: float, node: LearnerNode) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import zenoh
@@ -20,17 +20,18 @@ from zenoh.handlers import RingChannel
 
 from incsvr.errors import BadInput
 from service import wire
+from service.bus.publishers import JSON
 from service.health.health_watch import HealthWatch
 from service.learner.damping_query import DampingQuery, asked, listed, names
 from service.learner.estimates import forecast_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, damping
+from service.live.effects import OperatorVerb
 from service.state.history import History
 from service.state.state_file import Row
 
 log = logging.getLogger(__name__)
 
-JSON = zenoh.Encoding.APPLICATION_JSON
 #: Questions for damping that may wait; beyond, the oldest go unanswered and their askers time out.
 RING = 256
 #: Likewise for anything else.
@@ -42,8 +43,6 @@ MAX_REPORT_BYTES = 400_000
 MAX_QUESTION = 250_000
 
 Answer = Callable[[zenoh.Query], bytes]
-Verb = Literal["promote", "withdraw"]
-"""What an operator may decide about an effect."""
 
 
 class Answers:
@@ -59,12 +58,12 @@ class Answers:
         self._damping_key = keys.damping
         self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING)
         #: What an operator decides, each in a queryable of its own: access control sees a question's key alone.
-        decisions: dict[Verb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
-        self._decisions: list[tuple[Verb, str, Any]] = [
+        decisions: dict[OperatorVerb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
+        self._decisions: list[tuple[OperatorVerb, str, Any]] = [
             (verb, key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True))
             for verb, key in decisions.items()
         ]
-        self._decided: deque[tuple[Verb, str, zenoh.Query]] = deque(maxlen=SLOW_RING)
+        self._decided: deque[tuple[OperatorVerb, str, zenoh.Query]] = deque(maxlen=SLOW_RING)
         self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
         self._thread.start()
         answers: dict[str, Answer] = {
@@ -93,7 +92,7 @@ class Answers:
         self._answer_all()
         return bool(self._decided)
 
-    def decide(self, decided: Callable[[Verb, str], bytes]) -> None:
+    def decide(self, decided: Callable[[OperatorVerb, str], bytes]) -> None:
         """Answers what operators have decided, from the thread that learns."""
         while self._decided:
             verb, key, query = self._decided.popleft()
@@ -136,7 +135,7 @@ class Answers:
             del query
 
     def _reply(self, query: zenoh.Query, key: str, answer: Answer) -> None:
-        self._watch.queries += 1
+        self._watch.count_query()
         payload, refusal = b"", None
         try:
             payload = answer(query)
@@ -229,7 +228,7 @@ class Answers:
         return self._history.revision(_count("revision", asked["revision"], 2**62))
 
 
-def _decision(decided: Callable[[Verb, str], bytes], verb: Verb, query: zenoh.Query) -> bytes:
+def _decision(decided: Callable[[OperatorVerb, str], bytes], verb: OperatorVerb, query: zenoh.Query) -> bytes:
     return decided(verb, _effect(query))
 
 

@@ -1,7 +1,7 @@
 """A learner on the bus: its subscriptions, its answers, its publications and its durable state, held together.
 
-    measurements → Ingest → LearnerNode → disk → bus
-                                 ↑ Answers
+    measurements → Feed → LearnerNode → disk → bus
+                               ↑ Answers
 
 It has no threads but the one that answers for damping: `worker_threads` does the work for all learners of a
 process. The liveliness token is declared last: who sees it can ask.
@@ -22,18 +22,19 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service import wire
+from service.bus.feed import Feed
 from service.bus.ingest import Ingest
 from service.bus.publishers import Outgoing
 from service.bus.session import certificates, from_file, in_time
 from service.config.configuration import Config
-from service.health.health_watch import HealthWatch
+from service.health.health_watch import HealthConditions, HealthWatch
 from service.health.publisher import HealthPublisher
-from service.learner.answers import Answers, Verb
+from service.learner.answers import Answers
 from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
 from service.live.effect_switch import EffectSwitch
-from service.live.effects import TracedEffects, configured
+from service.live.effects import OperatorVerb, TracedEffects, configured
 from service.recordings.archive import archive_of
 from service.recordings.validation import read_validation
 from service.state.history import IN_MEMORY_BYTES, History
@@ -59,49 +60,48 @@ class Host:
         self._store = None if config.state is None else Store(config.state, config, known_by, changing)
         self._history = History(0, IN_MEMORY_BYTES) if self._store is None else self._store.history
         self.node, self._live = self._taken_up()
-        self.watch = HealthWatch(config.health, started=time.monotonic(), clock=time.monotonic)
+        askable = config.inputs.preset == "blueos"
+        self.watch = HealthWatch(config.health, time.monotonic(), time.monotonic, config.coupled(), askable)
         effects = self._effects if self._live is None else self._live.effects
         self.node.validate_on(
             {name: read_validation(path, config, effects) for name, path in config.validation.items()}
         )
-        self._company = DuplicateLearner(session, self.keys, self.node.boot, time.monotonic)
+        self._duplicate = DuplicateLearner(session, self.keys, self.node.boot, time.monotonic)
         zenoh_file = config.bus.zenoh_file
         self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
-        self._watch_over(effects)
-        self.watch.among(config.coupled())
         self._outgoing = Outgoing(session, self.keys, self._archive)
-        self._disk_first = PersistThenPublish(config, self.node, self._store, self._history, self._outgoing, self._live)
-        self._changing: EffectSwitch | None = None
+        self.mapped = self._mapping(learners)
+        self._persist_then_publish = PersistThenPublish(
+            config, self.node, self._store, self._history, self._outgoing, self._live, self.mapped
+        )
+        self._switch: EffectSwitch | None = None
         if self._live is not None:
-            self._changing = EffectSwitch(config, self.node, self._live, self._disk_first, self._watch_over)
-            self._changing.say()
+            self._switch = EffectSwitch(config, self.node, self._live, self._persist_then_publish)
+            self._switch.tell_node()
         self._health_publisher = HealthPublisher(session, config, self._outgoing)
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
             self._outgoing.publish(self.keys.model, wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._history)
-        self._mapped = self._disk_first.mapped = self._mapping(learners)
-        self.ingest = self._mapped or Ingest(session, self.keys, self.node, self.watch, learners, archive=self._archive)
+        # Further channels come on our own keys, whoever brings yaw rate and torque.
+        own = Ingest(session, self.keys, self.watch, learners, required=self.mapped is None, archive=self._archive)
+        self.feed = Feed(self.node, self.watch, (own,) if self.mapped is None else (own, self.mapped))
         self.tick()
         self._outgoing.publish(self.keys.effects, wire.encode(self.node.ledger))
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
     def _mapping(self, learners: int) -> MappedIngest | None:
         """What hears the forms of others; None where all comes in our own."""
-        inputs = self._config.inputs
-        if inputs.own:
+        if self._config.inputs.own:
             return None
         # Loaded where it is needed alone, like the other parts that not every learner has.
         from service.bus.mapped_ingest import MappedIngest
 
-        self.watch.asks = inputs.preset == "blueos"
         memory = (self._store.memory if self._store is not None else None) or {}
         known = memory.get(PARAMETERS) or {}
-        return MappedIngest(
-            self._session, self.keys, self.node, self.watch, self._config, known, learners, self._archive
-        )
+        return MappedIngest(self._session, self.watch, self._config, known, learners, self._archive)
 
     def _taken_up(self) -> tuple[LearnerNode, LiveTracing | None]:
         """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""
@@ -137,7 +137,7 @@ class Host:
         for other in others:
             for name in other._config.hears(self._config):
                 if name in other._config.signal_settings().channels:
-                    self.ingest.onward.append(partial(other._hear, name))
+                    self.feed.onward.append(partial(other._hear, name))
 
     def _hear(self, name: str, t: Array, value: Array) -> bool:
         """A velocity from another learner of this process; True where a batch waits."""
@@ -151,31 +151,53 @@ class Host:
             whether `learn` is to be called though no batch may wait.
         """
         now = time.monotonic()
-        store = self._store
-        states = () if store is None else store.notices
-        mapped = self._mapped
-        said = () if mapped is None else mapped.notices()
-        archived = () if self._archive is None else self._archive.notices()
-        beside = () if self._live is None else self._live.notices
-        dated = (each.sentence_now() for each in self._certificates)
-        ending = tuple(sentence for sentence in dated if sentence is not None)
-        self.watch.notices = (*ending, *states, *self._company.notice(), *self._warnings, *said, *archived, *beside)
-        self.watch.saved(None if store is None else store.problem)
-        self.watch.paused(self.node.said.paused or (None if mapped is None else mapped.why_not))
-        self._estimate()
+        store, mapped = self._store, self.mapped
+        self.watch.observe(self._conditions())
         health = self.watch.report(self.node)
         ros = mapped is not None and self._config.inputs.preset == "ros2"
         self._health_publisher.publish(health, now, mapped.rate_key() if ros and mapped is not None else None)
         return (self._live is not None and self._live.waits) or (store is not None and store.due)
 
-    def _estimate(self) -> None:
-        """While the gyro is silent or not believed and the torque comes, the model's own rate goes out."""
+    def _conditions(self) -> HealthConditions:
+        """What the parts beside the streams have to say now; the model's own yaw rate goes out where it is due."""
+        store, mapped, effects = self._store, self.mapped, self._effects_in_force
+        dated = (each.sentence_now() for each in self._certificates)
+        notices = (
+            *(sentence for sentence in dated if sentence is not None),
+            *(() if store is None else store.notices),
+            *self._duplicate.notice(),
+            *(() if effects is None else effects.warnings),
+            *(() if mapped is None else mapped.notices()),
+            *(() if self._archive is None else self._archive.notices()),
+            *(() if self._live is None else self._live.notices),
+            *self._estimate(),
+        )
+        channels = self._config.signals.channels
+        return HealthConditions(
+            notices,
+            unsaved=None if store is None else store.problem,
+            paused=self.node.said.paused or (None if mapped is None else mapped.why_not),
+            effect_channels=() if effects is None else effects.compensation.reads(channels),
+        )
+
+    @property
+    def _effects_in_force(self) -> TracedEffects | None:
+        """The traced effects that samples are freed of."""
+        return self._effects if self._switch is None else self._switch.in_force
+
+    def _estimate(self) -> tuple[str, ...]:
+        """While the gyro is silent or not believed and the torque comes, the model's own rate goes out.
+
+        Returns:
+            what health says of it.
+        """
         if self.watch.silent("torque") is not None:
-            return
+            return ()
         found = estimate(self.node, self.watch.silent("yaw_rate"))
-        if found is not None:
-            self._outgoing.publish(self.keys.estimate, wire.encode(found))
-            self.watch.notices = (*self.watch.notices, f"{self.keys.estimate} is the model's own: {found.why}")
+        if found is None:
+            return ()
+        self._outgoing.publish(self.keys.estimate, wire.encode(found))
+        return (f"{self.keys.estimate} is the model's own: {found.why}",)
 
     def learn(self) -> bool:
         """One iteration, where a batch waits, kept and published; False where none does. From one thread alone."""
@@ -186,11 +208,11 @@ class Host:
             self.watch.failed(f"an iteration failed and its batch is lost: {error}")
             return True
         if outcome is not None:
-            self._disk_first.iteration(outcome)
+            self._persist_then_publish.iteration(outcome)
         elif self._store is not None:
             self._store.save_again()
-        if self._changing is not None:
-            self._changing.after_batch()
+        if self._switch is not None:
+            self._switch.after_batch()
         self.answers.decide(self._decided)
         return outcome is not None
 
@@ -208,23 +230,18 @@ class Host:
                 last.callback(self._live.close)
             if self._store is not None:
                 last.callback(self._store.close)
-            last.callback(self._disk_first.last_samples)
-            self.ingest.drain()
+            last.callback(self._persist_then_publish.last_samples)
+            self.feed.drain()
 
     def _undeclare(self) -> None:
         """All but the publishers: to undeclare those may take ten seconds, and ends with the session."""
-        self.ingest.close()
+        self.feed.close()
         self.answers.close()
         self._health_publisher.close()
-        self._company.close()
+        self._duplicate.close()
 
-    def _decided(self, verb: Verb, name: str) -> bytes:
-        """What an operator decides (`ChangingOver.decided`)."""
-        if self._changing is None:
+    def _decided(self, verb: OperatorVerb, name: str) -> bytes:
+        """What an operator decides (`EffectSwitch.decided`)."""
+        if self._switch is None:
             raise BadInput("tracing.live is off here, so nothing is found; set it to advise or adopt")
-        return self._changing.decided(verb, name)
-
-    def _watch_over(self, effects: TracedEffects | None) -> None:
-        self._warnings = effects.warnings if effects else ()
-        channels = self._config.signals.channels
-        self.watch.effect_channels = effects.compensation.reads(channels) if effects else ()
+        return self._switch.decided(verb, name)

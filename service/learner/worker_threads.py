@@ -58,16 +58,16 @@ class WorkerThreads:
         self._batch.set()
         for thread in self._threads:
             thread.join()
-        self._each(lambda host: host.ingest.hear())
+        self._each(lambda host: host.feed.hear())
         self._each(Host.close)
 
     def _take_in(self) -> None:
         def hear(host: Host) -> None:
-            if host.ingest.hear():
+            if host.feed.hear():
                 self._batch.set()
 
         def learn(host: Host) -> None:
-            if host.ingest.learn():
+            if host.feed.learn():
                 self._batch.set()
 
         while not self._stop.wait(POLL):

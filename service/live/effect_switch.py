@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from incsvr.errors import BadInput
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
-from service.learner.answers import Verb
 from service.learner.node import LearnerNode
-from service.live.effects import TracedEffects
+from service.live.effects import OperatorVerb, TracedEffects
 from service.live.ledger import findings
 from service.recordings.validation import read_validation
 from service.state.persist_then_publish import PersistThenPublish
@@ -27,48 +24,54 @@ log = logging.getLogger(__name__)
 _DONE = {"promote": "promoted", "withdraw": "withdrawn"}
 
 
-@dataclass(frozen=True, slots=True)
 class EffectSwitch:
-    """Live tracing of one learner on the bus; `watch_over` is told which effects are in force."""
+    """Live tracing of one learner on the bus; called by the thread that learns.
 
-    config: Config
-    node: LearnerNode
-    live: LiveTracing
-    disk_first: PersistThenPublish
-    watch_over: Callable[[TracedEffects | None], None]
+    Attributes:
+        in_force: the effects that the learner's samples are freed of. From any thread.
+    """
+
+    def __init__(
+        self, config: Config, node: LearnerNode, live: LiveTracing, persist_then_publish: PersistThenPublish
+    ) -> None:
+        self._config, self._node, self._live = config, node, live
+        self._persist_then_publish = persist_then_publish
+        self.in_force = live.effects
 
     def after_batch(self) -> None:
         """What live tracing has to do after a batch, or when its process has ended."""
-        live = self.live
+        live = self._live
         try:
             # Also while learning is paused: what the checks take for a clock that jumped may be an effect.
-            said = live.after(self.node)
+            said = live.after(self._node)
             if live.waits:
-                instead = live.conclude(self.node)
+                instead = live.conclude(self._node)
                 if instead is not None:
                     self._change_over(instead)
                 self._tell()
-                said = live.after(self.node)  # the data for what comes next may be there already
+                said = live.after(self._node)  # the data for what comes next may be there already
             if said:
                 self._tell()
         except Exception:  # what is traced must not end the learning
-            log.exception("%s: a fault of this program", self.config.prefix)
+            log.exception("%s: a fault of this program", self._config.prefix)
 
-    def decided(self, verb: Verb, name: str) -> bytes:
+    def decided(self, verb: OperatorVerb, name: str) -> bytes:
         """What an operator decides, in force and on the disk before it is answered: the ledger then.
 
         Raises:
             BadInput: it cannot be; all is as it was, or what is in force is not on the disk yet.
         """
-        instead = self.live.decide(self.node, verb, name)
+        instead = self._live.decide(self._node, verb, name)
         if instead is not None:
             problem = self._change_over(instead)
             self._tell()
             if problem is not None:
                 raise BadInput(f"{name} could not be {_DONE[verb]}: {problem}")
-        if self.disk_first.problem is not None:
-            raise BadInput(f"{name} is {_DONE[verb]}, but that is not on the disk yet: {self.disk_first.problem}")
-        return wire.encode(self.node.ledger)
+        if self._persist_then_publish.problem is not None:
+            raise BadInput(
+                f"{name} is {_DONE[verb]}, but that is not on the disk yet: {self._persist_then_publish.problem}"
+            )
+        return wire.encode(self._node.ledger)
 
     def _change_over(self, instead: TracingState) -> str | None:
         """From the effects before to those that are in force now, in one revision; where that fails, all stays.
@@ -76,36 +79,36 @@ class EffectSwitch:
         Returns:
             why it failed.
         """
-        live = self.live
+        live = self._live
         try:
-            outcome = self.node.relearn(live.effects, self._validation(live.effects), live.since)
+            outcome = self._node.relearn(live.effects, self._validation(live.effects), live.since)
         except Exception as error:  # whatever effects do to the samples, learning goes on
             why = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
             if not isinstance(error, BadInput):
-                log.exception("%s: a fault of this program", self.config.prefix)
-            live.put_back(self.node, instead, why)
+                log.exception("%s: a fault of this program", self._config.prefix)
+            live.put_back(self._node, instead, why)
             return why
-        self.watch_over(live.effects)
-        self.say()
+        self.in_force = live.effects
+        self.tell_node()
         if outcome is not None:  # else nothing was ever learned; the ledger, which follows, brings it to the disk
-            self.disk_first.iteration(outcome)
+            self._persist_then_publish.iteration(outcome)
         return None
 
-    def say(self) -> None:
+    def tell_node(self) -> None:
         """Where live tracing stands, to the node's ledger."""
-        live = self.live
-        self.node.tell(findings(live.standing), live.standing.history, live.work)
+        live = self._live
+        self._node.tell(findings(live.standing), live.standing.history, live.work)
 
     def _tell(self) -> None:
-        self.say()
-        self.disk_first.ledger()
+        self.tell_node()
+        self._persist_then_publish.ledger()
 
     def _validation(self, effects: TracedEffects | None) -> dict[str, Samples]:
         """The validation data freed of these effects; a recording that cannot be is left out aloud."""
         found = {}
-        for name, path in self.config.validation.items():
+        for name, path in self._config.validation.items():
             try:
-                found[name] = read_validation(path, self.config, effects)
+                found[name] = read_validation(path, self._config, effects)
             except BadInput as error:
-                log.warning("%s: %s", self.config.prefix, error)
+                log.warning("%s: %s", self._config.prefix, error)
         return found

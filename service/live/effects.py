@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
     from incsvr.plant.body import Coupled
 
+OperatorVerb = Literal["promote", "withdraw"]
+"""What an operator may decide about an effect."""
 FOLLOWED = ("drag_drift", "drag_step")
 """Effects of the damping over time: the learned damping follows the vehicle by itself."""
 _AGAIN = "write one with `incsvr trace RECORDING… --json FILE`"

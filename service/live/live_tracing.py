@@ -14,10 +14,9 @@ from typing import Any
 from incsvr.compensation.promotion import Comparison
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.learner.answers import Verb
 from service.learner.node import LearnerNode
 from service.live import ledger, worker
-from service.live.effects import TracedEffects, taken_up
+from service.live.effects import OperatorVerb, TracedEffects, taken_up
 from service.live.proof_decision import judged
 from service.live.tracing_process import Died, TracingProcess
 from service.live.tracing_state import RESIDUAL, Content, TracingState, Work
@@ -132,7 +131,7 @@ class LiveTracing:
             child.close()
         return None if _same(self.standing.force, before.force) else before.after_proof(newest, "refused")
 
-    def decide(self, node: LearnerNode, verb: Verb, name: str) -> TracingState | None:
+    def decide(self, node: LearnerNode, verb: OperatorVerb, name: str) -> TracingState | None:
         """An operator promotes what is found, or withdraws what is in force: all effects of one trace together.
 
         Returns:

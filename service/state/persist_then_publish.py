@@ -26,7 +26,7 @@ PARAMETERS = "parameters"
 """The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class PersistThenPublish:
     """The way out of one learner: without a `store` its newest revisions are kept in the `history` alone."""
 
@@ -36,7 +36,7 @@ class PersistThenPublish:
     history: History
     outgoing: Outgoing
     live: LiveTracing | None
-    mapped: MappedIngest | None = None
+    mapped: MappedIngest | None
 
     def iteration(self, outcome: Outcome) -> None:
         """An iteration that was adopted."""

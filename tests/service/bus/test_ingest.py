@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from service import wire
+from service.bus.feed import Feed
 from service.bus.ingest import LEAST, MAX_PAYLOAD, QUEUE_BYTES, RING, Ingest, places
 from service.bus.session import free_endpoint, listening, open_session
 from service.health.health_watch import HealthWatch
@@ -21,11 +22,11 @@ def test_of_what_is_not_taken_in_time_the_newest_is_kept() -> None:
     config = configured()
     node, watch = LearnerNode(config, boot=""), HealthWatch(config.health, time.monotonic(), time.monotonic)
     with open_session(listening(free_endpoint())) as session:
-        ingest = Ingest(session, KEYS, node, watch, learners=RING)
+        feed = Feed(node, watch, [Ingest(session, KEYS, watch, learners=RING)])
         for number in range(LEAST + 136):  # within a session a put is with its subscriber when it returns
             session.put(KEYS.rate, wire.measurement(0.02 * number, 0.0, number))
-        ingest.drain()
-        ingest.close()
+        feed.drain()
+        feed.close()
     stream = watch.report(node).streams["yaw_rate"]
     assert stream.received == LEAST
     assert stream.t == pytest.approx(0.02 * (LEAST + 135))
@@ -37,17 +38,17 @@ def test_what_waits_is_bounded_by_its_bytes_and_what_goes_for_it_is_counted() ->
     large = wire.measurement(tuple(np.arange(40_000) / 50.0), (0.1,) * 40_000)
     sent = QUEUE_BYTES // len(large) + 10
     with open_session(listening(free_endpoint())) as session:
-        ingest = Ingest(session, KEYS, node, watch)
+        feed = Feed(node, watch, [Ingest(session, KEYS, watch)])
         for _ in range(sent):
             session.put(KEYS.torque, large)
         session.put(KEYS.rate, wire.measurement(1.0, 0.1))
-        ingest.drain()
+        feed.drain()
         counters = watch.report(node).counters
         assert counters["rejected:queue_full"] >= 10
         assert watch.report(node).streams["yaw_rate"].received == 1  # a flood of the other stream does not hold it up
         while watch.report(node).streams["torque"].received < 40_000 * (sent - counters["rejected:queue_full"]):
-            ingest.drain()
-        ingest.close()
+            feed.drain()
+        feed.close()
     assert "values rejected: queue full" in " ".join(watch.report(node).reasons)
 
 

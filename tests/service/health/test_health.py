@@ -9,7 +9,7 @@ import pytest
 
 from incsvr.numerics import Array
 from service.config.sections import HealthLimits
-from service.health.health_watch import HealthWatch
+from service.health.health_watch import HealthConditions, HealthWatch
 from service.learner.node import LearnerNode
 from simulator import leng, slow_commands
 from tests.service.conftest import configured
@@ -57,7 +57,7 @@ def test_it_is_well_while_both_streams_come(watch: HealthWatch, node: LearnerNod
 
 
 def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
-    watch.effect_channels = ("sway",)
+    watch.observe(HealthConditions(effect_channels=("sway",)))
     clock.now += 11.0
     feed(watch, node, moving(0.0, 5.0))
     assert watch.report(node).reasons == (
@@ -67,10 +67,10 @@ def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: Lear
     assert watch.report(node).level == "OK"
 
 
-def test_a_velocity_that_does_not_come_stops_the_learning_and_is_named(watch: HealthWatch, clock: Clock) -> None:
+def test_a_velocity_that_does_not_come_stops_the_learning_and_is_named(clock: Clock) -> None:
     config = configured(vehicle__mass_matrix=[60.0, 80.0, 0.0, 0.0, 0.0, 350.0], signals__channels=["surge", "sway"])
     node = LearnerNode(config, boot="b")
-    watch.among(config.coupled())
+    watch = HealthWatch(HealthLimits(), started=clock(), clock=clock, coupled=config.coupled())
     streams = moving(0.0, 20.0)
     feed(watch, node, {"surge": streams["yaw_rate"]} | streams)
     assert watch.report(node).level == "OK"  # it may still come
@@ -162,10 +162,10 @@ def test_a_vehicle_beyond_the_learned_range_warns(watch: HealthWatch, node: Lear
 
 def test_what_cannot_be_kept_is_an_error(watch: HealthWatch, node: LearnerNode) -> None:
     feed(watch, node, moving(0.0, 5.0))
-    watch.saved("database or disk is full")
+    watch.observe(HealthConditions(unsaved="database or disk is full"))
     health = watch.report(node)
     assert (health.level, health.reasons) == ("ERROR", ("what was learned cannot be kept: database or disk is full",))
-    watch.saved(None)
+    watch.observe(HealthConditions())
     assert watch.report(node).level == "OK"
 
 
@@ -184,7 +184,7 @@ def test_learned_is_the_fresh_part_of_the_range(clock: Clock) -> None:
 def test_a_pause_is_said_with_its_reason_until_it_ends(watch: HealthWatch, node: LearnerNode) -> None:
     feed(watch, node, moving(0.0, 5.0))
     assert watch.report(node).learning.state == "learning"
-    watch.paused("the gyro repeats one value")
+    watch.observe(HealthConditions(paused="the gyro repeats one value"))
     feed(watch, node, moving(5.0, 6.0))
     health = watch.report(node)
     assert (health.level, health.reasons) == ("WARN", ("learning is paused: the gyro repeats one value",))
@@ -192,7 +192,7 @@ def test_a_pause_is_said_with_its_reason_until_it_ends(watch: HealthWatch, node:
     assert health.learning.since == pytest.approx(5.98)
     feed(watch, node, moving(6.0, 7.0))
     assert watch.report(node).learning.since == pytest.approx(5.98)
-    watch.paused(None)
+    watch.observe(HealthConditions())
     health = watch.report(node)
     assert (health.level, health.learning.state, health.learning.why) == ("OK", "learning", "")
 

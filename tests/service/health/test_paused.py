@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.numerics import Array
-from service.health.health_watch import HealthWatch
+from service.health.health_watch import HealthConditions, HealthWatch
 from service.learner.damping_query import DampingQuery
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import Outcome
@@ -36,7 +36,7 @@ def play(node: LearnerNode, after: float, until: float) -> list[Outcome]:
 def health(node: LearnerNode) -> Any:
     config = configured()
     watch = HealthWatch(config.health, started=0.0, clock=lambda: 0.0)
-    watch.paused(node.said.paused)
+    watch.observe(HealthConditions(paused=node.said.paused))
     return watch.report(node)
 
 

@@ -11,7 +11,6 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from zenoh.ext import Int64, z_deserialize
 
 from incsvr.errors import BadInput
-from service.bus.mapped_ingest import MappedIngest
 from service.inputs.bus_keys import matches, ros_type
 from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
@@ -90,9 +89,9 @@ def test_and_from_what_a_bridge_announces(board: Board, swim: Dive) -> None:
     spelt = [(key.replace("/", "§"), kind.replace("/", "§")) for key, kind in kinds.items()]
     tell = vessel.session.liveliness().declare_token
     tokens = [tell(f"@/1a2b3c/@ros2_lv/MP/{key}/{kind}/:::,,") for key, kind in spelt]
-    ingest = vessel.host.ingest
-    assert isinstance(ingest, MappedIngest)
-    vessel.health_when(lambda _: len(ingest.hearing.types) == 2)
+    mapped = vessel.host.mapped
+    assert mapped is not None
+    vessel.health_when(lambda _: len(mapped.mapper.types) == 2)
     messages = []
     for t, rate, torque in zip(swim.time[:400], swim.rate, swim.torque, strict=False):
         messages += [("rov/imu", imu(t, rate)), ("rov/wrench", wrench_stamped(t, torque)), ("rov/camera", b"\0" * 64)]

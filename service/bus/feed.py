@@ -1,0 +1,91 @@
+"""The way of measurements from the bus into a learner: read, told to health and onward, and only then learned from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from incsvr.numerics import Array
+from incsvr.signals import YAW_RATE
+from service.health.health_watch import HealthWatch
+from service.learner.node import LearnerNode
+
+Listener = Callable[[Array, Array], bool]
+"""Takes (n,) stamps [s] and values of a stream; True where a batch waits to be learned."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measurements:
+    """Values of one stream: stamps (n,) [s] and values (n,), n ≥ 1."""
+
+    name: str
+    t: Array
+    value: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Arrived:
+    """What was read from the bus at once.
+
+    Attributes:
+        measurements: all of it, as health is told.
+        learnable: what of it may be learned from, in the order in which the learner takes it.
+    """
+
+    measurements: Sequence[Measurements]
+    learnable: Sequence[Measurements]
+
+
+class Subscriptions(Protocol):
+    """Subscriptions of one learner, read from one thread alone."""
+
+    def read(self) -> Arrived:
+        """What has come since the last time."""
+
+    def close(self) -> None:
+        """Ends them."""
+
+
+class Feed:
+    """The subscriptions of one learner, emptied into it; `drain` empties them.
+
+    Attributes:
+        onward: who else in this process is told each yaw rate that may be learned from.
+    """
+
+    def __init__(self, node: LearnerNode, watch: HealthWatch, subscriptions: Sequence[Subscriptions]) -> None:
+        self._node, self._watch, self._subscriptions = node, watch, subscriptions
+        self.onward: list[Listener] = []
+        self._waiting: list[list[Measurements]] = [[] for _ in subscriptions]
+
+    def drain(self) -> bool:
+        """Takes what has come, from one thread alone; True where a batch waits to be learned."""
+        batch_waits = self.hear()
+        return self.learn() or batch_waits
+
+    def hear(self) -> bool:
+        """Reads what has come and tells it onward, before any of it is learned from: `learn` follows."""
+        batch_waits = False
+        for subscriptions, waiting in zip(self._subscriptions, self._waiting, strict=True):
+            arrived = subscriptions.read()
+            for each in arrived.measurements:
+                self._watch.received(each.name, each.t, each.value)
+            for each in arrived.learnable:
+                waiting.append(each)
+                for listener in self.onward if each.name == YAW_RATE else ():
+                    batch_waits |= listener(each.t, each.value)
+        return batch_waits
+
+    def learn(self) -> bool:
+        """Passes on what was read to the learner; True where a batch waits."""
+        batch_waits = False
+        for waiting in self._waiting:
+            for each in waiting:
+                batch_waits |= self._node.push(each.name, each.t, each.value)
+            waiting.clear()
+        return batch_waits
+
+    def close(self) -> None:
+        for subscriptions in self._subscriptions:
+            subscriptions.close()
