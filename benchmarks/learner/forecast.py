@@ -31,7 +31,7 @@ from incsvr.forecasting.experience import CLAIM, KEPT, widening
 from incsvr.forecasting.experience import HORIZONS as TRIED
 from incsvr.learning import guarded
 from incsvr.learning.baselines import Data, LeastSquares
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant import free_run, tabulated
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
@@ -243,7 +243,7 @@ def _figures(own: Sequence[dict[str, Any]]) -> dict[str, Any]:
         error = np.array([record[f"{which}_error"] for record in own])
         half = np.array([record[f"{which}_half"] for record in own])
         found |= {
-            f"{which}_rmse": float(np.sqrt(np.mean(error**2))),
+            f"{which}_rmse": root_mean_square(error),
             f"{which}_covered": int(np.sum(np.abs(error) <= half)),
             f"{which}_half": float(np.median(half)) if np.isfinite(np.median(half)) else None,
         }

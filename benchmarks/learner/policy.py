@@ -27,6 +27,7 @@ from incsvr.learning.dual import solve
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
+from incsvr.numerics import root_mean_square
 from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress
@@ -127,7 +128,7 @@ def scenario(name: str, seed: int, policy: Policy) -> dict[tuple[str, str], floa
         state, iteration = step(settings, state, batch)
         if number * settings.batch > case.event:
             error = state.model.predict(RATES).damping - case.truth(number * settings.batch)
-            errors.append(float(np.sqrt(np.mean(error**2))))
+            errors.append(root_mean_square(error))
             changes += iteration.change is not None
     figures = {
         (name, "RMS to the truth, mean of all batches since [N m]"): float(np.mean(errors)),

@@ -24,7 +24,7 @@ from incsvr.learning.baselines import (
     RecursiveLeastSquares,
     TotalLeastSquares,
 )
-from incsvr.numerics import Array
+from incsvr.numerics import root_mean_square
 from incsvr.signals import TORQUE, YAW_RATE, synchronise
 from incsvr.signals.samples import Samples
 from service.recordings.recording_csv import RATE_LIMIT
@@ -89,7 +89,7 @@ def at_the_end(name: str, seed: int) -> dict[str, float]:
     samples = case.draw(seed)
     data = _data(samples)
     truth = case.truth(case.samples)
-    return {each: _rms(baseline.fit(data).predict(RATES) - truth) for each, baseline in FITTED.items()}
+    return {each: root_mean_square(baseline.fit(data).predict(RATES) - truth) for each, baseline in FITTED.items()}
 
 
 def after_a_mission(kind: str, seed: int) -> dict[str, float]:
@@ -105,14 +105,10 @@ def after_a_mission(kind: str, seed: int) -> dict[str, float]:
     scale = float(np.quantile(np.abs(samples.yaw_rate), 0.99))
     identifier = AdaptiveIdentifier(inertia=outcome.inertia, rate_scale=scale)
     found[ADAPTIVE] = identifier.fit(Data.of(samples, streams[YAW_RATE], streams[TORQUE])).predict(rates)
-    return {each: _rms(served - truth) / outcome.water_rms for each, served in found.items()}
+    return {each: root_mean_square(served - truth) / outcome.water_rms for each, served in found.items()}
 
 
 def _data(samples: Samples) -> Data:
     last = samples.take(slice(-LAST, None))
     nothing = np.empty(0)
     return Data(last, nothing, nothing, nothing)
-
-
-def _rms(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2)))

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from benchmarks.learner.policies import Policy, scaled
+from incsvr.numerics import root_mean_square
 from incsvr.signals import synchronise
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learn, signals_for
@@ -33,7 +34,7 @@ def mission(kind: str, seed: int, policy: Policy) -> dict[tuple[str, str], float
     model = list(learn(samples, scaled(samples, policy)))[-1].model
     rates = outcome.driven_rates
     served = model.predict(rates).damping if model.is_trained else np.zeros(rates.size)
-    error = float(np.sqrt(np.mean((served - outcome.damping(rates)) ** 2)))
+    error = root_mean_square(served - outcome.damping(rates))
     return {
         (f"mission: {kind}", "RMS to the truth at the driven rates, over the water's deviation"): error
         / outcome.water_rms

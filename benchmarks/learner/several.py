@@ -36,7 +36,7 @@ from incsvr.learning import guarded
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.learning.several.velocities import points
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import AXES, stream_of
 from incsvr.signals.samples import Samples
 from service.recordings.recording import sequence
@@ -179,7 +179,7 @@ def gaussian_process(velocity: Array, damping: Array) -> Predictor:
 
 
 def _rms(values: Array) -> float | None:
-    return float(np.sqrt(np.mean(values**2))) if values.size else None
+    return root_mean_square(values) if values.size else None
 
 
 def methods() -> list[str]:

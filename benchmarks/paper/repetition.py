@@ -30,7 +30,7 @@ from incsvr.learning.iteration import Iteration
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.tuning import ranked, search
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.signals.samples import Samples
 from service.recordings.recording import sequence
 from simulator import leng
@@ -196,7 +196,7 @@ def _as_trained(settings: Settings, iteration: Iteration) -> tuple[Predict, int]
 def _errors(predict: Predict, samples: Samples) -> tuple[float, float]:
     """MAE and RMSE [N m]."""
     residual = predict(samples.yaw_rate) - samples.damping
-    return float(np.mean(np.abs(residual))), float(np.sqrt(np.mean(residual**2)))
+    return float(np.mean(np.abs(residual))), root_mean_square(residual)
 
 
 def repetitions(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
@@ -64,7 +64,7 @@ class Watched:
         was paused throughout."""
         time, left = self.residuals
         late = left[time >= since]
-        return float(np.sqrt(np.mean(late**2))) if late.size else np.inf
+        return root_mean_square(late) if late.size else np.inf
 
 
 def watch(config: Config, recording: Recording) -> Watched:

@@ -30,7 +30,7 @@ from benchmarks.vehicles.splits import SPLITS, Split, skipped
 from incsvr.effects import Signals, Term
 from incsvr.errors import BadInput
 from incsvr.learning.baselines import AdaptiveIdentifier, Baseline, Data, LeastSquares, RecursiveLeastSquares
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import VELOCITIES
 from incsvr.plant.inertia import products
 from incsvr.plant.words import said
@@ -121,8 +121,8 @@ def judged(learn: Callable[[Material], Motion], given: Material) -> dict[str, An
         return {"failed": f"{type(error).__name__}: {error}", "seconds": time.process_time() - begun}
     errors = zip(HORIZONS, steps, strict=True)
     return {
-        "free_run": _rms(simulated - here.rate),
-        "ahead": {f"{horizon:g}": _rms(error) if error.size else None for horizon, error in errors},
+        "free_run": root_mean_square(simulated - here.rate),
+        "ahead": {f"{horizon:g}": root_mean_square(error) if error.size else None for horizon, error in errors},
         "seconds": seconds,
     }
 
@@ -179,10 +179,6 @@ def _told(found: Trace) -> dict[str, Any]:
         "beats_zero": found.beats_zero,
         "loop": found.loop,
     }
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

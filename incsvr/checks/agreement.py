@@ -19,7 +19,7 @@ from incsvr.checks.power import turns
 from incsvr.checks.response import Estimate, Left, causes
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.signals.samples import Samples
 
 YOUNG = 3
@@ -69,7 +69,7 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
         seen = Left.of(samples, known, state.lag)
         if (
             not turns(samples.take(known.inside), vehicle.largest_rate)
-            or np.sqrt(np.mean(seen.damping**2)) < OUT_OF_NOISE * known.sigma
+            or root_mean_square(seen.damping) < OUT_OF_NOISE * known.sigma
         ):
             continue  # a controller answers the water, and what it does looks like any cause
         found = causes(seen, known.sigma)

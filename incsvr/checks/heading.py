@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square, running_integral
 from incsvr.signals.raw import HEADING, HEADING_TIME
 from incsvr.signals.samples import Samples
 
@@ -51,7 +51,7 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
     bias = float((gyro - compass).sum() / lasted.sum())
     each = (gyro - compass) - bias * lasted
     # increments share their ends' errors, which cancel in the sum: the two ends of the batch are what is left
-    doubt = float(np.sqrt(np.mean(each**2))) * float(np.sqrt(2.0)) / float(lasted.sum())
+    doubt = root_mean_square(each) * float(np.sqrt(2.0)) / float(lasted.sum())
     decision = max((d for d, part in BIAS.items() if abs(bias) > part * largest_rate), default=Decision.CLEAN)
     if decision and abs(bias) > CERTAIN * doubt:
         return [
@@ -85,7 +85,7 @@ def _increments(batch: Samples, turn: float) -> tuple[Array, Array, Array]:
     if new.size < 2:
         nothing = np.empty(0)
         return nothing, nothing, nothing
-    turned = np.concatenate(([0.0], np.cumsum(0.5 * (batch.yaw_rate[1:] + batch.yaw_rate[:-1]) * np.diff(batch.time))))
+    turned = running_integral(batch.time, batch.yaw_rate)
     stamp, heading = stamp[new], heading[new]
     gyro = np.diff(np.interp(stamp, batch.time, turned))
     compass = (np.diff(heading) + 0.5 * turn) % turn - 0.5 * turn

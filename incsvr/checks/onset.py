@@ -11,7 +11,7 @@ import numpy as np
 from incsvr.checks.misfit import BOUNDLESS, DRIVELESS, PLAIN, UNCLEAR, Scales
 from incsvr.checks.response import Left
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 
 LAST = (8, 16)
 """So many of the last samples are looked at: four hold no two stray ones that make a median, more are a window's."""
@@ -52,4 +52,4 @@ def onset(seen: Left, scales: Scales) -> list[Finding]:
 
 
 def _deviation(rest: Array) -> float:
-    return 1.4826 * float(np.median(np.abs(rest))) if rest.size else 0.0
+    return robust_deviation(rest) if rest.size else 0.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation, root_mean_square
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
@@ -49,7 +49,7 @@ def drives(batch: Samples, inertia: float, largest_rate: float) -> list[Finding]
 
 def turns(batch: Samples, largest_rate: float) -> bool:
     """Whether the vehicle is driven to turn, not only moved by the water."""
-    return len(batch) > 0 and float(np.sqrt(np.mean(batch.yaw_rate**2))) > MOVING * largest_rate
+    return len(batch) > 0 and root_mean_square(batch.yaw_rate) > MOVING * largest_rate
 
 
 def _drives(part: Samples, inertia: float, largest_rate: float) -> bool:
@@ -85,4 +85,4 @@ def _answer(part: Samples) -> float:
 
 def _noise(damping: Array) -> float:
     """Scatter of neighbours [N m], robust against outliers."""
-    return 1.4826 * float(np.median(np.abs(np.diff(damping)))) / float(np.sqrt(2.0))
+    return robust_deviation(np.diff(damping)) / float(np.sqrt(2.0))

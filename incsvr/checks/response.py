@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.checks.curve import Curve
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
@@ -245,7 +245,7 @@ def _near(rest: Array) -> NDArray[np.bool_]:
 
 
 def _deviation(rest: Array) -> float:
-    return 1.4826 * float(np.median(np.abs(rest)))
+    return robust_deviation(rest)
 
 
 def _cost(rest: Array, level: float) -> float:

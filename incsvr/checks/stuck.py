@@ -13,7 +13,7 @@ import numpy as np
 
 from incsvr.checks.curve import Curve
 from incsvr.checks.verdict import Decision, Finding
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
 from incsvr.signals.samples import Samples
 
@@ -129,7 +129,7 @@ def _moved(
         # a constant torque does not turn a vehicle to both sides
         return bool(min(rate.max(), -rate.min()) > SWEPT * range_width)
     left = (batch.damping - curve.damping)[stretch.slice][curve.inside[stretch.slice]]
-    amiss = float(np.sqrt(np.mean(left**2)))
+    amiss = root_mean_square(left)
     return amiss > max(UNEXPLAINED * curve.sigma, OF_LARGEST * curve.largest)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation, root_mean_square, running_integral
 
 WINDOW = 60.0
 """Over which both are compared [s]."""
@@ -34,7 +34,7 @@ def beside_yaw_rate(rate: tuple[Array, Array], heading: tuple[Array, Array]) -> 
     (time, values), (stamps, angle) = rate, heading
     if time.size < 2 or stamps.size < 2:
         return None
-    turned = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))))
+    turned = running_integral(time, values)
     inside = (stamps >= time[0]) & (stamps <= time[-1])
     stamps, angle = stamps[inside], np.unwrap(angle[inside])
     gyro = np.interp(stamps, time, turned)
@@ -59,7 +59,7 @@ def beside_yaw_rate(rate: tuple[Array, Array], heading: tuple[Array, Array]) -> 
         return None
     drift, span = float(np.median(slopes)), float(stamps[-1] - stamps[0])
     whole = float(angle[-1] - angle[0] - gyro[-1] + gyro[0])
-    doubt = 1.4826 * float(np.median(np.abs(np.array(slopes) - drift))) * 1.2533 / np.sqrt(len(slopes))
+    doubt = robust_deviation(np.array(slopes) - drift) * 1.2533 / np.sqrt(len(slopes))
     if min(abs(drift) * span, np.sign(drift) * whole) < DRIFTED or abs(drift) < CERTAIN * doubt:
         return None
     return (
@@ -71,4 +71,4 @@ def beside_yaw_rate(rate: tuple[Array, Array], heading: tuple[Array, Array]) -> 
 def _detrended(at: Array, values: Array) -> tuple[float, float]:
     """RMS of values beside their line, and its slope."""
     slope, level = np.polyfit(at, values, 1).tolist()
-    return float(np.sqrt(np.mean((values - level - slope * at) ** 2))), float(slope)
+    return root_mean_square(values - level - slope * at), float(slope)

@@ -8,7 +8,7 @@ import numpy as np
 
 from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Signals
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 
 SHORTEST_SCALES, LONGEST_SCALES = 1.0, 10.0
 """Time constants in time scales of the motion: nothing tells water that follows sooner from an inertia, or from the
@@ -41,7 +41,7 @@ class Memory(Effect):
         self.curved = variant == "co-rotating"
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        usual = float(np.sqrt(np.mean(s.rate**2)))
+        usual = root_mean_square(s.rate)
         return [(usual, float(constant)) for constant in np.geomspace(*self.bounds(s), 7)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:

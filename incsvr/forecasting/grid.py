@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, integral_at
 
 A_WIDTH = 2.0
 """Steps in a width of the filter: what is quicker is the gyro's noise to the learner."""
@@ -75,19 +75,7 @@ def _means(stamps: Array, values: Array, at: Array, step: float, held: bool) -> 
     edges = np.concatenate((at - 0.5 * step, [at[-1] + 0.5 * step]))
     gaps = np.diff(stamps)
     usual = float(np.median(gaps)) if gaps.size else step
-    # The integral from stamp to stamp, whose difference over a step is its mean.
-    between = values[:-1] if held else 0.5 * (values[1:] + values[:-1])
-    integral = np.concatenate(([0.0], np.cumsum(between * gaps)))
-    if held:
-        place = np.clip(np.searchsorted(stamps, edges, side="right") - 1, 0, stamps.size - 1)
-        total = integral[place] + values[place] * (edges - stamps[place])
-    else:
-        # Within an interval the integral of a line is a parabola.
-        place = np.clip(np.searchsorted(stamps, edges, side="right") - 1, 0, max(stamps.size - 2, 0))
-        part = edges - stamps[place]
-        slope = (values[place + 1] - values[place]) / gaps[place] if gaps.size else np.zeros(edges.size)
-        total = integral[place] + values[place] * part + 0.5 * slope * part**2
-    means = np.diff(total) / step
+    means = np.diff(integral_at(stamps, values, edges, held)) / step
     before = np.clip(np.searchsorted(stamps, edges, side="right") - 1, 0, stamps.size - 1)
     after = np.minimum(before + 1, stamps.size - 1)
     paused = stamps[after] - stamps[before] > max(BRIDGED * step, 3.0 * usual)

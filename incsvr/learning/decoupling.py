@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.driven import independent_share
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import Axis, accelerating, products
 
 SMALL = 0.15
@@ -57,7 +57,7 @@ def neglected(
     """
     terms = _terms(axis, rate, motion)
     known = np.all([np.isfinite(values) for values in terms.values()], axis=0) if terms else np.zeros(0, dtype=bool)
-    count, level = int(known.sum()), float(np.sqrt(np.mean(torque[known] ** 2))) if known.any() else 0.0
+    count, level = int(known.sum()), root_mean_square(torque[known]) if known.any() else 0.0
     if count < FEWEST or level == 0.0:
         return None
     own = np.column_stack([rate, rate * np.abs(rate), np.ones(rate.size)])[known]
@@ -79,7 +79,7 @@ def neglected(
         return None
     weights = np.linalg.lstsq(design, y, rcond=None)[0][own.shape[1] :]
     taken = design[:, own.shape[1] :] @ weights
-    rms = float(np.sqrt(np.mean(taken**2)))
+    rms = root_mean_square(taken)
     return Others(tuple(chosen), rms, level) if rms > SMALL * level else None
 
 

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from incsvr.errors import BadInput
 from incsvr.learning.motion import Motion
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation, root_mean_square
 from incsvr.plant import free_run
 
 _BLOCKS = 20
@@ -74,10 +74,10 @@ def identify(runs: Sequence[Motion], advance: Callable[[], None] = lambda: None)
 
     start = _start(runs, rate_scale, torque_scale)
     rough = least_squares(residual, start, x_scale=0.1, max_nfev=30)
-    soft = 3.0 * max(1e-6, 1.4826 * float(np.median(np.abs(rough.fun))))
+    soft = 3.0 * max(1e-6, robust_deviation(rough.fun))
     fit = least_squares(residual, rough.x, x_scale=0.1, loss="soft_l1", f_scale=soft, max_nfev=30)
     relative = _relative_error(np.asarray(fit.jac), fit.fun, soft)
-    rmse = float(np.sqrt(np.mean(fit.fun**2))) * rate_scale
+    rmse = root_mean_square(fit.fun) * rate_scale
     if not (rmse < 0.9 * float(np.std(rates)) and relative < 0.5):
         raise BadInput(
             "the inertia cannot be estimated: no free run follows these recordings; "

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant import Damping, free_run, tabulated
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
@@ -130,7 +130,7 @@ def free_run_errors(runs: Sequence[Motion], inertia: float, damping: Callable[[A
 
 def rmse(errors: Sequence[Array]) -> float | None:
     """Of the errors of free runs [rad/s]; None where there is none, or one runs away."""
-    value = float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else np.nan
+    value = root_mean_square(np.concatenate(errors)) if errors else np.nan
     return value if np.isfinite(value) else None
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 from incsvr.signals import SignalSettings, raw
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, FOLLOWS
@@ -169,5 +169,5 @@ def _fitted(terms: Array, damping: Array) -> tuple[float, float]:
 def _clear(values: Array) -> float:
     """The size of the median of (n,) values, as far as it is no chance."""
     median = float(np.median(values))
-    doubt = 1.25 * 1.4826 * float(np.median(np.abs(values - median))) / np.sqrt(values.size)
+    doubt = 1.25 * robust_deviation(values - median) / np.sqrt(values.size)
     return abs(median) if abs(median) > CLEARLY * doubt else 0.0

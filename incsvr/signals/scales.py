@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 
 
 def white_noise(third: Array) -> float:
     """Deviation of white noise from its third differences (n,), which no motion survives; in the stream's unit."""
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+    return robust_deviation(third) / float(np.sqrt(20.0))
 
 
 def time_scale(grids: Sequence[Array], period: float) -> float:

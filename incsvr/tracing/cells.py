@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from incsvr.effects import Signals
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, cell_means, integral_at
 from incsvr.signals import scales
-from incsvr.tracing.interpolation import integral, snapped, without_spikes
+from incsvr.tracing.interpolation import snapped, without_spikes
 from incsvr.tracing.run import Run, pieces, sample_period, stream
 from incsvr.tracing.torque_nature import TorqueNature
 
@@ -186,10 +186,10 @@ def _piece(run: Run, inertia: float, names: Sequence[str], how: Cut, parts: int)
     edges = np.interp(np.arange(count * divide + 1) / divide, np.arange(count + 1), edges)
     count *= divide
     torque = without_spikes(torque) if how.nature.noisy else torque
-    free = without_spikes(rate - integral(when, torque, at, held) / inertia)
-    rates = np.interp(edges, at, free) + integral(when, torque, edges, held) / inertia
+    free = without_spikes(rate - integral_at(when, torque, at, held) / inertia)
+    rates = np.interp(edges, at, free) + integral_at(when, torque, edges, held) / inertia
     fine_edges = np.interp(np.arange(count * parts + 1) / parts, np.arange(count + 1), edges)
-    fine = np.diff(integral(when, torque, fine_edges, held)) / np.diff(fine_edges)
+    fine = cell_means(when, torque, fine_edges, held)
     cells = {
         "time": edges[:-1],
         "rate": rates[:-1],

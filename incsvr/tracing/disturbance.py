@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 
 
 def disturbance(residual: Array, period: float, torque: Array) -> dict[str, float]:
@@ -18,7 +18,7 @@ def disturbance(residual: Array, period: float, torque: Array) -> dict[str, floa
         period: of a block [s].
         torque: (m,) as recorded [N m].
     """
-    size, driven = float(np.sqrt(np.mean(residual**2))), float(np.sqrt(np.mean(torque**2)))
+    size, driven = root_mean_square(residual), root_mean_square(torque)
     centred = residual - np.mean(residual)
     square = float(centred @ centred)
     lag, before = 0, 1.0

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.tracing.statistics import rms
 
 HORIZONS = (0.5, 1.0, 2.0, 5.0)
@@ -56,7 +56,7 @@ class Errors:
     def to_dict(self) -> dict[str, float]:
         """The contract's errors."""
         flat = np.concatenate(self.torque)
-        mae, rmse = float(np.mean(np.abs(flat))), float(np.sqrt(np.mean(flat**2)))
+        mae, rmse = float(np.mean(np.abs(flat))), root_mean_square(flat)
         return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": rms(self.free_run)}
 
 

@@ -12,16 +12,6 @@ EVEN = 0.25
 """Part of a period that stamps may be off an even grid before they are no longer taken for its edges."""
 
 
-def integral(at: Array, values: Array, until: Array, held: bool) -> Array:
-    """(m,) integral of a stream (n,) from its first stamp to instants (m,) [s], exact for a held or linear course."""
-    steps = (values[:-1] if held else 0.5 * (values[1:] + values[:-1])) * np.diff(at)
-    total = np.concatenate([[0.0], np.cumsum(steps)])
-    index = np.clip(np.searchsorted(at, until, side="right") - 1, 0, at.size - 1)
-    past, after = until - at[index], np.minimum(index + 1, at.size - 1)
-    rise = 0.0 if held else (values[after] - values[index]) / np.maximum(at[after] - at[index], 1e-300)
-    return np.asarray(total[index] + past * (values[index] + 0.5 * rise * past))
-
-
 def without_spikes(values: Array) -> Array:
     """(n,) the values, single samples replaced that stand out of neighbours which lie on a line.
 

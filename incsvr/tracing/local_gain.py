@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 from incsvr.tracing.spells import LEVEL, MOST_NAMED, PERMUTATIONS, WINDOW
 
 RELEVANT = 0.1
@@ -38,7 +38,7 @@ def uneven(innovation: Array, torque: Array, per_scale: float, seed: int = 0) ->
     count = innovation.size // length
     if count < 8 or not np.any(torque):
         return nowhere
-    usual = 1.4826 * float(np.median(np.abs(innovation)))
+    usual = robust_deviation(innovation)
     e = np.clip(innovation, -6.0 * usual, 6.0 * usual)[: count * length]
     m = torque[: count * length]
     information = (m**2).reshape(count, length).sum(axis=1)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.tracing.gyro import check_gyro
 
@@ -144,7 +144,7 @@ def _check_streams(run: Run) -> None:
 
 def _integral(run: Run) -> tuple[Array, Array]:
     at, rate = stream(run, run.yaw_rate)
-    return at, np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(at))])
+    return at, running_integral(at, rate)
 
 
 def _check_together(runs: Sequence[Run]) -> None:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 
 DEGREES = 6.0
 """Of freedom of the innovations' law, Student's t: one spike must not look like a spell."""
@@ -52,7 +52,7 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
         per_scale: innovations in a time scale of the motion.
     """
     nowhere = np.zeros(innovation.size, dtype=bool)
-    usual = 1.4826 * float(np.median(np.abs(innovation)))
+    usual = robust_deviation(innovation)
     many = max(innovation.size // MOST, 1)
     n, length = innovation.size // many, max(round(WINDOW * per_scale / many), 2 * TOGETHER)
     if n < 4 * length or usual <= 0.0:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, robust_deviation
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.thresholds import LOOP_DEVIATIONS, OTHER_GYRO, REPEATED
@@ -130,7 +130,7 @@ def _unforeseen_share(run: Run) -> float | None:
         past = np.column_stack([past, np.sin(angle), np.cos(angle)])
     wanted = torque[changed[which]]
     sights = [np.column_stack([past, seen[:, first:]]) for first in (0, SAMPLES // 2, SAMPLES)]
-    full, late, none = (_usual(_robust_residual(sight, wanted)) for sight in sights)
+    full, late, none = (robust_deviation(_robust_residual(sight, wanted)) for sight in sights)
     return full / max(min(late, none), 1e-300)
 
 
@@ -140,12 +140,8 @@ def _robust_residual(columns: Array, values: Array) -> Array:
     for _ in range(3):
         kept = np.abs(left) <= CLIP * usual if usual > 0.0 else np.ones(values.size, dtype=bool)
         left = values - columns @ np.linalg.lstsq(columns[kept], values[kept])[0]
-        usual = _usual(left)
+        usual = robust_deviation(left)
     return np.asarray(left)
-
-
-def _usual(values: Array) -> float:
-    return float(1.4826 * np.median(np.abs(values)))
 
 
 def _whitened(residual: Array, starts: NDArray[np.intp]) -> Array:
@@ -155,14 +151,14 @@ def _whitened(residual: Array, starts: NDArray[np.intp]) -> Array:
     for k in range(WHITENING):
         usable[np.minimum(starts[:-1] + k, residual.size - 1)] = False
     white = np.where(usable, residual - past @ np.linalg.lstsq(past[usable], residual[usable])[0], 0.0)
-    usual = 1.4826 * float(np.median(np.abs(white)))
+    usual = robust_deviation(white)
     return np.clip(white, -CLIP * usual, CLIP * usual) if usual > 0.0 else white
 
 
 def _unforeseen(change: Array, past: Array) -> Array:
     """(n,) the change of the torque less what its past tells, fitted robustly, cut where it is an outlier."""
     left = _robust_residual(past, change)
-    usual = _usual(left) or float(np.std(left))
+    usual = robust_deviation(left) or float(np.std(left))
     cut = np.clip(left, -CLIP * usual, CLIP * usual)
     # a jump that was cut leads away from the level before it: that is its past, too
     return np.asarray(cut - past @ np.linalg.lstsq(past, cut)[0])

@@ -13,7 +13,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.decoupling import Others, neglected
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
@@ -67,8 +67,8 @@ class OtherVelocities:
     @staticmethod
     def of_parts(coupled: Coupled, parts: Mapping[str, Array], left: Array) -> OtherVelocities:
         """Of what was taken of the torque, (n,) each, and what is left of it (n,) [N m]."""
-        torque = _rms(left + np.sum(list(parts.values()), axis=0))
-        share = {name: _rms(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
+        torque = root_mean_square(left + np.sum(list(parts.values()), axis=0))
+        share = {name: root_mean_square(part) / torque if torque > 0.0 else 0.0 for name, part in parts.items()}
         used = ", ".join(f"channel {name}" for name in (*coupled.velocities, *coupled.angles)) or "no other velocity"
         taken = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in share.items())
         remarks = [f"the mass matrix is used with {used}; of the torque's RMS: {taken}"]
@@ -196,7 +196,3 @@ def _sentence(found: Others) -> str:
 def _sampled(recording: Recording, among: Mapping[str, Array]) -> tuple[str, ...]:
     """Those of some columns of which a recording holds more than a few values."""
     return tuple(name for name, values in among.items() if np.isfinite(values).sum() > 10)
-
-
-def _rms(values: Any) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -18,7 +18,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import NAMES, coefficients, negative_drag
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from service.wire import ModelSnapshot
 
 RATES = 101
@@ -82,7 +82,7 @@ class Learned:
     @property
     def form_error(self) -> float:
         """By how much the two coefficients miss the curve: root mean square over the learned rates [N m]."""
-        return float(np.sqrt(np.mean((self.form(self.curve.rate) - self.curve.damping) ** 2)))
+        return root_mean_square(self.form(self.curve.rate) - self.curve.damping)
 
     def form(self, rate: Array) -> Array:
         """(n,) damping at (n,) rates by the two coefficients [N m]."""

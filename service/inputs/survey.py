@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.checks import implausible
-from incsvr.numerics import Array
+from incsvr.numerics import Array, running_integral
 from incsvr.signals.seldom import too_slow
 from service.inputs.input_mapper import InputMapper
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
@@ -154,7 +154,7 @@ class Survey:
         (time, rate), (stamps, heading) = self.came[RATE].stream, self.came[HEADING].stream
         if time.size < 3 or stamps.size < 3:
             return None
-        turned = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
+        turned = running_integral(time, rate)
         shown = np.interp(time, stamps, np.unwrap(heading))
         shown -= shown[0]
         if np.abs(shown).max() < TURNED:

@@ -13,7 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients
 from incsvr.learning.learner import Iteration
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.signals.samples import Samples
@@ -183,7 +183,7 @@ def _error_on(name: str, samples: Samples, model: Model) -> wire.Validation:
     return wire.Validation(
         name=name,
         mae=float(np.mean(np.abs(residual))),
-        rmse=math.sqrt(float(np.mean(residual**2))),
+        rmse=root_mean_square(residual),
         samples=len(samples),
         untrained=float(np.mean(np.abs(samples.damping))),
     )

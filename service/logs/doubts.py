@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import AXES
 from service.inputs.column_spec import typed
 from service.inputs.measuring import Stream
@@ -83,7 +83,7 @@ def _turns(at: Array, heading: Array, time: Array, rate: Array) -> float:
     """How far the heading moves for each radian that the yaw rate turns; zero where neither shows it."""
     if at.size < 3 or time.size < 3:
         return 0.0
-    turned = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
+    turned = running_integral(time, rate)
     expected = np.abs(np.diff(np.interp(at, time, turned)))
     moved = np.abs(np.diff(heading))
     kept = (expected > 0.0) & (moved < 0.5 * max(float(np.ptp(heading)), 1e-9))  # not where it wraps

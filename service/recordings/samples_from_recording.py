@@ -11,6 +11,7 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
+from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
@@ -45,7 +46,7 @@ class Errors:
     @staticmethod
     def of(model: Model, samples: Samples) -> Errors:
         residual = model.at(samples).damping - samples.damping
-        return Errors(float(np.mean(np.abs(residual))), float(np.sqrt(np.mean(residual**2))))
+        return Errors(float(np.mean(np.abs(residual))), root_mean_square(residual))
 
 
 def learn(samples: Samples, settings: Settings) -> Iterator[Iteration]:

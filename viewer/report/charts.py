@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.plant.words import said
@@ -147,7 +147,7 @@ def damping_curves(declared: TracedModel, traced: TracedModel, pictures: Picture
 
 def torque_split(parts: Mapping[str, Array], axis: Axis = YAW) -> str:
     """The torque ledger: how much each part takes, as root mean square."""
-    size = {name: float(np.sqrt(np.mean(values**2))) for name, values in parts.items()}
+    size = {name: root_mean_square(values) for name, values in parts.items()}
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()

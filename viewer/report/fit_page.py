@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from incsvr.learning.motion import FreeRun
 from incsvr.learning.pictures import Learned
+from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from viewer.report.damping_chart import Curve, damping_chart
@@ -69,8 +70,8 @@ def _headline(result: Mapping[str, Any], pictures: Learned) -> list[str]:
     runs = pictures.free_runs
     if runs:
         measured = np.concatenate([run.measured for run in runs])
-        error = float(np.sqrt(np.mean(np.concatenate([run.error for run in runs]) ** 2)))
-        zero = float(np.sqrt(np.mean(measured**2)))
+        error = root_mean_square(np.concatenate([run.error for run in runs]))
+        zero = root_mean_square(measured)
         seen = "unseen" if pictures.unseen else "the same"
         ran = f"errs by {number(error)} rad/s" if np.isfinite(error) else "runs away"
         clauses.append(f"On {seen} recordings the free run {ran}, where a rate of zero errs by {number(zero)} rad/s")
