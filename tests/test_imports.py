@@ -63,6 +63,13 @@ def test_a_package_imports_only_along_the_arrows(package: str) -> None:
                 assert top in FOREIGN[package], f"{path.relative_to(ROOT)} imports {module}"
 
 
+def test_what_is_measured_knows_no_logs() -> None:
+    """Logs are read by the mapping of inputs, and not the other way round."""
+    for path in sorted((ROOT / "service" / "inputs").rglob("*.py")):
+        for module in imports_of(path):
+            assert not allowed(module, {"service.logs"}), f"{path.relative_to(ROOT)} imports {module}"
+
+
 def test_only_the_viewer_imports_rerun() -> None:
     for package in sorted(OURS - {"viewer", "tests"}):
         for path in sorted((ROOT / package).rglob("*.py")):

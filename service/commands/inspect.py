@@ -22,7 +22,7 @@ from service.inputs.measuring import Measured
 from service.inputs.presets import Proposal
 from service.inputs.quantities import si_unit
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
-from service.logs import Table, Topic
+from service.inputs.table import Table, Topic
 from service.logs.cut_log import cut_log
 from service.logs.cutting import Cut, add_cut_arguments
 from service.logs.dives import RULE, one_dive

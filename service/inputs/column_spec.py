@@ -11,9 +11,8 @@ from incsvr.errors import BadInput
 from service.inputs.owners import autopilot_message
 from service.inputs.quantities import TIME, meant
 from service.inputs.settings import Inputs, Source
+from service.inputs.table import ROWS, Topic
 from service.inputs.units import FRACTION, STAMPS, known_unit
-from service.logs.csv_log import ROWS
-from service.logs.table import Topic
 
 _FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
 _NAME = re.compile(r"^[A-Za-z0-9_.-]{1,64}$")

@@ -20,15 +20,15 @@ from service.inputs.arming import Arming
 from service.inputs.clock_of_rate import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
 from service.inputs.forms.own import Refused, parse
+from service.inputs.leaves import leaves
 from service.inputs.resolving import ANGLE, BATTERY, named_topics, resolved, steady
 from service.inputs.settings import Armed, Inputs
 from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
+from service.inputs.table import Topic
 from service.inputs.thrust import T200_NOMINAL, sensible
 from service.inputs.torque_of_commands import TorqueOfCommands
 from service.inputs.units import FRACTION
 from service.inputs.vehicle_parameters import VehicleParameters
-from service.logs.gathering import leaves
-from service.logs.table import Topic
 
 MOST = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""

@@ -16,9 +16,9 @@ from service.inputs.moving import first_movement, least_movement
 from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
+from service.inputs.table import Table
 from service.inputs.thrust import T200_NOMINAL, moment, sensible
 from service.inputs.units import STAMPS
-from service.logs.table import Table
 
 Stream = tuple[Array, Array]
 SURGE, VOLTAGE = "surge", "voltage"

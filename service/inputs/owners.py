@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from service.inputs.instances import instance_field, numbered
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 AUTOPILOT = 1
 """The component that flies (MAV_COMP_ID_AUTOPILOT1)."""

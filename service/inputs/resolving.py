@@ -12,15 +12,15 @@ import numpy as np
 
 from service.inputs import bus_keys
 from service.inputs.instances import base
+from service.inputs.leaves import leaves
 from service.inputs.owners import autopilot_message, system_of
 from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import NOTHING
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
+from service.inputs.table import Topic
 from service.inputs.thrust import sensible
 from service.inputs.vehicle_kind import SelfDescription
-from service.logs.gathering import leaves
-from service.logs.table import Topic
 
 ANGLE, BATTERY = "(angle of thruster {})", "(battery of the thrusters)"
 """What turns a thruster, and what it draws from: they are used, and are no streams; no channel's name has a bracket."""

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from service.inputs.settings import StampUnit
 
 HEADER_STAMP = "header.stamp"
+"""The path at which the stamp of a message of ROS with a header is found [s]."""
 _USUAL: tuple[tuple[str, StampUnit], ...] = (
     ("time_boot_ms", "ms"),
     ("message.time_boot_ms", "ms"),

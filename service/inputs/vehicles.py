@@ -19,7 +19,7 @@ from service.inputs.presets import keelson
 from service.inputs.presets.mavlink import heartbeat
 from service.inputs.presets.ros import RATES, STATE, TORQUES
 from service.inputs.settings import Armed, Inputs
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 MOVES_ARMED, MOVES, IS_ARMED, IS_HEARD = 3, 2, 1, 0
 """What is known of a vehicle: its outputs move while it is armed; they move and nothing says whether it is armed; it is

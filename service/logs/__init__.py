@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from service.inputs.table import Table, Topic
+from service.logs.log import Log
 from service.logs.opening import opened
-from service.logs.table import Log, Table, Topic
 
 __all__ = ["Log", "Table", "Topic", "opened"]

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
+from service.inputs.table import Table, Topic
 from service.logs.cdr import RosTypes
-from service.logs.damage import Damage
-from service.logs.gathering import Gathering
+from service.logs.damage import Damage, first_line
 from service.logs.opening import first_bytes
 from service.logs.packages import needed
-from service.logs.table import Table, Topic
+from service.logs.table_builder import TableBuilder
 
 
 class BagLog:
@@ -33,7 +33,7 @@ class BagLog:
             self.topics = tuple(self._topic(reader, each) for each in sorted(reader.connections, key=_named))
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        gathered = {name: Gathering() for name in names}
+        gathered = {name: TableBuilder() for name in names}
         self._damage.begin(set(names))
         with self._opened() as reader:
             wanted = [each for each in reader.connections if each.topic in names and self._types.knows(each.msgtype)]
@@ -57,7 +57,7 @@ class BagLog:
         fields: tuple[str, ...] = ()
         if self._types.knows(connection.msgtype):
             for _, stamp, payload in reader.messages(connections=[connection]):
-                first = Gathering()
+                first = TableBuilder()
                 try:
                     first.add(stamp * 1e-9, self._types.decoded(payload, connection.msgtype))
                 except Exception:  # the next one shows the fields; broken ones are counted where all are read
@@ -79,8 +79,9 @@ class BagLog:
         except BadInput:
             raise
         except Exception as error:  # rosbags raises what its databases and parsers do, too
-            said = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise BadInput(f"{self._path}: cannot be read as a bag ({said}); reindex it, or record it again") from None
+            raise BadInput(
+                f"{self._path}: cannot be read as a bag ({first_line(error)}); reindex it, or record it again"
+            ) from None
         try:
             yield reader
         finally:

@@ -7,9 +7,6 @@ from typing import Any
 
 from service.logs.packages import needed
 
-STAMP = "header.stamp"
-"""The path at which the stamp of a message with a header is found [s]."""
-
 
 class RosTypes:
     """The types of messages that are known: those of common packages, and those that a log defines itself."""

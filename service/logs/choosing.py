@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.inputs.settings import Inputs
+from service.inputs.table import Table
 from service.inputs.vehicles import Sign, Vehicles, named, present, refuse_unknown, sign, with_yaw_rate
-from service.logs.table import Log, Table
+from service.logs.log import Log
 
 NOTHING_NAMED = Inputs()
 

@@ -15,11 +15,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs.table import ROWS, Table, Topic
 from service.logs.opening import GZIP, first_bytes
-from service.logs.table import Table, Topic
 
-ROWS = "rows"
-"""What the one topic of a table is called."""
 _DELIMITERS = ",;\t|"
 _NOTHING = {"", "nan", "na", "n/a", "null", "none", "-"}
 """What cells hold where nothing was sampled."""
@@ -33,8 +31,7 @@ class TableLog:
     """
 
     format: str
-    columns: Mapping[str, Array]
-    texts: Mapping[str, tuple[str, ...]]
+    table: Table
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -43,15 +40,10 @@ class TableLog:
 
     @property
     def topics(self) -> tuple[Topic, ...]:
-        return (Topic(ROWS, "", tuple(self.columns), self._count),)
-
-    @property
-    def _count(self) -> int:
-        sizes = [column.size for column in self.columns.values()] + [len(column) for column in self.texts.values()]
-        return max(sizes, default=0)
+        return (Topic(ROWS, "", tuple(self.table.columns), self.table.count),)
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        return {ROWS: Table(None, self.columns, self.texts)} if ROWS in names else {}
+        return {ROWS: self.table} if ROWS in names else {}
 
 
 def open_log(path: Path) -> TableLog:
@@ -85,7 +77,7 @@ def open_log(path: Path) -> TableLog:
             texts[name] = tuple(cells)
         else:
             columns[name] = numbers
-    return TableLog("CSV", columns, texts)
+    return TableLog("CSV", Table(None, columns, texts))
 
 
 def _text(path: Path) -> str:

@@ -10,9 +10,9 @@ import numpy as np
 from incsvr.numerics import Array
 from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs
+from service.inputs.table import Table, Topic
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
 from service.logs.reading import written_down
-from service.logs.table import Table, Topic
 
 
 def cut_log(

@@ -7,8 +7,13 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 
-MOST = 0.5
-"""Part of a topic's messages beyond which a log that cannot be read says something else than it means."""
+MAX_BROKEN_PART = 0.5
+"""Part of a topic's messages that may be broken: beyond, the log says something else than it means."""
+
+
+def first_line(error: Exception) -> str:
+    """What an error of a package says, in one line; its type where it says nothing."""
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
 
 
 class Damage:
@@ -28,12 +33,13 @@ class Damage:
     def broken(self, topic: str, error: Exception) -> None:
         """A message of the topic could not be read."""
         self._broken[topic] += 1
-        self._why[topic] = str(error).splitlines()[0] if str(error) else type(error).__name__
+        self._why[topic] = first_line(error)
 
     def ended(self, name: str, after: float, error: Exception) -> None:
         """The file ends, or is damaged, so many seconds after its first message."""
-        why = str(error).splitlines()[0] if str(error) else type(error).__name__
-        self._ended = f"{name} ends early, {after:.3g} s after its first message ({why}): nothing beyond it is read"
+        self._ended = (
+            f"{name} ends early, {after:.3g} s after its first message ({first_line(error)}): nothing beyond it is read"
+        )
 
     def skipped(self, count: int) -> None:
         """So many bytes between messages are none."""
@@ -60,7 +66,7 @@ class Damage:
         """Raises BadInput where most messages of a topic cannot be read."""
         for topic, count in sorted(self._broken.items()):
             whole = count + self._read[topic]
-            if count > MOST * whole:
+            if count > MAX_BROKEN_PART * whole:
                 raise BadInput(
                     f"{self._path}: {count} of {whole} messages of {topic} cannot be read ({self._why[topic]}): record "
                     "again with the definition of the message that the driver sends, or mend the file"

@@ -16,9 +16,9 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs.table import Table, Topic
 from service.logs.damage import Damage
 from service.logs.packages import needed
-from service.logs.table import Table, Topic
 
 _SELF_DESCRIBING = {"FMT", "FMTU", "UNIT", "MULT"}
 """Messages about the log and not about the vehicle."""

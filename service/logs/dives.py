@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from incsvr.errors import BadInput
-from service.logs.csv_log import ROWS
+from service.inputs.table import ROWS
 from service.logs.cutting import EPOCH
 from service.logs.joined_log import JoinedLog, refuse_other_vehicles
+from service.logs.log import Log
 from service.logs.opening import is_log, opened
 from service.logs.reading import NOTHING_SAID, Description, described, written_down
-from service.logs.table import Log
 
 LONGEST_PAUSE = 600.0
 """Files that a person names one by one are parts of one dive where no more time passes between two of them [s]."""

@@ -14,7 +14,7 @@ from incsvr.plant.axes import AXES
 from service.inputs.column_spec import typed
 from service.inputs.measuring import Stream
 from service.inputs.settings import Inputs, Source
-from service.logs.table import Log
+from service.logs.log import Log
 
 ABOUT = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}
 """The rates about an axis, and the fastest that a vehicle turns about it [rad/s]."""

@@ -12,9 +12,10 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.owners import AUTOPILOT
 from service.inputs.settings import Inputs
+from service.inputs.table import Table, Topic
 from service.inputs.vehicles import present
 from service.logs.choosing import chosen
-from service.logs.table import Log, Table, Topic
+from service.logs.log import Log
 
 
 class JoinedLog:
@@ -99,7 +100,7 @@ def _joined(parts: Sequence[Table]) -> Table:
     """The messages of several tables by their times of arrival."""
     if len(parts) == 1:
         return parts[0]
-    counts = [_count(part) for part in parts]
+    counts = [part.count for part in parts]
     columns = {
         name: np.concatenate(
             [part.columns.get(name, np.full(n, np.nan)) for part, n in zip(parts, counts, strict=True)]
@@ -120,10 +121,3 @@ def _joined(parts: Sequence[Table]) -> Table:
         {name: values[order] for name, values in columns.items()},
         {name: tuple(values[k] for k in order) for name, values in texts.items()},
     )
-
-
-def _count(table: Table) -> int:
-    if table.arrival is not None:
-        return table.arrival.size
-    sizes = [values.size for values in table.columns.values()] + [len(texts) for texts in table.texts.values()]
-    return max(sizes, default=0)

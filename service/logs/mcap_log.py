@@ -7,17 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.inputs.forms import json5
-from service.inputs.forms.mavlink_json import with_flags
+from service.inputs.forms import json_message
 from service.inputs.instances import base, instance_field
 from service.inputs.owners import mavlink_topic
+from service.inputs.table import Table, Topic
 from service.logs.archive_files import archived
 from service.logs.cdr import RosTypes
 from service.logs.damage import Damage
-from service.logs.gathering import Gathering
 from service.logs.packages import needed
 from service.logs.protobuf import ProtobufType
-from service.logs.table import Table, Topic
+from service.logs.table_builder import TableBuilder
 
 Decode = Callable[[bytes], Any]
 SHOWN = 20
@@ -33,7 +32,7 @@ class McapLog:
         self._ros: dict[bool, RosTypes] = {}
         self._decoders: dict[tuple[int, str], Decode | None] = {}
         counts: dict[str, int] = {}
-        shown: dict[str, tuple[str, Gathering]] = {}
+        shown: dict[str, tuple[str, TableBuilder]] = {}
         for schema, channel, message in self._messages(None):
             name, read = channel.topic, None
             if instance_field(name) is not None or counts.get(name, 0) < SHOWN:
@@ -42,7 +41,7 @@ class McapLog:
             counts[name] = counts.get(name, 0) + 1
             if counts[name] <= SHOWN:
                 kind = schema.name if schema else channel.message_encoding
-                _, first = shown.setdefault(name, (kind, Gathering()))
+                _, first = shown.setdefault(name, (kind, TableBuilder()))
                 self._add(first, message, read)
         self.topics = tuple(
             Topic(name, kind, first.fields, counts[name]) for name, (kind, first) in sorted(shown.items())
@@ -51,7 +50,7 @@ class McapLog:
             raise BadInput(f"{path}: there is no message in it; record again, and let the recorder finish the file")
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        gathered: dict[str, Gathering] = {}
+        gathered: dict[str, TableBuilder] = {}
         self._damage.begin({base(name) for name in names})
         channels = {base(name) if instance_field(base(name)) else name for name in names}
         for schema, channel, message in self._messages(channels) if names else ():
@@ -60,7 +59,7 @@ class McapLog:
                 continue
             name = mavlink_topic(channel.topic, read)
             if name in names:
-                self._add(gathered.setdefault(name, Gathering()), message, read)
+                self._add(gathered.setdefault(name, TableBuilder()), message, read)
         self._damage.refuse()
         return {name: messages.table() for name, messages in gathered.items()}
 
@@ -108,7 +107,7 @@ class McapLog:
         self._damage.read(channel.topic)
         return read
 
-    def _add(self, gathering: Gathering, message: Any, read: Any) -> None:
+    def _add(self, gathering: TableBuilder, message: Any, read: Any) -> None:
         for each in _each(read):
             gathering.add(message.log_time * 1e-9, each)
 
@@ -116,7 +115,7 @@ class McapLog:
         """What reads the messages of a channel; None where nothing here does, as with pictures."""
         name = schema.name if schema else ""
         if encoding == "json":
-            return _json
+            return json_message
         if encoding in ("cdr", "ros1") and schema:
             one = encoding == "ros1"
             types = self._ros.setdefault(one, RosTypes(self._path, one))
@@ -145,7 +144,3 @@ def _each(message: Any) -> Sequence[Any]:
     if not (isinstance(t, list) and isinstance(value, list) and len(t) == len(value)):
         return (message,)
     return [{"t": stamp, "value": each} for stamp, each in zip(t, value, strict=True)]
-
-
-def _json(payload: bytes) -> Any:
-    return with_flags(json5.read(payload))

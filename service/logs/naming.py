@@ -7,7 +7,7 @@ from typing import Any
 
 from service.inputs.owners import autopilot_message
 from service.inputs.settings import Inputs, Thruster
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 
 def aliases(topics: Sequence[Topic]) -> dict[str, Topic]:

@@ -9,7 +9,7 @@ from typing import cast
 
 from incsvr.errors import BadInput
 from service.logs.archive_files import archived
-from service.logs.table import Log
+from service.logs.log import Log
 
 HEAD = 64
 """Bytes from which a format is told."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from service.inputs import frames
 from service.inputs.owners import autopilot_message
+from service.inputs.table import Table, Topic
 from service.inputs.vehicle_parameters import changed
-from service.logs.table import Table, Topic
 
 PLACES = {"PARM": ("Name", "Value"), "PARAM_VALUE": ("param_id", "param_value")}
 """Where name and value of a parameter stand, by the message."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
+from service.inputs.table import Table
 from service.logs.csv_log import TableLog
 from service.logs.packages import needed
 
@@ -39,7 +40,7 @@ def open_log(path: Path) -> TableLog:
             columns[field.name] = _numbers(column.cast(arrow.int8()).cast(arrow.float64()))
         elif kind.is_string(field.type) or kind.is_large_string(field.type):
             texts[field.name] = tuple(cell or "" for cell in column.to_pylist())
-    return TableLog("Parquet", columns, texts)
+    return TableLog("Parquet", Table(None, columns, texts))
 
 
 def _numbers(column: object) -> Array:

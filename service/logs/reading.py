@@ -17,17 +17,15 @@ from service.inputs.presets import Observed, Proposal, proposed
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.stamps import usual_stamp
+from service.inputs.table import ROWS, Table
 from service.inputs.units import STAMPS
 from service.logs import cutting, naming, self_description
 from service.logs.choosing import chosen
-from service.logs.csv_log import ROWS
+from service.logs.log import Log
 from service.logs.parameters import Epoch, epochs
-from service.logs.table import Log, Table
 
 LONGEST_STEP = 2.0
 """A typical step of a stamp that is longer is not in seconds [s]; and likewise for the smaller units."""
-EPOCH = 1e9
-"""Seconds since 1970 are more than this (2001), in whichever unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +181,9 @@ def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUni
     size = float(np.median(np.abs(known)))
     units: tuple[StampUnit, ...] = ("s", "ms", "us", "ns")
     for unit in units:
-        if EPOCH <= size * STAMPS[unit] < 10.0 * EPOCH and (unit != "s" or _step(known) <= LONGEST_STEP):
+        if cutting.EPOCH <= size * STAMPS[unit] < 10.0 * cutting.EPOCH and (
+            unit != "s" or _step(known) <= LONGEST_STEP
+        ):
             return unit
     return next((unit for unit in units if _step(known) * STAMPS[unit] <= LONGEST_STEP), "ns")
 

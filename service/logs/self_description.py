@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from service.inputs.instances import base
 from service.inputs.owners import autopilot_message
+from service.inputs.table import Table, Topic
 from service.inputs.thrust import sensible
 from service.inputs.vehicle_kind import BUILDS, SelfDescription
 from service.logs.parameters import PLACES
-from service.logs.table import Table, Topic
 
 _TEXTS = {"MSG": ("Message",), "STATUSTEXT": ("text", "message.text")}
 _BATTERIES = {

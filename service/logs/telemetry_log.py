@@ -14,11 +14,11 @@ from typing import Any
 from incsvr.errors import BadInput
 from service.inputs.instances import base, instance_field, numbered
 from service.inputs.owners import AUTOPILOT
+from service.inputs.table import Table, Topic
 from service.logs.choosing import chosen
 from service.logs.damage import Damage
-from service.logs.gathering import Gathering
 from service.logs.packages import needed
-from service.logs.table import Table, Topic
+from service.logs.table_builder import TableBuilder
 
 STAMP = 8
 """Bytes of the time of arrival before each packet: µs since 1970, big-endian."""
@@ -33,7 +33,7 @@ HEADER = 8
 class TelemetryLog:
     """A telemetry log, read whole: its packets tell nothing without decoding them."""
 
-    def __init__(self, path: Path, gathered: Mapping[tuple[int, int, str], Gathering], damage: Damage) -> None:
+    def __init__(self, path: Path, gathered: Mapping[tuple[int, int, str], TableBuilder], damage: Damage) -> None:
         if not gathered:
             raise BadInput(f"{path}: there is no MAVLink message in it; give a telemetry log that a link wrote")
         self.format = "MAVLink telemetry"
@@ -68,7 +68,7 @@ class TelemetryLog:
 def open_log(path: Path) -> TelemetryLog:
     """Reads the whole file."""
     dialect = needed("pymavlink.dialects.v20.ardupilotmega", path, "a telemetry log")
-    gathered: dict[tuple[int, int, str], Gathering] = {}
+    gathered: dict[tuple[int, int, str], TableBuilder] = {}
     damage = Damage(path)
     for arrival, message in messages(path.read_bytes(), dialect, damage):
         fields = {name: _plain(getattr(message, name)) for name in message.get_fieldnames()}
@@ -79,7 +79,7 @@ def open_log(path: Path) -> TelemetryLog:
             message.get_srcComponent(),
             kind if which is None else numbered(kind, fields.get(which)),
         )
-        gathered.setdefault(key, Gathering()).add(arrival, fields)
+        gathered.setdefault(key, TableBuilder()).add(arrival, fields)
     return TelemetryLog(path, gathered, damage)
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
+from service.inputs.instances import numbered
+from service.inputs.table import Table, Topic
 from service.logs.packages import needed
-from service.logs.table import Table, Topic
 
 
 class ULogLog:
@@ -20,7 +21,7 @@ class ULogLog:
         self.format = "PX4 ULog"
         damaged = "the file is damaged: what of it could be read is, as after a logger that lost its power"
         self.notes: tuple[str, ...] = (damaged,) if log.file_corruption else ()
-        self._data = {f"{each.name}[{each.multi_id}]" if each.multi_id else each.name: each for each in log.data_list}
+        self._data = {numbered(each.name, each.multi_id): each for each in log.data_list}
 
     @property
     def topics(self) -> tuple[Topic, ...]:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW, Axis
-from service.logs.csv_log import ROWS
-from service.logs.table import Log
+from service.inputs.table import ROWS
+from service.logs.log import Log
 from service.recordings.recording import Recording
 
 _AWAY = "other."

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from service.inputs.forms.decoding import Undecodable, as_float, decoder, number
+from service.inputs.forms.decoding import Undecodable, as_float, decoder, json_message, number
 
-__all__ = ["Undecodable", "as_float", "decoder", "number"]
+__all__ = ["Undecodable", "as_float", "decoder", "json_message", "number"]

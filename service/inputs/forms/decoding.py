@@ -27,7 +27,7 @@ def decoder(form: str) -> Callable[[bytes], Any]:
     if form == "keelson":
         return _told(keelson.decoded)
     if form in ("json", "incsvr"):
-        return _told(_json)
+        return _told(json_message)
     name = form.removeprefix("cdr:")
     if name not in cdr.TYPES:
         known = ", ".join(sorted({each for each in cdr.TYPES if each.startswith(name.partition("/")[0])}))
@@ -65,7 +65,12 @@ def _steps(path: str) -> tuple[str | int, ...]:
     return tuple(name or int(index) for name, index in _STEP.findall(path))
 
 
-def _json(payload: bytes) -> Any:
+def json_message(payload: bytes) -> Any:
+    """A message in JSON or JSON5, the flags of MAVLink as numbers.
+
+    Raises:
+        ValueError: it is neither.
+    """
     return with_flags(json5.read(payload))
 
 

@@ -6,8 +6,8 @@ import re
 
 from service.inputs.presets.proposal import Observed, Proposal, first
 from service.inputs.settings import Inputs, Source, StampedBy, StampUnit
+from service.inputs.table import ROWS
 from service.inputs.units import FACTORS, unit
-from service.logs.csv_log import ROWS
 
 _TIMES = ("t", "time", "timestamp", "stamp", "time_s", "date", "datetime", "utc", "header_stamp", "timeus")
 _RATES = (

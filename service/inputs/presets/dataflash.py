@@ -9,7 +9,7 @@ from service.inputs import frames
 from service.inputs.presets.mavlink import known_frame
 from service.inputs.presets.proposal import Observed, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 _CLOCK = StampedBy(stamp="TimeUS", stamp_unit="us")
 _OUTPUTS = ("RCOU", "RCO2", "RCO3")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from service.inputs.owners import keelson_subject
 from service.inputs.presets.proposal import Observed, Proposal, others_note
 from service.inputs.settings import Armed, Inputs, Source
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 _CHANNELS = {
     "heading_true_north_deg": ("heading", "deg"),

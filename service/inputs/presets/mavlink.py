@@ -15,7 +15,7 @@ from service.inputs.outputs import BANK, numbers
 from service.inputs.owners import autopilot_message
 from service.inputs.presets.proposal import Observed, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 MESSAGES = (
     "ATTITUDE",

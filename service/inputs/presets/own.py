@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first
 from service.inputs.settings import Armed, Inputs, Source
-from service.logs.csv_log import ROWS
+from service.inputs.table import ROWS
 
 REQUIRED = ("t", "yaw_rate", "torque")
 

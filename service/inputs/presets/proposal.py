@@ -8,8 +8,8 @@ from importlib import import_module
 
 from service.inputs.instances import base, in_order
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
+from service.inputs.table import Topic
 from service.inputs.vehicle_kind import SelfDescription
-from service.logs.table import Topic
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from service.inputs.presets.proposal import NOTHING, Observed, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy
-from service.logs.table import Topic
+from service.inputs.table import Topic
 
 _CLOCK = StampedBy(stamp="timestamp", stamp_unit="us")
 YAW = "xyz[2]"

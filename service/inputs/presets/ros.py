@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from service.inputs.owners import ros_name
 from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first, others_note
 from service.inputs.settings import Armed, Inputs, Source
-from service.logs.table import Topic
+from service.inputs.stamps import HEADER_STAMP
+from service.inputs.table import Topic
 
 RATES = {
     "sensor_msgs/msg/Imu": "angular_velocity.z",
@@ -21,7 +22,6 @@ TORQUES = {"geometry_msgs/msg/WrenchStamped": "wrench.torque.z", "geometry_msgs/
 STATE = "mavros_msgs/msg/State"
 READ = (*RATES, *TORQUES, STATE)
 """The types whose keys are listened to on a bus."""
-_STAMP = "header.stamp"
 _NOT_THE_VEHICLES = re.compile(
     r"(?:^|[/_])(?:camera|cam|zed|realsense|oak|depthai|stereo|kinect|d4\d\d|t265|lidar|ouster|livox|gimbal)"
     r"[a-z0-9]*(?:[/_]|$)"
@@ -88,5 +88,5 @@ def _foreign(topic: Topic) -> bool:
 
 
 def _source(topic: Topic, field: str, unit: str) -> Source:
-    stamp = _STAMP if _STAMP in topic.fields else ""
+    stamp = HEADER_STAMP if HEADER_STAMP in topic.fields else ""
     return Source(topic=topic.name, field=field, unit=unit, stamp=stamp, form=f"cdr:{topic.type}")

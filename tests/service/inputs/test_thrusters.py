@@ -15,9 +15,9 @@ from incsvr.plant import thruster_torque
 from service.inputs import frames
 from service.inputs.measuring import measured
 from service.inputs.settings import Axis, Inputs, Source, Thruster, Thrusters
+from service.inputs.table import Table
 from service.inputs.thrust import t200
 from service.inputs.units import KGF
-from service.logs.table import Table
 
 AXES: tuple[Axis, ...] = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TIME = np.arange(0.0, 5.0, 0.1, dtype=np.float64)

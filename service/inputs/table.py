@@ -1,12 +1,14 @@
-"""What a log is to everybody who reads one: topics with fields, and each topic's messages as a table of columns."""
+"""What a log or a bus carries: topics with fields, and each topic's messages as a table of columns."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 from incsvr.numerics import Array
+
+ROWS = "rows"
+"""What the one topic of a log is called that is a table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,25 +44,10 @@ class Table:
     columns: Mapping[str, Array]
     texts: Mapping[str, tuple[str, ...]]
 
-
-class Log(Protocol):
-    """A log of any format.
-
-    Raises:
-        BadInput: on opening or reading, naming the file and the cure.
-    """
-
     @property
-    def format(self) -> str:
-        """What people call the format."""
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        """What is in it, by name."""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What of it could not be read, one sentence each; known once it was read."""
-
-    def read(self, names: Collection[str]) -> Mapping[str, Table]:
-        """The messages of the topics named."""
+    def count(self) -> int:
+        """How many messages there are."""
+        if self.arrival is not None:
+            return self.arrival.size
+        sizes = [values.size for values in self.columns.values()] + [len(each) for each in self.texts.values()]
+        return max(sizes, default=0)

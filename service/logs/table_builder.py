@@ -3,42 +3,16 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
 from math import nan
 from typing import Any
 
 import numpy as np
 
-from service.logs.table import Table
-
-LONGEST = 64
-"""A list with more items is a picture or a point cloud, of which nothing is learned."""
-DEEPEST = 8
-"""Messages are nested less deeply than this."""
+from service.inputs.leaves import leaves
+from service.inputs.table import Table
 
 
-def leaves(message: Any, path: str = "", depth: int = 0) -> Iterator[tuple[str, float | str]]:
-    """Numbers and texts of a message with their paths: `angular_velocity.z`, `data[3]`, `message.param_id`.
-
-    A list of single characters is a text: so MAVLink's JSON writes names.
-    """
-    if isinstance(message, bool | int | float | np.number | np.bool_):
-        yield path, float(message)
-    elif isinstance(message, str):
-        yield path, message
-    elif isinstance(message, Mapping):
-        if depth < DEEPEST:
-            for name, value in message.items():
-                yield from leaves(value, f"{path}.{name}" if path else str(name), depth + 1)
-    elif isinstance(message, Sequence | np.ndarray) and 0 < len(message) <= LONGEST:
-        if all(isinstance(item, str) and len(item) <= 1 for item in message):
-            yield path, "".join(message).rstrip("\0")
-        elif not isinstance(message, bytes | bytearray):
-            for index, item in enumerate(message):
-                yield from leaves(item, f"{path}[{index}]", depth + 1)
-
-
-class Gathering:
+class TableBuilder:
     """The messages of one topic on their way into a table."""
 
     def __init__(self) -> None:
