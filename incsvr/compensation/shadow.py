@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from incsvr.compensation.bets import evidence, score, standing
 from incsvr.compensation.effects_in_force import HEADING, Compensation
+from incsvr.compensation.freeing import takes_torque
 from incsvr.compensation.promotion import Comparison
 from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
@@ -182,7 +183,7 @@ def _taught(
     Damping vanishes at rest: a constant moment that the learner took for it is taken out, and is no part of the model.
     Where the learner learned nothing, as while a heading is held, the damping is that of the forecasts, `instead`.
     """
-    samples, _ = synchronise(signals, streams, effects)
+    samples, _ = synchronise(signals, streams, takes_torque(signals, effects))
     state = learner.start(settings)
     # slow commands give few samples: less than a batch is one, if it holds as many as there may be vectors
     size = min(settings.batch, max(len(samples), settings.capacity))
@@ -200,7 +201,7 @@ def _torque_error(
     streams: Streams, fresh: float, signals: SignalSettings, model: TracedModel, effects: Compensation | None
 ) -> float:
     """The root mean square of what the model leaves of the torque in the fresh samples [N m]."""
-    samples, _ = synchronise(signals, streams, effects)
+    samples, _ = synchronise(signals, streams, takes_torque(signals, effects))
     samples = samples.take(samples.time >= fresh)
     return rms([samples.damping - np.interp(samples.yaw_rate, model.rate, model.damping)])
 

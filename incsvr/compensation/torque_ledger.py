@@ -17,25 +17,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.compensation.effects_in_force import HEADING, Carried, Compensation, Piece, plain
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals.coupled import BodyTorque, without
 from incsvr.signals.smoothing import Smoothed, smooth
 from incsvr.signals.streams import JUMP
+from incsvr.signals.takes_torque import TorqueSplit
 
 SUBSTEPS = 6
 """Fine steps in the smoothing's standard deviation."""
 
-Held = Mapping[str, tuple[Array, Array]]
-"""Each stream's name → its stamps (m,) [s] and values (m,)."""
-
 
 class TorqueLedger:
-    """Works out the effects along the streams; its memory is bounded by the streams' own."""
+    """Works out the effects along the streams; its memory is bounded by the streams' own.
 
-    def __init__(self, compensation: Compensation, settings: SignalSettings) -> None:
-        self._compensation, self._settings = compensation, settings
+    Where the axis is one of a `body`, what the rest of it takes is taken first.
+    """
+
+    on_a_line = True
+
+    def __init__(self, compensation: Compensation, settings: SignalSettings, body: BodyTorque | None = None) -> None:
+        self._compensation, self._settings, self._body = compensation, settings, body
         self._pairs = compensation.pairs()
         self._step = settings.smoothing / SUBSTEPS
         self._channels = compensation.reads(settings.channels)
@@ -54,20 +58,20 @@ class TorqueLedger:
         """How far the torque must be ahead of the yaw rate [s]."""
         return max(-self._compensation.delay, 0.0)
 
-    def advance(self, held: Held, until: float) -> None:
+    def advance(self, streams: Streams, until: float) -> None:
         """Works out the grid up to and with a time [s] before which all streams are settled."""
         end = floor(until / self._step)
         while end * self._step <= until:
             end += 1
-        index = _near(held[YAW_RATE][0], self._step, self._settings.longest_pause)
+        index = _near(streams[YAW_RATE][0], self._step, self._settings.longest_pause)
         index = index[(index >= self._next) & (index < end)]
         self._next = max(self._next, end)
         at = np.asarray(index * self._step, dtype=np.float64)
         values = {
-            "rate": _linear(*held[YAW_RATE], at, self._settings.longest_pause),
-            "torque": _linear(*held[TORQUE], at, self._settings.longest_pause),
-            "delayed": _linear(*held[TORQUE], at - self._compensation.delay, self._settings.longest_pause),
-            **{name: _linear(*held[name], at, JUMP, name == HEADING) for name in self._channels},
+            "rate": _linear(*streams[YAW_RATE], at, self._settings.longest_pause),
+            "torque": _linear(*streams[TORQUE], at, self._settings.longest_pause),
+            "delayed": _linear(*streams[TORQUE], at - self._compensation.delay, self._settings.longest_pause),
+            **{name: _linear(*streams[name], at, JUMP, name == HEADING) for name in self._channels},
         }
         good = ~np.any(np.isnan(list(values.values())), axis=0)
         if not good.any():
@@ -81,17 +85,15 @@ class TorqueLedger:
 
     def anew(self) -> TorqueLedger:
         """A ledger of the same effects that has seen nothing: the clocks began anew."""
-        return TorqueLedger(self._compensation, self._settings)
+        return TorqueLedger(self._compensation, self._settings, self._body)
 
     def split(
-        self, at: Array, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
-    ) -> tuple[Array, dict[str, Array]]:
-        """The damping d(r) at (n,) instants [s], and what every other part takes of the torque, (n,) each [N m].
-
-        NaN where it is not known. Damping and parts add up to the smoothed torque; `smoothing` and `gap` [s] are those
-        that it was smoothed with.
-        """
+        self, at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
+    ) -> TorqueSplit:
+        """As `TakesTorque.split`: what every effect takes, smoothed like the torque."""
         settings = self._settings
+        others = {} if self._body is None else self._body.parts(at, streams, smoothing, gap)
+        torque = without(torque, others) if others else torque
         left = damping_moment(torque.value, yaw_rate.slope, settings.inertia)
         parts = {DECLARED_INERTIA: settings.inertia * yaw_rate.slope}
         factors: list[tuple[str, Array]] = []
@@ -109,7 +111,7 @@ class TorqueLedger:
             damping = left / factor
             parts[name] = parts.get(name, 0.0) + left - damping
             left = damping
-        return left, parts
+        return TorqueSplit(torque, left, parts | others)
 
     def forget(self, before: float) -> None:
         """Drops the points before this time [s]."""

@@ -3,26 +3,72 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
+from incsvr.plant import damping_moment
 from incsvr.plant.axes import stream_of
-from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
+from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, DECLARED_INERTIA, RESTORING, Coupled
 from incsvr.signals.settings import TORQUE, YAW_RATE
-from incsvr.signals.smoothing import WIDTHS, smooth
+from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
+from incsvr.signals.takes_torque import TakesTorque, TorqueSplit
 
-HEARD = 1.0
+MAX_PAUSE_S = 1.0
 """Longest pause between two values of another velocity, or of an angle, across which it is known [s]: a Doppler log
 gives one to ten a second, and a hull's speed hardly changes within one."""
 
-Streams = Mapping[str, tuple[Array, Array]]
-"""Each stream's name → its stamps [s] and values."""
+
+class BodyTorque:
+    """What the rest of a body takes of an axis's torque; it works that out of the streams at each sample anew."""
+
+    on_a_line = False
+    needed, ahead = inf, 0.0
+
+    def __init__(self, coupled: Coupled, inertia: float) -> None:
+        self._coupled, self._inertia = coupled, inertia
+
+    def advance(self, streams: Streams, until: float) -> None:
+        """Needs nothing beforehand."""
+
+    def parts(self, at: Array, streams: Streams, smoothing: float, gap: float) -> dict[str, Array]:
+        """As `body_parts`, of its own body."""
+        return body_parts(self._coupled, at, streams, smoothing, gap)
+
+    def split(
+        self, at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed, smoothing: float, gap: float
+    ) -> TorqueSplit:
+        """As `TakesTorque.split`."""
+        others = self.parts(at, streams, smoothing, gap)
+        torque = without(torque, others)
+        damping = damping_moment(torque.value, yaw_rate.slope, self._inertia)
+        return TorqueSplit(torque, damping, {DECLARED_INERTIA: self._inertia * yaw_rate.slope} | others)
+
+    def anew(self) -> TakesTorque:
+        """Itself."""
+        return self
+
+    def forget(self, before: float) -> None:
+        """Remembers nothing."""
+
+    def to_dict(self) -> None:
+        """It has no state."""
+
+    def restore(self, data: Any) -> None:
+        """It has no state."""
 
 
-def taken(coupled: Coupled, at: Array, streams: Streams, smoothing: float, gap: float) -> dict[str, Array]:
+def without(torque: Smoothed, others: Mapping[str, Array]) -> Smoothed:
+    """The torque less what others take (n,) each [N m]: what is left acts on the axis as if it were by itself."""
+    return replace(torque, value=torque.value - np.sum(list(others.values()), axis=0))
+
+
+def body_parts(coupled: Coupled, at: Array, streams: Streams, smoothing: float, gap: float) -> dict[str, Array]:
     """What they take (m,) each [N m] at the instants `at` (m,) [s], through the very filter of torque and rate.
 
     A product is filtered, not multiplied of filtered velocities: filtering commutes with the equation of motion alone.
@@ -88,7 +134,7 @@ def freed(coupled: Coupled, streams: Streams, smoothing: float) -> tuple[Streams
     if known.sum() < 2:
         raise BadInput(
             f"the streams {', '.join(coupled.streams)}, which the mass matrix asks for, do not come while the torque "
-            f"does, or less often than every {HEARD:g} s; record them, or leave out the mass matrix"
+            f"does, or less often than every {MAX_PAUSE_S:g} s; record them, or leave out the mass matrix"
         )
     at = time[known]
     motion, angles = motion_at(coupled, streams, at, smoothing)
@@ -103,8 +149,8 @@ def _at(at: Array, stream: tuple[Array, Array]) -> Array:
 
 
 def _known(coupled: Coupled, streams: Streams, at: Array, reach: float, gap: float) -> NDArray[np.bool_]:
-    """At which instants each stream has values from `reach` before to `reach` after, none further apart than HEARD or
-    than `gap`, by which it may also begin later or end earlier [s]."""
+    """At which instants each stream has values from `reach` before to `reach` after, none further apart than
+    MAX_PAUSE_S or `gap`, by which it may also begin later or end earlier [s]."""
     known = np.ones(at.size, dtype=bool)
     for name in coupled.streams:
         stamps = streams[name][0]
@@ -113,6 +159,6 @@ def _known(coupled: Coupled, streams: Streams, at: Array, reach: float, gap: flo
         known &= (stamps[0] - (at - reach) <= gap) & ((at + reach) - stamps[-1] <= gap)
         first = np.maximum(np.searchsorted(stamps, at - reach, side="right") - 1, 0)
         last = np.minimum(np.searchsorted(stamps, at + reach, side="left"), stamps.size - 1)
-        pauses = np.concatenate(([0], np.cumsum(np.diff(stamps) > max(gap, HEARD))))
+        pauses = np.concatenate(([0], np.cumsum(np.diff(stamps) > max(gap, MAX_PAUSE_S))))
         known &= pauses[first] == pauses[last]
     return known

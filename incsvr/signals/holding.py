@@ -46,14 +46,14 @@ STEPS_A_WIDTH = 6
 
 
 def filters(
-    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], at: Array, settled: float, traced: bool
+    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], at: Array, settled: float, on_a_line: bool
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], int]:
     """How the samples at (m,) times [s] are filtered.
 
     Args:
         streams: name → (stamps [s], values); the last STEPS before each instant must be there.
         settled: up to where all streams are known [s].
-        traced: whether samples are freed of effects, which know no torque but one on a line.
+        on_a_line: whether samples are freed of what knows no torque but one on a line.
 
     Returns:
         (m,) whether the torque is a command that was logged while it held; (m,) by how many steps of WIDER the filter
@@ -61,8 +61,8 @@ def filters(
     """
     time, value = streams[TORQUE]
     period = periods(time, at)
-    holding = np.zeros(at.size, dtype=bool) if traced else _holds(settings, (time, value), at, period)
-    commands = holding if traced or settings.torque != COMMANDED else np.ones(at.size, dtype=bool)
+    holding = np.zeros(at.size, dtype=bool) if on_a_line else _holds(settings, (time, value), at, period)
+    commands = holding if on_a_line or settings.torque != COMMANDED else np.ones(at.size, dtype=bool)
     widening = widenings(settings, np.maximum(periods(streams[YAW_RATE][0], at), np.where(commands, 0.0, period)))
     until = np.where(commands, _known_until(time, settled), settled) if commands.any() else settled
     waits = np.flatnonzero((at + settings.reach * WIDER**widening > until) & (commands | (widening > 0)))

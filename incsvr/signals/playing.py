@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import SignalSettings
 from incsvr.signals.synchroniser import Synchroniser
-
-if TYPE_CHECKING:
-    from incsvr.compensation.effects_in_force import Compensation
-    from incsvr.plant.body import Coupled
+from incsvr.signals.takes_torque import TakesTorque
 
 _BLOCK = 4096
 
 
 def synchronise(
-    settings: SignalSettings,
-    streams: Mapping[str, tuple[Array, Array]],
-    compensation: Compensation | None = None,
-    coupled: Coupled | None = None,
+    settings: SignalSettings, streams: Streams, takes: TakesTorque | None = None
 ) -> tuple[Samples, Mapping[str, int]]:
-    """All samples of whole streams, name → (stamps [s], values), and what was refused by reason.
+    """All samples of whole streams, freed of what `takes` of the torque, and what was refused by reason.
 
     The same samples as when the streams are played live.
 
@@ -38,11 +31,11 @@ def synchronise(
         >>> bool(np.abs(samples.damping).max() < 0.01), dict(refused)
         (True, {})
     """
-    synchroniser = Synchroniser(settings, compensation, coupled)
+    synchroniser = Synchroniser(settings, takes)
     return play(synchroniser, streams), synchroniser.rejected
 
 
-def play(synchroniser: Synchroniser, streams: Mapping[str, tuple[Array, Array]]) -> Samples:
+def play(synchroniser: Synchroniser, streams: Streams) -> Samples:
     """All samples of whole streams, name → (stamps [s], values), that are complete; the synchroniser goes on after."""
     parts = []
     for chunks in _interleaved(streams):
@@ -52,7 +45,7 @@ def play(synchroniser: Synchroniser, streams: Mapping[str, tuple[Array, Array]])
     return Samples.concatenate(parts)
 
 
-def _interleaved(streams: Mapping[str, tuple[Array, Array]]) -> Iterator[list[tuple[str, Array, Array]]]:
+def _interleaved(streams: Streams) -> Iterator[list[tuple[str, Array, Array]]]:
     """The streams cut into slices at the same times, so that none runs far ahead of the others."""
     clocks = {name: np.fmax.accumulate(time) for name, (time, _) in streams.items()}
     longest = max(clocks.values(), key=len, default=np.empty(0))

@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.plant import damping_moment
-from incsvr.plant.body import DECLARED_INERTIA, Coupled
 from incsvr.signals import raw
-from incsvr.signals.coupled import taken
 from incsvr.signals.holding import held, stepped
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
 from incsvr.signals.streams import JUMP
+from incsvr.signals.takes_torque import TakesTorque, TorqueSplit
 
-if TYPE_CHECKING:
-    from incsvr.compensation.torque_ledger import TorqueLedger
-
-Held = Mapping[str, tuple[Array, Array]]
-"""Each stream's name → its stamps [s] and values."""
 LeftOut = Mapping[str, Array]
 """Each stream's name → the stamps [s] of its values that are spikes (spikes.py)."""
 
@@ -33,10 +25,9 @@ def samples_at(
     at: Array,
     widening: NDArray[np.int64],
     holds: NDArray[np.bool_],
-    streams: Held,
+    streams: Streams,
     settings: SignalSettings,
-    ledger: TorqueLedger | None,
-    coupled: Coupled | None = None,
+    takes: TakesTorque | None,
 ) -> tuple[Samples, LeftOut]:
     """The complete samples among the instants `at` (m,) [s], and the stamps of what was left out before the filter.
 
@@ -44,14 +35,13 @@ def samples_at(
         widening: (m,) by how many steps of WIDER the filter is widened at each.
         holds: (m,) whether the torque is a command that was logged while it held.
         streams: whatever the filter reaches at them.
-        ledger: what the traced effects take of the torque; None where there are none.
-        coupled: the axis in a body whose mass matrix is declared; None takes it by itself.
+        takes: what they are freed of; None where there is nothing.
     """
     kinds = sorted(set(zip(holds.tolist(), widening.tolist(), strict=True)))
     if len(kinds) == 1:
-        return _alike(at, kinds[0][1], kinds[0][0], streams, settings, ledger, coupled)
+        return _alike(at, kinds[0][1], kinds[0][0], streams, settings, takes)
     found = [
-        _alike(at[(holds == holding) & (widening == step)], step, holding, streams, settings, ledger, coupled)
+        _alike(at[(holds == holding) & (widening == step)], step, holding, streams, settings, takes)
         for holding, step in kinds
     ]
     samples = Samples.concatenate([part for part, _ in found])
@@ -63,31 +53,26 @@ def _alike(
     at: Array,
     widening: int,
     holds: bool,
-    streams: Held,
+    streams: Streams,
     settings: SignalSettings,
-    ledger: TorqueLedger | None,
-    coupled: Coupled | None,
+    takes: TakesTorque | None,
 ) -> tuple[Samples, LeftOut]:
     """The complete samples among instants with a filter of one width and a torque of one kind."""
     smoothing = float(settings.smoothing * WIDER**widening)
     gap = settings.bridged(smoothing)
     if holds:
         torque = held(*streams[TORQUE], at, WIDTHS * smoothing, gap)
-    elif settings.torque == COMMANDED and ledger is None:
+    elif settings.torque == COMMANDED and (takes is None or not takes.on_a_line):
         torque = stepped(*streams[TORQUE], at, smoothing, gap)
     else:
         torque = smooth(*streams[TORQUE], at, smoothing=smoothing, gap=gap)
     yaw_rate = smooth(*streams[YAW_RATE], at, smoothing=smoothing, gap=gap)
     left_out = {YAW_RATE: yaw_rate.left_out, TORQUE: torque.left_out}
-    others = {} if coupled is None else taken(coupled, at, streams, smoothing, gap)
-    if others:  # what is left of the torque acts on the axis as if it were by itself
-        torque = replace(torque, value=torque.value - np.sum(list(others.values()), axis=0))
-    damping, parts = damping_moment(torque.value, yaw_rate.slope, settings.inertia), dict[str, Array]()
-    if ledger is not None:
-        damping, parts = ledger.split(at, torque, yaw_rate, smoothing, gap)
-    elif others:
-        parts = {DECLARED_INERTIA: settings.inertia * yaw_rate.slope}
-    parts |= others
+    if takes is None:
+        split = TorqueSplit(torque, damping_moment(torque.value, yaw_rate.slope, settings.inertia), {})
+    else:
+        split = takes.split(at, streams, torque, yaw_rate, smoothing, gap)
+    torque, damping, parts = split.torque, split.damping, split.parts
     complete = np.flatnonzero(torque.complete & yaw_rate.complete & np.isfinite(damping))
     if complete.size < at.size:
         at, damping, parts = at[complete], damping[complete], {name: part[complete] for name, part in parts.items()}
@@ -100,7 +85,7 @@ def _alike(
     return Samples(at, yaw_rate.value, damping, channels, parts, _raw(at, streams, torque, yaw_rate)), left_out
 
 
-def _raw(at: Array, streams: Held, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:
+def _raw(at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed) -> dict[str, Array]:
     """What the streams show around the complete samples at `at` [s], for the checks."""
     shown = {raw.TORQUE: torque.value}
     shown |= {raw.RATE_SPREAD: yaw_rate.spread, raw.TORQUE_SLOPE: torque.slope}

@@ -19,7 +19,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict
 from math import ceil, inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,11 +32,7 @@ from incsvr.signals.sampling import samples_at
 from incsvr.signals.settings import LONGEST_PAUSE, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
 from incsvr.signals.spikes import SpikeCount
 from incsvr.signals.streams import JUMP, Reading
-
-if TYPE_CHECKING:
-    from incsvr.compensation.effects_in_force import Compensation
-    from incsvr.compensation.torque_ledger import TorqueLedger
-    from incsvr.plant.body import Coupled
+from incsvr.signals.takes_torque import TakesTorque
 
 FORM = 2
 """Of what `to_dict` gives."""
@@ -49,20 +45,12 @@ _NOTHING = Samples.empty()
 class Synchroniser:
     """Takes messages of all streams and yields the samples that are complete; its memory is bounded.
 
-    With a `compensation` the samples are free of the traced effects, and say what each took of the torque; with an axis
-    that is `coupled` likewise of what the other velocities take, each a stream for which samples wait.
+    The samples are free of what `takes` of the torque beside damping and inertia, and say what each part of it took;
+    None frees them of nothing. The streams that it reads are among the channels of the settings, so that samples wait.
     """
 
-    def __init__(
-        self, settings: SignalSettings, compensation: Compensation | None = None, coupled: Coupled | None = None
-    ) -> None:
-        self.settings, self._coupled = settings, coupled
-        self._ledger: TorqueLedger | None = None
-        if compensation is not None:
-            # Loaded where it is needed alone: it brings the catalogue of effects with it.
-            from incsvr.compensation.torque_ledger import TorqueLedger
-
-            self._ledger = TorqueLedger(compensation, settings)
+    def __init__(self, settings: SignalSettings, takes: TakesTorque | None = None) -> None:
+        self.settings, self._takes = settings, takes
         self._clocks = Clocks(settings)
         self._streams = self._clocks.streams
         self._refused: Counter[str] = Counter()
@@ -147,7 +135,7 @@ class Synchroniser:
         rate, torque = self._streams[YAW_RATE].newest, self._streams[TORQUE].newest
         if (rate if rate < torque else torque) < self._due:
             return _NOTHING
-        ahead = 0.0 if self._ledger is None else self._ledger.ahead
+        ahead = 0.0 if self._takes is None else self._takes.ahead
         moving = min(self._streams[YAW_RATE].settled, self._streams[TORQUE].settled - ahead)
         if self._next * self.settings.sample_period >= moving - self.settings.reach:
             return _NOTHING
@@ -173,8 +161,8 @@ class Synchroniser:
             self.clock_restarts += 1
             self._refused["clock_restarted"] += 1
         self._go_on(following)
-        if self._ledger is not None:
-            self._ledger = self._ledger.anew()
+        if self._takes is not None:
+            self._takes = self._takes.anew()
         return True
 
     def to_dict(self) -> dict[str, Any]:
@@ -184,19 +172,17 @@ class Synchroniser:
             "next": self._next,
             "refused": dict(self._refused),
             "streams": {name: stream.to_dict() for name, stream in self._streams.items()},
-            "ledger": None if self._ledger is None else self._ledger.to_dict(),
+            "ledger": None if self._takes is None else self._takes.to_dict(),
         }
 
     @staticmethod
-    def from_dict(
-        data: Mapping[str, Any], compensation: Compensation | None = None, coupled: Coupled | None = None
-    ) -> Synchroniser:
-        """The synchroniser whose to_dict gave `data`, with the same compensation in the same body."""
+    def from_dict(data: Mapping[str, Any], takes: TakesTorque | None = None) -> Synchroniser:
+        """The synchroniser whose to_dict gave `data`; `takes` is the same as then, and has seen nothing."""
         given = {name: value for name, value in data["settings"].items() if name != "form"}
         settings = SignalSettings(**{**given, "channels": tuple(given["channels"])})
-        synchroniser = Synchroniser(settings, compensation, coupled)
-        if synchroniser._ledger is not None:
-            synchroniser._ledger.restore(data["ledger"])
+        synchroniser = Synchroniser(settings, takes)
+        if takes is not None:
+            takes.restore(data["ledger"])
         synchroniser._go_on(int(data["next"]))
         synchroniser._refused = Counter(data["refused"])
         for name, stream in data["streams"].items():
@@ -218,9 +204,9 @@ class Synchroniser:
         widest = self.settings.widest_reach
         far = widest + LONGEST_PAUSE
         held = {name: stream.arrays() for name, stream in self._streams.items()}
-        ledger = self._ledger
-        if ledger is not None:
-            ledger.advance(held, max((end - 1) * period + reach, min((end - 1) * period + widest, settled)))
+        takes = self._takes
+        if takes is not None:
+            takes.advance(held, max((end - 1) * period + reach, min((end - 1) * period + widest, settled)))
         parts: list[Samples] = []
         start = self._next
         while start < end:
@@ -233,12 +219,14 @@ class Synchroniser:
             stop = min(end, start + _BLOCK)
             if start < stop:
                 at = np.arange(start, stop, dtype=np.float64) * period
-                holding, widening, known = filters(self.settings, held, at, settled, ledger is not None)
+                holding, widening, known = filters(
+                    self.settings, held, at, settled, takes is not None and takes.on_a_line
+                )
                 if known < at.size:
                     at, stop, end = at[:known], start + known, start + known
                 if at.size:
                     samples, left_out = samples_at(
-                        at, widening[: at.size], holding[: at.size], held, self.settings, ledger, self._coupled
+                        at, widening[: at.size], holding[: at.size], held, self.settings, takes
                     )
                     parts.append(samples)
                     self._spikes.saw(left_out)
@@ -247,11 +235,11 @@ class Synchroniser:
         self._go_on(end)
         for name, stream in self._streams.items():
             needed = min(
-                end * period - self.settings.looks_back, stream.settled, inf if ledger is None else ledger.needed
+                end * period - self.settings.looks_back, stream.settled, inf if takes is None else takes.needed
             )
             if name not in REQUIRED:
                 needed = min(needed - JUMP, stream.settled)
             stream.forget(needed)
-        if ledger is not None:
-            ledger.forget(end * period - widest)
+        if takes is not None:
+            takes.forget(end * period - widest)
         return Samples.concatenate(parts)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
@@ -27,6 +28,7 @@ from incsvr.signals.streams import JUMP, Reading
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
     from incsvr.plant.body import Coupled
+    from incsvr.signals.takes_torque import TakesTorque
     from service.learner.window import Window
 
 #: Batches that may wait for training; beyond, the oldest samples go and are counted.
@@ -62,7 +64,7 @@ class Batches:
         self._settings, self._size, self._compensation, self._coupled = settings, size, compensation, coupled
         self._window = window
         self._lock = threading.Lock()
-        self._synchroniser = Synchroniser(settings, compensation, coupled)
+        self._synchroniser = Synchroniser(settings, self._takes(compensation))
         self._waiting: deque[Samples] = deque()
         self._waiting_count = 0
         self._refused: dict[str, int] = {}
@@ -75,10 +77,14 @@ class Batches:
         if memory is not None:
             # Under other settings the streams begin anew: what they held was cut to the old ones.
             if memory["synchroniser"]["settings"] == self._synchroniser.to_dict()["settings"]:
-                self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], compensation, coupled)
+                self._synchroniser = Synchroniser.from_dict(memory["synchroniser"], self._takes(compensation))
                 self._turns = int(memory["turns"])
             self._refused = {reason: -count for reason, count in self._synchroniser.rejected.items()}
             self._take(_samples(memory["waiting"]))
+
+    def _takes(self, compensation: Compensation | None) -> TakesTorque | None:
+        """What samples are freed of with these effects in force."""
+        return takes_torque(self._settings, compensation, self._coupled)
 
     def push(self, stream: str, t: Array, value: Array) -> bool:
         """Takes (n,) stamps [s] and values of a stream, n ≥ 1; True where a batch waits to be learned."""
@@ -129,7 +135,7 @@ class Batches:
 
     def freed(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
         """The window's samples from `since` to `until` [s], as they are with these effects; nothing changes."""
-        samples = play(Synchroniser(self._settings, compensation, self._coupled), self.recent())
+        samples = play(Synchroniser(self._settings, self._takes(compensation)), self.recent())
         return samples.take((samples.time >= since) & (samples.time <= until))
 
     def begin_anew(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
@@ -142,7 +148,7 @@ class Batches:
             if self._restarts != clock_restarts:
                 raise BadInput("the vehicle's clock began anew meanwhile")
             streams = {} if self._window is None else self._window.streams()
-            synchroniser = Synchroniser(self._settings, compensation, self._coupled)
+            synchroniser = Synchroniser(self._settings, self._takes(compensation))
             samples = play(synchroniser, streams)
             samples = samples.take(samples.time > after)
             for reason, count in self._synchroniser.rejected.items():

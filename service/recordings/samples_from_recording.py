@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, start, step
 from incsvr.learning.model import Model
@@ -209,7 +210,8 @@ def samples_of(
     if coupled is not None:
         others = (stream_of(coupled.axis, name) for name in coupled.velocities)
         signals = replace(signals, channels=tuple(dict.fromkeys((*signals.channels, *others))))
-    samples, rejected = synchronise(signals, wanted_streams(recording, signals, with_channels), compensation, coupled)
+    takes = takes_torque(signals, compensation, coupled)
+    samples, rejected = synchronise(signals, wanted_streams(recording, signals, with_channels), takes)
     samples = samples.take(samples.known(inputs))
     if len(samples) == 0:
         refuse_bursts(recording)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from incsvr.compensation.freeing import takes_torque
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, BODY_YAW_RATE, YAW
@@ -45,7 +46,7 @@ def read_validation(path: Path, config: Config, effects: TracedEffects | None = 
     for name in (*REQUIRED, *further):
         sampled = ~np.isnan(columns[name])
         streams[name] = (columns["t"][sampled], columns[name][sampled])
-    samples, rejected = synchronise(settings, streams, compensation, coupled)
+    samples, rejected = synchronise(settings, streams, takes_torque(settings, compensation, coupled))
     samples = samples.take(samples.known(config.further_inputs))
     if not len(samples):
         raise BadInput(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
+from incsvr.compensation.freeing import takes_torque as ledger
 from incsvr.effects import Signals, Term
 from incsvr.numerics import Array
 from incsvr.plant.body import DECLARED_INERTIA
@@ -55,7 +56,7 @@ def channels(time: Array, heading: Array) -> dict[str, Array]:
 def test_the_samples_are_free_of_lag_and_bias() -> None:
     streams = recording(3, noise=0.0).streams()
     plain, _ = synchronise(leng.SIGNALS, streams)
-    freed, _ = synchronise(leng.SIGNALS, streams, compensation(LAG_TERM, BIAS_TERM))
+    freed, _ = synchronise(leng.SIGNALS, streams, ledger(leng.SIGNALS, compensation(LAG_TERM, BIAS_TERM)))
     off_plain, off_freed = (samples.damping - TRUTH(samples.yaw_rate) for samples in (plain, freed))
     assert np.array_equal(plain.time, freed.time)
     assert abs(off_plain.mean()) > 0.9 * BIAS
@@ -67,7 +68,7 @@ def test_the_samples_are_free_of_lag_and_bias() -> None:
 def test_without_effects_nothing_is_different() -> None:
     streams = recording(3, 100.0).streams()
     plain, _ = synchronise(leng.SIGNALS, streams)
-    none, _ = synchronise(leng.SIGNALS, streams, compensation())
+    none, _ = synchronise(leng.SIGNALS, streams, ledger(leng.SIGNALS, compensation()))
     assert np.array_equal(plain.damping, none.damping)
     assert not plain.parts
     assert list(none.parts) == [DECLARED_INERTIA]
@@ -84,7 +85,7 @@ def test_the_parts_add_up_to_the_torque(received: bool) -> None:
     settings = SignalSettings(channels=("sway", "voltage", "depth", *(("heading",) if received else ())))
     streams = whole_run(5)
     plain, _ = synchronise(settings, streams)
-    split, _ = synchronise(settings, streams, compensation(*EVERYTHING))
+    split, _ = synchronise(settings, streams, ledger(settings, compensation(*EVERYTHING)))
     assert {DECLARED_INERTIA, *(each.effect for each in EVERYTHING)} == set(split.parts)
     plain = plain.take(np.isin(plain.time, split.time))
     assert len(split) > 150
@@ -107,7 +108,7 @@ def test_it_agrees_with_the_traced_model() -> None:
     expected = model.parts(s)
     settings = SignalSettings(channels=("heading", "sway", "voltage", "depth"))
     streams = {name: (time, values) for name, values in {"yaw_rate": rate, "torque": torque, **further}.items()}
-    split, _ = synchronise(settings, streams, Compensation.of(model))
+    split, _ = synchronise(settings, streams, ledger(settings, Compensation.of(model)))
     for name, part in split.parts.items():
         if name == "modulation:depth":  # scales here what is left of the torque, there the model's damping
             continue
@@ -128,8 +129,8 @@ def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
         # Two drop-outs: one that is bridged, one that begins a new run.
         there = (t < 30.0) | ((t > 31.0) & (t < 60.0)) | (t > 66.0)
         streams[name] = (t[there], value[there])
-    whole, _ = synchronise(settings, streams, effects)
-    synchroniser = Synchroniser(settings, effects)
+    whole, _ = synchronise(settings, streams, ledger(settings, effects))
+    synchroniser = Synchroniser(settings, ledger(settings, effects))
     parts, sent = [], dict.fromkeys(streams, 0)
     for now in np.arange(0.0, 125.0, 0.7).tolist():
         for name, (t, value) in streams.items():
@@ -138,7 +139,9 @@ def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
             sent[name] = max(upto, sent[name])
         parts.append(synchroniser.ready())
         if random.random() < 0.2:
-            synchroniser = Synchroniser.from_dict(json.loads(json.dumps(synchroniser.to_dict())), effects)
+            synchroniser = Synchroniser.from_dict(
+                json.loads(json.dumps(synchroniser.to_dict())), ledger(settings, effects)
+            )
     played = Samples.concatenate(parts)
     assert len(played) == len(whole) > 150
     assert np.array_equal(played.damping, whole.damping)
@@ -147,7 +150,7 @@ def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
 
 
 def test_its_memory_is_bounded() -> None:
-    synchroniser = Synchroniser(leng.SIGNALS, compensation(LAG_TERM, BIAS_TERM))
+    synchroniser = Synchroniser(leng.SIGNALS, ledger(leng.SIGNALS, compensation(LAG_TERM, BIAS_TERM)))
     sizes = []
     for begin in np.arange(0.0, 400.0, 10.0).tolist():
         for name, (t, value) in recording(3).streams().items():
@@ -163,7 +166,7 @@ def test_no_sample_is_made_where_a_channel_of_an_effect_is_missing() -> None:
     run = recording(3, 100.0)
     sway = np.where(run.time < 40.0, 0.0, np.nan)
     effects = compensation(Term("coupling:sway", "", (8.0,), (0.0,)))
-    samples, _ = synchronise(settings, with_channels(run, {"sway": sway}).streams(), effects)
+    samples, _ = synchronise(settings, with_channels(run, {"sway": sway}).streams(), ledger(settings, effects))
     assert len(samples) > 0
     assert samples.time.max() < 40.0
 

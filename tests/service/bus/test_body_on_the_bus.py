@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import zenoh
 
+from incsvr.compensation.freeing import takes_torque
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
@@ -91,7 +92,7 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
         assert coupled is not None
         assert coupled.inertia == learner.vehicle.inertia == MASS[PLACES[k]]
         wanted = {name: streams[name] for name in ("yaw_rate", "torque", *settings.channels)}
-        samples, _ = synchronise(settings, wanted, None, coupled)
+        samples, _ = synchronise(settings, wanted, takes_torque(settings, None, coupled))
         batch = published[axis].get(timeout=PATIENCE).batch
         assert list(batch.damping) == samples.damping[:BATCH].tolist()
         assert set(batch.parts) == {DECLARED_INERTIA, CORIOLIS}
@@ -179,7 +180,8 @@ def test_weight_and_buoyancy_are_a_part_of_the_ledger() -> None:
     slow = slice(None, None, 10)  # roll comes at 2 Hz
     torque = 12.0 * 0.15 * np.cos(0.5 * at) + 5.0 * rate - 30.0 * np.sin(roll)
     streams = {"yaw_rate": (at, rate), "torque": (at, torque), "roll": (at[slow], roll[slow])}
-    samples, _ = synchronise(learner.signal_settings(), streams, None, coupled)
+    settings = learner.signal_settings()
+    samples, _ = synchronise(settings, streams, takes_torque(settings, None, coupled))
     np.testing.assert_allclose(samples.damping, 5.0 * samples.yaw_rate, atol=0.05)
     np.testing.assert_allclose(samples.parts[RESTORING], -30.0 * np.sin(0.4 * np.sin(0.2 * samples.time)), atol=0.1)
 

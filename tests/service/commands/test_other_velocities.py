@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
+from incsvr.compensation.freeing import takes_torque
 from incsvr.plant.axes import AXES, BODY_YAW_RATE
 from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
@@ -157,7 +158,7 @@ def test_yaw_by_itself_is_what_it_was_to_the_last_bit() -> None:
     streams = recording(900_302, 100.0).streams()
     plain, _ = synchronise(leng.SIGNALS, streams)
     body = Coupled(AXES["yaw"], mass_matrix((900.0, 1200.0, 0.0, 0.0, 0.0, 350.0)), ())
-    alone, _ = synchronise(leng.SIGNALS, streams, None, body)
+    alone, _ = synchronise(leng.SIGNALS, streams, takes_torque(leng.SIGNALS, None, body))
     for name in ("time", "yaw_rate", "damping"):
         assert getattr(plain, name).tobytes() == getattr(alone, name).tobytes()
     assert plain.parts == {}
