@@ -11,7 +11,8 @@ from typing import Any, Protocol
 import zenoh
 
 from incsvr.signals import REQUIRED
-from service.wire import Health, Keys, decode
+from service.bus.session import answer
+from service.wire import Health, Keys
 
 SETTLES = 0.2
 """Between two looks at the counters [s]: a learner takes its measurements in twenty times a second."""
@@ -60,10 +61,7 @@ class Played(Protocol):
 
 def health(session: zenoh.Session, keys: Keys) -> Health | None:
     """The learner's health now; None where none answers."""
-    for reply in session.get(keys.health, timeout=2.0):
-        if reply.ok is not None:
-            return decode(Health, reply.ok.payload.to_bytes())
-    return None
+    return answer(session, keys.health, Health)
 
 
 def settled(session: zenoh.Session, keys: Keys, stop: threading.Event) -> Health | None:

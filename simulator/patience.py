@@ -15,7 +15,8 @@ from typing import Any
 import zenoh
 
 from incsvr.signals import REQUIRED
-from service.wire import EffectsLedger, Keys, decode
+from service.bus.session import answer
+from service.wire import EffectsLedger, Keys
 from simulator.losses import health
 
 STEP = 5.0
@@ -61,7 +62,5 @@ class Patience:
         return {} if found is None else {name: each.received for name, each in found.streams.items()}
 
     def _work(self) -> Any:
-        for reply in self._session.get(self._keys.effects, timeout=2.0):
-            if reply.ok is not None:
-                return decode(EffectsLedger, reply.ok.payload.to_bytes()).work
-        return None
+        ledger = answer(self._session, self._keys.effects, EffectsLedger)
+        return None if ledger is None else ledger.work

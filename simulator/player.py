@@ -19,7 +19,7 @@ import numpy as np
 import zenoh
 from numpy.typing import NDArray
 
-from incsvr.errors import BadInput
+from incsvr.errors import BadInput, Failed
 from incsvr.numerics import Array
 from incsvr.signals import REQUIRED
 from service.wire import Keys, measurement
@@ -38,7 +38,7 @@ HEARD_WITHIN = 2.0
 """How long the learner may take to count a message that was sent [s]; it needs a tenth."""
 
 
-class Unheard(Exception):
+class Unheard(Failed):
     """The learner does not receive what is sent; the message is one sentence."""
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import Refused, connecting, from_file, nobody_at, open_session, told_to_stop
+from service.bus.session import Refused, client_config, client_place, nobody_at, open_session, told_to_stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
@@ -27,7 +27,7 @@ from service.wire import Keys
 from simulator.losses import health, loss, sent_to, settled
 from simulator.patience import Patience
 from simulator.play_progress import shown
-from simulator.player import Played, Unheard, messages, play, wait_for_learner
+from simulator.player import Played, messages, play, wait_for_learner
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -92,17 +92,15 @@ def play_to_learner(
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
     stop = told_to_stop()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format=f"incsvr {args.command}: %(message)s")
-    bus, learners = config.bus, [Keys(config.prefix), *map(Keys, others)]
-    where = bus.connect or bus.listen
-    zenoh_config = connecting(where) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+    learners = [Keys(config.prefix), *map(Keys, others)]
     try:
-        session = open_session(zenoh_config, args.wait, stop)
+        session = open_session(client_config(config.bus), args.wait, stop)
     except Refused:
         raise
     except BadInput:
         if stop.is_set():  # told to stop while it waited: that needs no word
             return 1
-        raise BadInput(nobody_at(where if bus.zenoh_file is None else f"the endpoint of {bus.zenoh_file}")) from None
+        raise BadInput(nobody_at(client_place(config.bus))) from None
     with session:
         return _play(args, session, config, learners, what, name, stop)
 
@@ -122,12 +120,8 @@ def _play(
     seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
     before, began = [health(session, each) for each in learners], time.monotonic()
     patience = Patience(session, learners[0], config.learner.batch, stop) if args.patient else None
-    try:
-        with shown(args.command, name, len(what), seconds, args.speed) as progress:
-            sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress, patience=patience)
-    except Unheard as error:
-        print(f"incsvr {args.command}: {error}", file=sys.stderr)
-        return 1
+    with shown(args.command, name, len(what), seconds, args.speed) as progress:
+        sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress, patience=patience)
     if sent < len(what):
         return 1
     pace = min(args.speed, seconds / (time.monotonic() - began))

@@ -59,16 +59,13 @@ def write_log(path: Path, seed: int) -> float:
         the vehicle's inertia [kg m²].
 
     Raises:
-        BadInput: the file cannot be written.
+        OSError: the file cannot be written.
     """
     ticks = _ticks(LOG_DURATION)
     random = np.random.default_rng([seed, *b"log"])
     levels, sines = (np.array(command(kind, SCALE, ticks, random).table) for kind in ("telegraph", "multisine"))
     recording = _recording(path.stem, 0.5 * (levels + sines), (_weak_to_port, inflow), seed)
-    try:
-        write(path, recording)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --log") from error
+    write(path, recording)
     return leng.INERTIA
 
 

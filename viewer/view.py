@@ -9,14 +9,13 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from service.bus.session import connecting, free_endpoint, from_file, open_session, told_to_stop
+from service.bus.session import client_config, free_endpoint, open_session, told_to_stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.recordings import log_picture
@@ -121,7 +120,7 @@ def look_at_log(args: argparse.Namespace) -> int:
 def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken: bool) -> None:
     """Meets the learner, and follows it until `stop`."""
     where = config.bus.connect or config.bus.listen
-    zenoh_config = connecting(where) if config.bus.zenoh_file is None else from_file(config.bus.zenoh_file)
+    zenoh_config = client_config(config.bus)
     shelf.chapter.away(f"Waiting for the learner at {where}.", time.time())
     shelf.chapter.flush()
     log.info("waiting for the learner at %s, keys %s/…", where, config.prefix)
@@ -133,17 +132,12 @@ def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken
         raise
     with session:
         bus = Bus(session, Keys(config.prefix))
-        threading.Thread(target=_when, args=(stop.wait, bus.wake), daemon=True).start()
+        threading.Thread(target=window.when, args=(stop.wait, bus.wake), daemon=True).start()
         log.info("viewer ready")
         try:
             Follower(bus, shelf.chapter, shelf.begin, shelf.recorded).run(stop, until_broken=until_broken)
         finally:
             bus.close()
-
-
-def _when(comes: Callable[[], object], then: Callable[[], None]) -> None:
-    comes()
-    then()
 
 
 def _checked(port: int) -> int:

@@ -29,7 +29,7 @@ def window(port: int, theme: Theme, closed: Callable[[], object]) -> Iterator[No
     url = f"rerun+http://127.0.0.1:{port}/proxy"
     command: list[str | Path] = [BINARY, "--connect", url, "--bind", "127.0.0.1", "--port", "auto"]
     with themed(theme) as (flags, environment), subprocess.Popen([*command, *flags], env=environment) as process:
-        threading.Thread(target=_when, args=(process.wait, closed), daemon=True).start()
+        threading.Thread(target=when, args=(process.wait, closed), daemon=True).start()
         try:
             yield
         finally:
@@ -73,6 +73,7 @@ def need_a_screen() -> None:
         raise BadInput("there is no screen here: give --headless --save FILE.rrd and look at the file elsewhere")
 
 
-def _when(comes: Callable[[], object], then: Callable[[], object]) -> None:
+def when(comes: Callable[[], object], then: Callable[[], object]) -> None:
+    """Waits until `comes` returns, and calls `then`; for a thread of its own."""
     comes()
     then()

@@ -7,22 +7,19 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import zenoh
 
-from incsvr.errors import BadInput
-from service.bus.session import Refused, connecting, from_file, nobody_at, open_session
+from incsvr.errors import BadInput, Failed
+from service.bus.session import Refused, client_config, client_place, nobody_at, open_session
 from service.config.configuration import Config
-from service.wire import ErrorReply, Form, Keys, decode
+from service.wire import ErrorReply, FormType, Keys, decode
 
 RETRY = 0.3
 """Pause between two attempts while a learner restarts [s]; it is back within one and a half."""
 
-FormType = TypeVar("FormType", bound=Form)
 
-
-class NoAnswer(Exception):
+class NoAnswer(Failed):
     """Nobody answered in time; the message is one sentence."""
 
 
@@ -99,14 +96,10 @@ def reaching(config: Config, patience_s: float, stop: threading.Event | None = N
         NoAnswer: nobody listens there within the time.
         Refused: somebody does, and we cannot meet.
     """
-    bus = config.bus
-    where = bus.connect or bus.listen
-    zenoh_config = connecting(where) if bus.zenoh_file is None else from_file(bus.zenoh_file)
-    if bus.zenoh_file is not None:
-        where = f"the endpoint of {bus.zenoh_file}"
+    where = client_place(config.bus)
     until = time.monotonic() + patience_s
     try:
-        session = open_session(zenoh_config, patience_s, stop)
+        session = open_session(client_config(config.bus), patience_s, stop)
     except Refused:
         raise
     except BadInput as error:

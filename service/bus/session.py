@@ -21,10 +21,12 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service.bus.zenoh_file import endpoints, tls_section
+from service.wire.form import FormType, decode
+from service.wire.json_text import json_text
 
 if TYPE_CHECKING:
+    from service.config.sections import Bus
     from service.security.validity import Validity
-from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
@@ -103,6 +105,16 @@ def from_file(path: Path) -> zenoh.Config:
         raise BadInput(f"{path} is no Zenoh configuration: {_first_line(error)}") from error
 
 
+def client_config(bus: Bus) -> zenoh.Config:
+    """The configuration of a client of a learner's bus."""
+    return connecting(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+
+
+def client_place(bus: Bus) -> str:
+    """Where a client meets a learner's bus, for people."""
+    return bus.connect or bus.listen if bus.zenoh_file is None else f"the endpoint of {bus.zenoh_file}"
+
+
 def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.Event | None = None) -> zenoh.Session:
     """Opens a session; use it in a `with`, or the interpreter can hang at exit.
 
@@ -172,6 +184,18 @@ def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
         if why_not is not None:
             return Refused(why_not)
     return BadInput(_first_line(error))
+
+
+def answer(session: zenoh.Session, selector: str, form: type[FormType], timeout_s: float = 2.0) -> FormType | None:
+    """The first answer to a question that is asked once; None where nobody answers in time, or refuses.
+
+    Raises:
+        BadInput: what answers is no such form.
+    """
+    for reply in session.get(selector, timeout=timeout_s):
+        if reply.ok is not None:
+            return decode(form, reply.ok.payload.to_bytes())
+    return None
 
 
 def in_time(work: Callable[[], object]) -> None:

@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Collection, Sequence
 
-from incsvr.errors import BadInput
+from incsvr.errors import BadInput, Failed
 from service.cli.extras import how_to_install
 from service.cli.parser import Parser
 from service.cli.progress import hidden
@@ -129,6 +129,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BadInput as error:
         print(f"incsvr {args.command}: {error}", file=sys.stderr)
         return 2
+    except Failed as error:
+        print(f"incsvr {args.command}: {error}", file=sys.stderr)
+        return 1
     except BrokenPipeError:
         # The reader of our output went away (`incsvr fit … | head`): nothing is left to say.
         sys.stderr.close()

@@ -13,7 +13,6 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from service.wire import Health, ModelSnapshot, StreamHealth
 
-WIDTH = 80
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
 NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
 UNITS = {"yaw_rate": "rad/s", "torque": "N m"}

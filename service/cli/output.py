@@ -5,11 +5,17 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
+from incsvr.errors import BadInput
 from service.wire.json_text import json_text, write_json
+
+WIDTH = 80
+"""Columns of a line for people."""
 
 
 def destination(text: str) -> Path:
@@ -31,6 +37,47 @@ def report_destination(text: str) -> Path:
         page = path.with_suffix(".html").name
         raise argparse.ArgumentTypeError(f"the report is a page of HTML: name it {page} (a browser prints it as PDF)")
     return path
+
+
+def refuse_unwritable(path: Path, flag: str = "") -> None:
+    """Refuses a file that cannot be written, before the work is done that it is to hold; `flag` names another one.
+
+    Raises:
+        BadInput: it is a folder, or stands in none.
+    """
+    if path.is_dir() or not path.parent.is_dir():
+        raise BadInput(f"{path} cannot be written; name a file in a folder that is there{_with(flag)}")
+
+
+@contextmanager
+def writing(path: Path, flag: str = "") -> Iterator[None]:
+    """Within it a file is written; `flag` names another one.
+
+    Raises:
+        BadInput: the file cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file{_with(flag)}") from error
+
+
+def _with(flag: str) -> str:
+    return f" with {flag}" if flag else ""
+
+
+def wrapped(begin: str, sentences: Iterable[str]) -> list[str]:
+    """Lines of at most WIDTH columns: each sentence behind `begin`, and what does not fit below it."""
+    return [
+        line
+        for sentence in sentences
+        for line in wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent="    ", break_on_hyphens=False)
+    ]
+
+
+def shortened(text: str, columns: int) -> str:
+    """The end of a text that takes more columns than there are, behind an ellipsis."""
+    return text if len(text) <= columns else f"…{text[1 - columns :]}"
 
 
 def add_json_argument(parser: argparse.ArgumentParser) -> None:

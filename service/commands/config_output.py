@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.settings import COMMANDED
+from service.cli.output import writing
 from service.config.config_writer import commented
 from service.config.configuration import Config
 from service.recordings.recording import Recording
@@ -22,12 +22,6 @@ MARGIN = 2.0
 """A torque or a yaw rate beyond so many times the recordings' largest is written down as no measurement."""
 FASTEST = 50.0
 """The largest rate limit that the configuration takes [rad/s]."""
-
-
-def check(path: Path | None) -> None:
-    """Refuses a file that cannot be written, before the work is done that it is to hold."""
-    if path is not None and (path.is_dir() or not path.parent.is_dir()):
-        raise BadInput(f"{path} cannot be written; name a file in a folder that is there with --write")
 
 
 def scaled(base: Config, recording: Recording, signals: SignalSettings, learner: Settings) -> Config:
@@ -66,10 +60,8 @@ def write(path: Path, config: Config, head: str) -> None:
         BadInput: it cannot be written.
     """
     rest = "# What is left out is as `incsvr config show` prints it; `incsvr config check FILE` says what is wrong.\n"
-    try:
+    with writing(path, "--write"):
         path.write_text(commented(config, head + rest, brief=True), encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --write") from error
 
 
 def _name(recording: Recording) -> str:

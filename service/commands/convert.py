@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.cli.output import add_json_argument, emit
+from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
 from service.config.sources import read as read_config
 from service.logs.cutting import ARMED
 from service.logs.dives import RULE
@@ -30,15 +30,12 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"{out}: give the logs first and then the CSV that is to be written")
     if out.suffix != ".csv" or out in logs:
         raise BadInput(f"{out}: the last file is the one that is written; name it as in `convert {logs[0]} run.csv`")
-    if out.is_dir() or not out.parent.is_dir():
-        raise BadInput(f"{out} cannot be written; name a file in a folder that is there")
+    refuse_unwritable(out)
     reading = replace(Reading.of(args, read_config(args.config)), learns=False)
     runs = reading.of_all(logs)
     joined = runs[0] if len(runs) == 1 else sequence(runs)
-    try:
+    with writing(out):
         write(out, joined)
-    except OSError as error:
-        raise BadInput(f"{out} cannot be written ({error.strerror}); name another file") from None
     emit(args, _told(joined, out), _text(joined, out, [note for run in runs for note in run.notes]))
     return 0
 

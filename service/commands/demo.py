@@ -25,12 +25,12 @@ from typing import Any
 
 import zenoh
 
-from incsvr.errors import BadInput
+from incsvr.errors import BadInput, Failed
 from incsvr.signals import RUN_PAUSE
-from service.bus.session import connecting, free_endpoint, open_session
-from service.cli.output import add_json_argument, destination, emit
+from service.bus.session import answer, connecting, free_endpoint, open_session
+from service.cli.output import add_json_argument, destination, emit, writing
 from service.commands import demo_underway
-from service.commands.demo_report import HEAD, Failed, line, played, summary
+from service.commands.demo_report import HEAD, line, played, summary
 from service.config.sections import Simulation
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
 from service.wire.json_text import write_json
@@ -82,9 +82,6 @@ def run(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("incsvr demo: interrupted; nothing is left running", file=sys.stderr)
         return 1
-    except Failed as error:
-        print(f"incsvr demo: {error}", file=sys.stderr)
-        return 1
     result["seconds"] = round(time.monotonic() - began, 1)
     write_json(args.out / "report.json", result, indent=2)
     emit(args, result, summary(result, args.out))
@@ -93,7 +90,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_log(args: argparse.Namespace) -> int:
     """A log for those who have none yet."""
-    inertia = float(importlib.import_module(LOG_WRITER).write_log(args.log, args.seed))
+    with writing(args.log, "--log"):
+        inertia = float(importlib.import_module(LOG_WRITER).write_log(args.log, args.seed))
     text = (
         f"{args.log} is a log of five minutes of the simulated vehicle Leng. Go on with:\n"
         f"  incsvr inspect {args.log}\n"
@@ -222,10 +220,10 @@ def _iterations(
 
 
 def _asked(session: zenoh.Session, selector: str, form: type[FormType]) -> FormType:
-    for reply in session.get(selector, timeout=2.0):
-        if reply.ok is not None:
-            return decode(form, reply.ok.payload.to_bytes())
-    raise Failed(f"the learner does not answer for {selector}; see serve.log")
+    found = answer(session, selector, form)
+    if found is None:
+        raise Failed(f"the learner does not answer for {selector}; see serve.log")
+    return found
 
 
 def _wait_until_alive(session: zenoh.Session, learner: subprocess.Popen[bytes]) -> None:

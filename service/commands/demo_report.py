@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from incsvr.errors import Failed
+from service.cli.output import WIDTH
 from service.commands.demo_underway import summary as underway
 from service.wire import IterationReport
 
-WIDTH = 80
 HEAD = """\
 iter: of the learner, 50 samples each; t: the vehicle's time at its end. Samples
 that were new, or told nothing new: in the tube, near a vector. Vectors
@@ -20,10 +21,6 @@ what is served: on the batch before it is learned, on V1 (no hull), V2 (hull).
 iter   t s   new  tube  near forgot  outliers  vectors     ms  batch   V1   V2"""
 _COUNTS = {"new": 5, "discarded_tube": 5, "discarded_near": 5, "forgotten": 7, "outliers": 9, "support": 8}
 """The counts of an iteration, and how wide their columns are."""
-
-
-class Failed(Exception):
-    """A process of the demo did not do its part; the message is one sentence."""
 
 
 def line(report: IterationReport) -> str:

@@ -14,9 +14,9 @@ from contextlib import suppress
 from typing import Any, TextIO
 
 from incsvr.compensation.promotion import errors
+from service.cli.output import WIDTH
 from service.wire import EffectsLedger
 
-WIDTH = 80
 WINDOW, PROOF = 400.0, 60.0
 """Of the learner's live tracing [s]: the act lasts 800 s, and the vehicle turns back and forth every few seconds."""
 SETTINGS = ("tracing.live=advise", f"tracing.window={WINDOW:g}", f"tracing.proof={PROOF:g}")

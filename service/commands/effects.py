@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping
 from typing import Any
 
 from incsvr.compensation.promotion import errors
 from incsvr.errors import BadInput
 from service.bus.client import NoAnswer, reaching
-from service.cli.output import add_json_argument, emit
+from service.cli.output import emit
+from service.commands.arguments import add_question_arguments
 from service.config.configuration import Config
-from service.config.sources import add_config_arguments, from_arguments
+from service.config.sources import from_arguments
 from service.wire import EffectsLedger
 
 VERBS = ("promote", "withdraw")
@@ -23,9 +23,7 @@ SHOWN = 20
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("verb", nargs="?", choices=VERBS, help="decides, as the bus's operator; without it: lists all")
     parser.add_argument("name", nargs="?", metavar="NAME", help="the effect, such as torque_lag")
-    parser.add_argument("--wait", type=float, default=5.0, help="how long to try [s] (default 5)")
-    add_config_arguments(parser)
-    add_json_argument(parser)
+    add_question_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -37,9 +35,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         ledger = ask(config, args.verb, args.name, args.wait)
     except NoAnswer as error:
-        role = "" if args.verb is None else "; on a secured bus the role operator alone may decide"
-        print(f"incsvr effects: {error}{role}", file=sys.stderr)
-        return 1
+        if args.verb is None:
+            raise
+        raise NoAnswer(f"{error}; on a secured bus the role operator alone may decide") from error
     emit(args, ledger.model_dump(mode="json", exclude={"batch"}), text(ledger))
     return 0
 

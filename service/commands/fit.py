@@ -17,8 +17,9 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
-from service.cli.output import add_json_argument, emit, report_destination
+from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
 from service.commands import config_output, declared_inertia, other_velocities
+from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import add_sign_argument, declared
 from service.commands.fit_result import Fit
@@ -28,17 +29,14 @@ from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.live.effects import TracedEffects, configured, read_effects
-from service.logs.dives import RULE
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import narrowed, signals_for
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
-    parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="unseen runs")
-    parser.add_argument(
-        "--inertia", metavar="I", help="inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config"
+    add_recordings_arguments(
+        parser, "unseen runs", "inertia with added mass [kg m²], or estimate; else vehicle.inertia of --config"
     )
     parser.add_argument(
         "--config",
@@ -69,9 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--write", type=Path, metavar="FILE", help="write a configuration for `serve` there, scaled as this fit is"
     )
-    parser.add_argument(
-        "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
-    )
+    add_report_argument(parser)
     add_sign_argument(parser)
     add_log_arguments(parser)
     add_json_argument(parser)
@@ -94,13 +90,15 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)
     finally:
         if args.report:
-            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
+            with writing(args.report, "--report"):
+                import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
     return 0
 
 
 def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     """The axis, what was learned, and the same for programs and for people in the axis's words."""
-    config_output.check(args.write)
+    if args.write is not None:
+        refuse_unwritable(args.write, "--write")
     over = {} if args.inputs is None else {"learner": {"inputs": args.inputs.split(",")}}
     if over and args.axis is not None:
         over |= {"vehicle": {"axis": args.axis}}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import csv
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +13,10 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
 from service import wire
-from service.bus.client import Client, NoAnswer, reaching
-from service.cli.output import add_json_argument, emit
-from service.config.sources import add_config_arguments, from_arguments
+from service.bus.client import Client, reaching
+from service.cli.output import emit
+from service.commands.arguments import add_question_arguments
+from service.config.sources import from_arguments
 from service.health.health_watch import SILENT
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 
@@ -39,24 +39,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.csv",
         help="a torque that is planned: columns t [s since the last measurement] and torque [N m]",
     )
-    parser.add_argument("--wait", type=float, default=5.0, help="how long to try [s] (default 5)")
-    add_config_arguments(parser)
-    add_json_argument(parser)
+    add_question_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     planned, axis = _planned(args), AXES[config.vehicle.axis]
-    try:
-        with reaching(config, args.wait) as client:
-            note = None
-            if planned is None:
-                planned, note = _without_plan(client, args.seconds, axis)
-            payload = None if planned is None else wire.encode(planned)
-            reply = client.ask(client.keys.forecast, ForecastReply, payload)
-    except NoAnswer as error:
-        print(f"incsvr forecast: {error}", file=sys.stderr)
-        return 1
+    with reaching(config, args.wait) as client:
+        note = None
+        if planned is None:
+            planned, note = _without_plan(client, args.seconds, axis)
+        payload = None if planned is None else wire.encode(planned)
+        reply = client.ask(client.keys.forecast, ForecastReply, payload)
     emit(args, reply.model_dump(mode="json"), "\n".join([*([note] if note else []), text(reply, axis)]))
     return 0
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import threading
 import time
-from textwrap import wrap
 from typing import Any
 
 import zenoh
@@ -18,16 +17,16 @@ from incsvr.errors import BadInput
 from service.bus.arrivals import Arrivals
 from service.bus.mapped_ingest import mapping
 from service.bus.session import connecting, from_file, listening, open_session
-from service.cli.output import add_json_argument, emit
+from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
+from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
-from service.config.sources import add_config_arguments, from_arguments
+from service.config.sources import from_arguments
 from service.inputs import asking
 from service.inputs.input_mapper import InputMapper
 from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.source_binding import RATE, TORQUE
 from service.inputs.survey import Survey
 
-WIDTH = 80
 POLL = 0.05
 """How often what has come is taken [s]."""
 MEET = 3.0
@@ -42,8 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ask", type=float, metavar="HZ", help="first ask a BlueOS vehicle for its attitude and outputs so often"
     )
-    parser.add_argument("--wait", type=float, default=3.0, help="how long to try to reach the bus [s] (default 3)")
-    add_config_arguments(parser)
+    add_client_arguments(parser, wait_s=3.0, whom=" to reach the bus")
     add_json_argument(parser)
 
 
@@ -79,21 +77,21 @@ def text(config: Config, result: dict[str, Any]) -> str:
     lines += ["", f"{'input':<13} {'values':>6} {'Hz':>5} {'lowest':>9} {'highest':>9}"]
     for name in sorted(came, key=lambda each: (each != RATE, each != TORQUE, each)):
         lines.append(_line(name, came[name]))
-        lines += _wrapped("    doubt: ", came[name]["doubts"])
+        lines += wrapped("    doubt: ", came[name]["doubts"])
     lines += [f"{name:<13} {'0':>6}" for name in (RATE, TORQUE) if name not in came]
     armed = {True: "armed", False: "not armed: nothing would be learned now", None: "nothing says whether it is"}
     by = f" (by {result['armed_by']})" if result["armed_by"] else ""
     lines += ["", f"armed: {armed[result['armed']]}{by}"]
     if "asked" in result:
-        lines += _wrapped("asked: ", [f"{name}: {said}" for name, said in result["asked"].items()])
-    lines += _wrapped("missing: ", result["missing"].values())
-    lines += _wrapped("note: ", result["notices"])
-    lines += _wrapped(
+        lines += wrapped("asked: ", [f"{name}: {said}" for name, said in result["asked"].items()])
+    lines += wrapped("missing: ", result["missing"].values())
+    lines += wrapped("note: ", result["notices"])
+    lines += wrapped(
         "refused: ", [f"{count} {reason.replace('_', ' ')}" for reason, count in result["refused"].items()]
     )
     used = {key for each in came.values() for key in each["keys"]} | {result["armed_by"]}
     others = [f"{key} ({each['rate_hz']:.3g} Hz)" for key, each in result["heard"].items() if key not in used]
-    return "\n".join(lines + _wrapped("heard as well: ", [", ".join(others)] if others else []))
+    return "\n".join(lines + wrapped("heard as well: ", [", ".join(others)] if others else []))
 
 
 def _line(name: str, came: dict[str, Any]) -> str:
@@ -101,16 +99,7 @@ def _line(name: str, came: dict[str, Any]) -> str:
     unit = UNITS.get(name, "")
     where = ", ".join(came["keys"]) + (" (by arrival)" if came["stamps"] == "arrival" else "")
     line = f"{name:<13} {came['count']:>6} {came['rate_hz']:>5.3g} {low:>9} {high:>9} {unit:<5}"
-    room = WIDTH - len(line) - 1
-    return f"{line} {where if len(where) <= room else '…' + where[1 - room :]}".rstrip()
-
-
-def _wrapped(begin: str, sentences: Any) -> list[str]:
-    return [
-        line
-        for sentence in sentences
-        for line in wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent="    ", break_on_hyphens=False)
-    ]
+    return f"{line} {shortened(where, WIDTH - len(line) - 1)}".rstrip()
 
 
 def _met(config: Config, patience_s: float) -> zenoh.Session:

@@ -13,7 +13,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals.seldom import too_slow
-from service.cli.output import add_json_argument, emit
+from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.config.sources import read as read_config
 from service.inputs.arming import spans, within
@@ -29,7 +29,6 @@ from service.logs.dives import RULE, one_dive
 from service.logs.doubts import in_degrees, refuse_without_numbers
 from service.logs.reading import Description, described, read, since_1970, written_down
 
-WIDTH = 80
 FIELDS = 6
 """Fields of a topic that are shown to people; all of them go into the JSON object."""
 STAMPS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stamp")
@@ -197,7 +196,7 @@ def _text(args: argparse.Namespace, seen: Seen) -> str:
         shown = ", ".join(fields[:FIELDS]) or "(not read here)"
         room = WIDTH - widest - 21 - len(more)
         shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
-        name = each.topic.name if len(each.topic.name) <= widest else f"…{each.topic.name[1 - widest :]}"
+        name = shortened(each.topic.name, widest)
         lines.append(f"{name:<{widest}}  {each.topic.count:8d}  {each.rate:7.4g}  {shown}{more}")
     return "\n".join([*lines, "", *_proposed(seen)])
 
@@ -222,14 +221,14 @@ def _proposed(seen: Seen) -> list[str]:
     ]
     for name, source in named:
         lines.append(_line(name, source, measured, name in seen.degrees))
-    lines += _wrapped("  missing: ", proposal.missing.values())
+    lines += wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
         said = "nothing says whether it was armed" if armed is None else "never armed: nothing to learn from"
         if armed is not None and armed["ever"]:
             said = f"armed for {armed['seconds']:.4g} s"
         lines.append(f"  armed: {said}")
-    return lines + _wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
+    return lines + wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
 
 
 def _line(name: str, source: Source | Thrusters | None, measured: Measured | None, in_degrees: bool) -> str:
@@ -243,16 +242,5 @@ def _line(name: str, source: Source | Thrusters | None, measured: Measured | Non
     if measured is not None and name in measured.streams:
         summary = _summary(*measured.streams[name])
         seen = f"{summary['rate_hz']:.3g} Hz, {summary['low']:.3g} to {summary['high']:.3g}"
-    room = WIDTH - 14 - len(seen) - len(unit) - 2
-    where = where if len(where) <= room else f"…{where[1 - room :]}"
+    where = shortened(where, WIDTH - 14 - len(seen) - len(unit) - 2)
     return f"  {name:<11} {where}{unit}  {seen}".rstrip()
-
-
-def _wrapped(begin: str, sentences: Any) -> list[str]:
-    from textwrap import wrap
-
-    return [
-        line
-        for sentence in sentences
-        for line in wrap(sentence, WIDTH, initial_indent=begin, subsequent_indent="    ", break_on_hyphens=False)
-    ]

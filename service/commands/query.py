@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
-from service.bus.client import NoAnswer, reaching
-from service.cli.output import add_json_argument, emit
+from service.bus.client import reaching
+from service.cli.output import emit
+from service.commands.arguments import add_question_arguments
 from service.config.configuration import Config
-from service.config.sources import add_config_arguments, from_arguments
+from service.config.sources import from_arguments
 from service.wire import DampingReply, ModelSnapshot
 
 
@@ -24,19 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="yaw rates [rad/s]; of further velocities that damping is learned over NAME=VALUE, such as surge=0.5",
     )
-    parser.add_argument("--wait", type=float, default=5.0, help="how long to try [s] (default 5)")
-    add_config_arguments(parser)
-    add_json_argument(parser)
+    add_question_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     axis = AXES[config.vehicle.axis]
-    try:
-        reply, learned = ask(config, *velocities(args.rates, axis), args.wait)
-    except NoAnswer as error:
-        print(f"incsvr query: {error}", file=sys.stderr)
-        return 1
+    reply, learned = ask(config, *velocities(args.rates, axis), args.wait)
     first = not_learned(reply, learned, axis)
     emit(args, reply.model_dump(mode="json"), "\n".join([*([first] if first else []), table(reply, axis)]))
     return 0

@@ -9,27 +9,22 @@ import sys
 from rich.console import Console
 
 from incsvr.plant.axes import AXES, YAW, Axis
-from service.bus.client import Client, NoAnswer, reaching
-from service.cli.display import WIDTH, screen
-from service.cli.output import add_json_argument, emit
-from service.config.sources import add_config_arguments, from_arguments
+from service.bus.client import Client, reaching
+from service.cli.display import screen
+from service.cli.output import WIDTH, emit
+from service.commands.arguments import add_question_arguments
+from service.config.sources import from_arguments
 from service.wire import Health, ModelSnapshot
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--wait", type=float, default=3.0, help="how long to try [s] (default 3)")
-    add_config_arguments(parser)
-    add_json_argument(parser)
+    add_question_arguments(parser, wait_s=3.0)
 
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    try:
-        with reaching(config, args.wait) as client:
-            health, model = look(client)
-    except NoAnswer as error:
-        print(f"incsvr status: {error}", file=sys.stderr)
-        return 1
+    with reaching(config, args.wait) as client:
+        health, model = look(client)
     result = {
         "health": health.model_dump(mode="json"),
         "model": None if model is None else model.model_dump(mode="json"),

@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
@@ -18,9 +17,10 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
-from service.cli.output import add_json_argument, destination, emit, report_destination
+from service.cli.output import add_json_argument, destination, emit, writing
 from service.cli.progress import progress
 from service.commands import declared_inertia, other_velocities
+from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import DOUBTED, add_sign_argument, declared
 from service.commands.other_velocities import OtherVelocities
@@ -30,7 +30,6 @@ from service.commands.trace_sensors import believed, examined, notes
 from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
-from service.logs.dives import RULE
 from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
@@ -39,10 +38,8 @@ __all__ = ["add_arguments", "answer", "run", "runs_of", "text", "traced"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
-    parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help="runs for the proof")
-    parser.add_argument(
-        "--inertia", metavar="I", help="declared I [kg m²], or estimate; else vehicle.inertia of --config"
+    add_recordings_arguments(
+        parser, "runs for the proof", "declared I [kg m²], or estimate; else vehicle.inertia of --config"
     )
     parser.add_argument(
         "--torque",
@@ -50,9 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
     )
     parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.HELP)
-    parser.add_argument(
-        "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
-    )
+    add_report_argument(parser)
     parser.add_argument(
         "--manoeuvre",
         type=destination,
@@ -73,7 +68,8 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
-            import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
+            with writing(args.report, "--report"):
+                import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
     return 0
 
 

@@ -17,7 +17,7 @@ from incsvr.learning.learner import Settings
 from incsvr.learning.tuning import PAPER_POINT, Grid, Judged, Trial, ranked, search
 from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
-from service.cli.output import add_json_argument, emit
+from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.cli.progress import progress
 from service.commands import config_output
 from service.config.configuration import Config
@@ -48,7 +48,8 @@ def run(args: argparse.Namespace) -> int:
     judged: Judged = "last" if args.last else "every"
     if (args.simulated is None) == (not args.recordings):
         raise BadInput("give recordings to tune on, or --simulated SEED for the simulated Leng's T1")
-    config_output.check(args.write)
+    if args.write is not None:
+        refuse_unwritable(args.write, "--write")
     config = read_config(args.config)
     if config.further_inputs:
         raise BadInput("the search is over one velocity; leave learner.inputs out of the configuration for it")

@@ -24,8 +24,9 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.bus.client import Client, NoAnswer, reaching
 from service.bus.session import told_to_stop
-from service.cli.display import WIDTH, screen
+from service.cli.display import screen
 from service.cli.log_lines import iteration_line, learning_line
+from service.cli.output import WIDTH
 from service.commands.status import look
 from service.config.sources import add_config_arguments, from_arguments
 from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
@@ -53,15 +54,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         with reaching(config, args.wait, stop) as client:
             follow(client, Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False), stop, axis)
-    except BadInput as error:
-        if stop.is_set():  # told to stop while it waited: that is no failure
-            return 0
-        raise error
-    except NoAnswer as error:
-        if stop.is_set():
-            return 0
-        print(f"incsvr watch: {error}", file=sys.stderr)
-        return 1
+    except (BadInput, NoAnswer):
+        if not stop.is_set():  # told to stop while it waited: that is no failure
+            raise
     return 0
 
 

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from service.bus.client import NoAnswer, reaching
+from service.cli.output import refuse_unwritable, writing
+from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
-from service.config.sources import add_config_arguments, from_arguments
+from service.config.sources import from_arguments
 from service.export import python_vehicle_simulator, simulators
 from service.export.learned import Learned, of_file, of_snapshot
 from service.export.table import as_csv, as_json
@@ -38,13 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--inertia-xy", nargs=2, type=float, metavar=("IX", "IY"), help="about roll and pitch, for Stonefish [kg m²]"
     )
-    parser.add_argument("--wait", type=float, default=5.0, help="how long to try a running learner [s] (default 5)")
-    add_config_arguments(parser)
+    add_client_arguments(parser, whom=" a running learner")
 
 
 def run(args: argparse.Namespace) -> int:
-    if args.out is not None and (args.out.is_dir() or not args.out.parent.is_dir()):
-        raise BadInput(f"{args.out} cannot be written; name a file in a folder that is there with --out")
+    if args.out is not None:
+        refuse_unwritable(args.out, "--out")
     config = from_arguments(args)
     if config.vehicle.axis != "yaw" and args.format not in ("csv", "json"):
         raise BadInput(
@@ -54,16 +55,13 @@ def run(args: argparse.Namespace) -> int:
     try:
         learned = _learned(args, config)
     except NoAnswer as error:
-        print(f"incsvr export: {error}; or name a state directory or a trace's JSON", file=sys.stderr)
-        return 1
+        raise NoAnswer(f"{error}; or name a state directory or a trace's JSON") from error
     text = written(learned, args.format, args.link, args.dry_inertia, args.inertia_xy)
     if args.out is None:
         sys.stdout.write(text)
         return 0
-    try:
+    with writing(args.out, "--out"):
         args.out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"{args.out} cannot be written ({error.strerror}); name another file with --out") from error
     print(f"{args.out}: {learned.source}", file=sys.stderr)
     return 0
 

@@ -16,6 +16,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.tracing.findings import Finding
+from service.cli.output import writing
 
 Profile = tuple[Array, Array]
 
@@ -38,13 +39,10 @@ def write_manoeuvre(path: Path, rows: Sequence[tuple[float, float]]) -> None:
     Raises:
         BadInput: it cannot be written.
     """
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(["t", "torque"])
-            writer.writerows(rows)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file") from error
+    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["t", "torque"])
+        writer.writerows(rows)
 
 
 def read_manoeuvre(path: Path) -> Profile:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from service.bus.session import connecting, from_file, told_to_stop
+from service.bus.session import client_config, told_to_stop
 from service.config.sources import add_config_arguments, from_arguments
 from viewer.page.hosts import ours
 from viewer.page.learner import Learner
@@ -37,9 +37,8 @@ def run(args: argparse.Namespace) -> int:
     stop = told_to_stop()
     config = from_arguments(args)
     where = config.bus.connect or config.bus.listen
-    zenoh_config = connecting(where) if config.bus.zenoh_file is None else from_file(config.bus.zenoh_file)
     recordings = Recordings(args.archive)
-    learner = Learner(zenoh_config, where, config.prefix, recordings, AXES[config.vehicle.axis])
+    learner = Learner(client_config(config.bus), where, config.prefix, recordings, AXES[config.vehicle.axis])
     try:
         served = server(args.host, args.port, learner, recordings, ours(args.host, args.name))
     except (OSError, OverflowError) as error:

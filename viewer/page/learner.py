@@ -15,7 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from service.bus.session import open_session
+from service.bus.session import answer, open_session
 from service.wire import (
     EffectsLedger,
     FormType,
@@ -24,7 +24,6 @@ from service.wire import (
     IterationReport,
     Keys,
     ModelSnapshot,
-    decode,
 )
 from viewer import names
 from viewer.page.recordings import Recordings
@@ -157,10 +156,7 @@ class Learner:
             BadInput: what answers is no learner of this version.
         """
         assert self._session is not None
-        for reply in self._session.get(selector, timeout=PATIENCE):
-            if reply.ok is not None:
-                return decode(form, reply.ok.payload.to_bytes())
-        return None
+        return answer(self._session, selector, form, PATIENCE)
 
 
 def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:

@@ -1,0 +1,36 @@
+"""The arguments that several commands have in common."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from service.cli.output import add_json_argument, report_destination
+from service.config.sources import add_config_arguments
+from service.logs.dives import RULE
+
+
+def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, whom: str = "") -> None:
+    """Adds `--wait` and where a learner is met; `whom` is who is waited for, in the words of the help."""
+    parser.add_argument("--wait", type=float, default=wait_s, help=f"how long to try{whom} [s] (default {wait_s:g})")
+    add_config_arguments(parser)
+
+
+def add_question_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0) -> None:
+    """Adds the arguments of a command that asks a learner, after those that say what."""
+    add_client_arguments(parser, wait_s)
+    add_json_argument(parser)
+
+
+def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, inertia: str) -> None:
+    """Adds recordings, `--validate` and `--inertia`; what the last two are is said in the words of the help."""
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
+    parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help=unseen)
+    parser.add_argument("--inertia", metavar="I", help=inertia)
+
+
+def add_report_argument(parser: argparse.ArgumentParser) -> None:
+    """Adds `--report`."""
+    parser.add_argument(
+        "--report", type=report_destination, metavar="FILE.html", help="one self-contained file to keep"
+    )
