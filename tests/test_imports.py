@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import pytest
@@ -36,6 +36,20 @@ ALLOWED = {
     },
 }
 FOREIGN = {"incsvr": {"numpy", "scipy"}}
+ROOMS = (
+    "errors",
+    "numerics",
+    "plant",
+    "signals",
+    "checks",
+    "learning",
+    "free_run",
+    "effects",
+    "tracing",
+    "compensation",
+    "forecasting",
+)
+"""The rooms of the mathematics, none of which imports one further down this list, not even for its types."""
 
 
 def imports_of(path: Path) -> Iterator[str]:
@@ -50,6 +64,15 @@ def imports_of(path: Path) -> Iterator[str]:
 
 def allowed(module: str, prefixes: set[str]) -> bool:
     return any(module == prefix or module.startswith(prefix + ".") for prefix in prefixes)
+
+
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def owner(imported: str, modules: Collection[str]) -> str | None:
+    """The file that an import names: the module, or the one that holds the name; None where it is none of these."""
+    return next((name for name in (imported, imported.rpartition(".")[0]) if name in modules), None)
 
 
 @pytest.mark.parametrize("package", sorted(ALLOWED))
@@ -68,6 +91,25 @@ def test_what_is_measured_knows_no_logs() -> None:
     for path in sorted((ROOT / "service" / "inputs").rglob("*.py")):
         for module in imports_of(path):
             assert not allowed(module, {"service.logs"}), f"{path.relative_to(ROOT)} imports {module}"
+
+
+def test_no_room_of_the_mathematics_imports_one_below_it() -> None:
+    for path in sorted((ROOT / "incsvr").rglob("*.py")):
+        room = path.relative_to(ROOT / "incsvr").with_suffix("").parts[0]
+        if room == "__init__":  # the face, which imports none of them
+            continue
+        above = {f"incsvr.{name}" for name in ROOMS[: ROOMS.index(room) + 1]}
+        for module in imports_of(path):
+            assert not module.startswith("incsvr") or allowed(module, above), f"{path.relative_to(ROOT)}: {module}"
+
+
+def test_no_file_of_the_mathematics_imports_itself_by_way_of_others() -> None:
+    paths = {module_name(path): path for path in (ROOT / "incsvr").rglob("*.py")}
+    imported = {name: {owner(each, paths) for each in imports_of(path)} for name, path in paths.items()}
+    while leaves := [name for name, modules in imported.items() if not modules & imported.keys()]:
+        for name in leaves:
+            del imported[name]
+    assert not imported, f"these import each other: {sorted(imported)}"
 
 
 def test_only_the_viewer_imports_rerun() -> None:

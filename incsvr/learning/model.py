@@ -16,6 +16,7 @@ from incsvr.learning.kernel import rbf
 from incsvr.learning.prediction import Prediction, Table
 from incsvr.learning.several.surface import Several, Surface
 from incsvr.learning.spread import Spread
+from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -122,11 +123,26 @@ class Model:
     @cached_property
     def _surface(self) -> Surface:
         assert self.several is not None
-        return Surface.of(self, self.several)
+        return Surface.of(self._support, self.several)
 
     @cached_property
     def _table(self) -> Table:
-        return Table.of(self)
+        return Table.of(self._support)
+
+    @property
+    def _support(self) -> SupportSet:
+        return SupportSet(
+            self.gamma,
+            self.support_rate,
+            self.support_damping,
+            self.weight,
+            self.count,
+            self.sigma,
+            self.correlation,
+            self.spread,
+            self.water,
+            self.widening,
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, exact to the bit through JSON."""

@@ -7,8 +7,7 @@ The table is a cubic Hermite spline of the curve. With nodes h apart it is off b
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, pi, sqrt
-from typing import TYPE_CHECKING
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +16,9 @@ from scipy.linalg import cho_factor, cho_solve
 from incsvr.errors import BadInput
 from incsvr.learning.continuation import Continuation
 from incsvr.learning.kernel import rbf
+from incsvr.learning.spread import Spread
+from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array
-
-if TYPE_CHECKING:
-    from incsvr.learning.model import Model
-    from incsvr.learning.spread import Spread
 
 STEP = 0.015
 """Distance of two nodes, in kernel lengths 1/√γ."""
@@ -91,20 +88,20 @@ class Table:
     beyond: Continuation
 
     @staticmethod
-    def of(model: Model) -> Table:
-        x = model.support_rate
+    def of(support: SupportSet) -> Table:
+        x = support.rate
         low, high = float(x.min()), float(x.max())
         span = high - low
-        cells = min(max(ceil(span * sqrt(model.gamma) / STEP), 1), NODES)
+        cells = min(max(ceil(span * sqrt(support.gamma) / STEP), 1), NODES)
         h = span / cells if span > NARROW else 1.0
         nodes = np.linspace(low, low + h * cells, cells + 1)
-        kernel = rbf(nodes, x, model.gamma)
-        f = kernel @ model.weight
-        slope = (-2.0 * model.gamma * h) * (nodes * f - kernel @ (model.weight * x))
+        kernel = rbf(nodes, x, support.gamma)
+        f = kernel @ support.weight
+        slope = (-2.0 * support.gamma * h) * (nodes * f - kernel @ (support.weight * x))
         rise = np.diff(f, append=f[-1])
         following = np.append(slope[1:], 0.0)
-        doubt = _doubt(model, nodes, kernel)
-        noise = ALONE * model.sigma * model.spread.at(nodes)
+        doubt = _doubt(support, nodes, kernel)
+        noise = ALONE * support.sigma * support.spread.at(nodes)
         sigma = np.hypot(noise, doubt)
         rows = np.stack(
             (
@@ -121,16 +118,18 @@ class Table:
         ordered = np.sort(x)
         edges = 0.5 * (ordered[1:] + ordered[:-1])
         nearest = ordered[np.searchsorted(edges, nodes)]
-        thin = np.abs(nodes - nearest) > GAP / sqrt(model.gamma)
+        thin = np.abs(nodes - nearest) > GAP / sqrt(support.gamma)
         beyond = Continuation.fit(
             x,
-            rbf(x, x, model.gamma) @ model.weight,
-            worth(model) * model.count / np.maximum(model.sigma * model.spread.at(x), 1e-9) ** 2,
+            rbf(x, x, support.gamma) @ support.weight,
+            support.worth * support.count / np.maximum(support.sigma * support.spread.at(x), 1e-9) ** 2,
             ends=(low, high),
             at_ends=(float(f[0]), float(f[-1])),
             doubt=(float(doubt[0]), float(doubt[-1])),
         )
-        return Table(low, high, 1.0 / h, cells, rows, thin if thin.any() else None, model.sigma, model.spread, beyond)
+        return Table(
+            low, high, 1.0 / h, cells, rows, thin if thin.any() else None, support.sigma, support.spread, beyond
+        )
 
     def predict(self, rate: Array) -> Prediction:
         """At (n,) rates [rad/s]."""
@@ -168,34 +167,23 @@ class Table:
         return Prediction(np.array((damping,)), np.array((sigma,)), np.array((outside,)), np.array((noise,)))
 
 
-def _doubt(model: Model, nodes: Array, kernel: Array) -> Array:
+def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
     """Standard deviation of the curve at the nodes [N m].
 
     The noise: that of a Gaussian process with the model's kernel, the curve's largest moment as its scale, and as much
     noise in each vector as its samples leave. Beside it what no number of samples takes away (SYSTEMATIC), and what
-    the water may have made of the slope: where it makes motion of mean square s² with moments of deviation m, and what
-    was learned moves by R², regression is off by m s r/(s² + R²) at most. All of it as much wider as fresh samples have
-    disagreed (disagreement.py).
+    the water may have made of the slope. All of it as much wider as fresh samples have disagreed (disagreement.py).
 
     Args:
         nodes: (k,) rates [rad/s].
         kernel: (k, m) κ between them and the vectors.
     """
-    x, water = model.support_rate, model.water
-    scale = max(float(np.abs(model.support_damping).max()), 1e-9)
-    level = model.sigma * model.spread.at(x)
+    x, scale = support.rate, support.largest_damping
+    level = support.sigma * support.spread.at(x)
     ratio = (np.maximum(level, 1e-6 * scale) / scale) ** 2
-    gram = rbf(x, x, model.gamma)
-    gram[np.diag_indices(x.size)] += ratio / (worth(model) * model.count)
+    gram = rbf(x, x, support.gamma)
+    gram[np.diag_indices(x.size)] += ratio / (support.worth * support.count)
     explained = (kernel.T * cho_solve(cho_factor(gram), kernel.T)).sum(axis=0)
     noise = scale**2 * np.maximum(1.0 - explained, 0.0)
-    learned = float(model.count @ x**2) / float(model.count.sum())
-    turned = sqrt(water.moment * water.rate) / max(water.rate + learned, 1e-300)
-    own = np.sqrt(noise + (SYSTEMATIC * model.sigma) ** 2 + (BY_THE_WATER * turned * nodes) ** 2)
-    return np.asarray(model.widening * own)
-
-
-def worth(model: Model) -> float:
-    """How many independent samples one of a vector is worth: noise that is correlated counts less, and the loss |e| of
-    an SVR takes π/2 times as many as least squares."""
-    return (1.0 - model.correlation) / (1.0 + model.correlation) * 2.0 / pi
+    own = np.sqrt(noise + (SYSTEMATIC * support.sigma) ** 2 + (BY_THE_WATER * support.slope_by_water * nodes) ** 2)
+    return np.asarray(support.widening * own)

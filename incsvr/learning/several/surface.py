@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +13,12 @@ from scipy.linalg import cho_factor, cho_solve
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf_at_rest
-from incsvr.learning.prediction import ALONE, BY_THE_WATER, SYSTEMATIC, Prediction, worth
+from incsvr.learning.prediction import ALONE, BY_THE_WATER, SYSTEMATIC, Prediction
 from incsvr.learning.several.drag import Drag
 from incsvr.learning.several.velocities import distances, points
+from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
-
-if TYPE_CHECKING:
-    from incsvr.learning.model import Model
 
 APART = 1.25
 """Times the usual distance between neighbouring vectors from which on a velocity lies outside the driven cloud. On six
@@ -140,7 +137,7 @@ class Surface:
     """A model over several velocities made ready for questions.
 
     Attributes:
-        model: whose it is.
+        support: the vectors.
         several: its further velocities.
         z: (m, d) the vectors' velocities as the kernel has them.
         terms: (m, p) of the drag at them.
@@ -150,7 +147,7 @@ class Surface:
         reach: distance from the nearest vector beyond which nothing was driven, in fastest velocities.
     """
 
-    model: Model
+    support: SupportSet
     several: Several
     z: Array
     terms: Array
@@ -160,19 +157,19 @@ class Surface:
     reach: float
 
     @staticmethod
-    def of(model: Model, several: Several) -> Surface:
+    def of(support: SupportSet, several: Several) -> Surface:
         u, z = several.scaled(several.velocity)
         phi = several.terms(u)
-        largest = max(float(np.abs(model.support_damping).max()), 1e-9)
-        level = np.maximum(model.sigma * model.spread.at(model.support_rate), 1e-6 * largest)
-        left = np.abs(model.support_damping - phi @ several.drag)
+        largest = support.largest_damping
+        level = np.maximum(support.sigma * support.spread.at(support.rate), 1e-6 * largest)
+        left = np.abs(support.damping - phi @ several.drag)
         scale = max(float(left.max()), float(level.max()))
-        kernel = rbf_at_rest(z, z, model.gamma)
-        kernel[np.diag_indices(z.shape[0])] += (level / scale) ** 2 / (worth(model) * model.count)
+        kernel = rbf_at_rest(z, z, support.gamma)
+        kernel[np.diag_indices(z.shape[0])] += (level / scale) ** 2 / (support.worth * support.count)
         gram = cho_factor(kernel)
         information = phi.T @ cho_solve(gram, phi) / scale**2 + np.eye(phi.shape[1]) / largest**2
         return Surface(
-            model, several, z, phi, gram, scale, np.asarray(np.linalg.inv(information), dtype=np.float64), _reach(u)
+            support, several, z, phi, gram, scale, np.asarray(np.linalg.inv(information), dtype=np.float64), _reach(u)
         )
 
     def predict(self, velocity: Array) -> Prediction:
@@ -186,21 +183,20 @@ class Surface:
         """
         if not np.isfinite(velocity).all():
             raise BadInput("a velocity is not finite; give numbers in m/s and rad/s")
-        model, own = self.model, velocity[:, 0]
-        damping = self.several.value(velocity, model.gamma, model.weight)
+        support, own = self.support, velocity[:, 0]
+        damping = self.several.value(velocity, support.gamma, support.weight)
         u, z = self.several.scaled(velocity)
-        phi, kernel = self.several.terms(u), rbf_at_rest(z, self.z, model.gamma)
+        phi, kernel = self.several.terms(u), rbf_at_rest(z, self.z, support.gamma)
         solved = cho_solve(self.gram, kernel.T)
-        at_rest = np.exp(-2.0 * model.gamma * np.sum(z * z, axis=1))
+        at_rest = np.exp(-2.0 * support.gamma * np.sum(z * z, axis=1))
         left = self.scale**2 * np.maximum(1.0 - at_rest - np.sum(kernel.T * solved, axis=0), 0.0)
         unexplained = phi - solved.T @ self.terms
         left += np.sum(unexplained @ self.doubt * unexplained, axis=1)
-        water = model.water
-        learned = float(model.count @ model.support_rate**2) / float(model.count.sum())
-        turned = sqrt(water.moment * water.rate) / max(water.rate + learned, 1e-300)
-        own_doubt = np.sqrt(left + (SYSTEMATIC * model.sigma) ** 2 + (BY_THE_WATER * turned * own) ** 2)
-        noise = ALONE * model.sigma * model.spread.at(own)
-        sigma = np.hypot(noise, model.widening * own_doubt)
+        own_doubt = np.sqrt(
+            left + (SYSTEMATIC * support.sigma) ** 2 + (BY_THE_WATER * support.slope_by_water * own) ** 2
+        )
+        noise = ALONE * support.sigma * support.spread.at(own)
+        sigma = np.hypot(noise, support.widening * own_doubt)
         return Prediction(damping, np.asarray(sigma), self._outside(velocity), np.asarray(noise))
 
     def _outside(self, velocity: Array) -> NDArray[np.bool_]:
