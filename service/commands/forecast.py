@@ -17,7 +17,7 @@ from service.bus.client import Client, reaching
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.sources import from_arguments
-from service.health.health_watch import SILENT
+from service.health.health_watch import MIN_SILENCE_S
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 
 SHOWN = 20
@@ -68,7 +68,7 @@ def _without_plan(client: Client, seconds: float | None, axis: Axis) -> tuple[Fo
         held = said(axis, f"under the torque of now, {torque.value:.4g} N m, as if it stayed so for {seconds:g} s")
         return _constant(torque.value, seconds), held
     believed = health.learning.state != "paused"
-    return None, note if believed and rate.age_s is not None and rate.age_s <= SILENT else None
+    return None, note if believed and rate.age_s is not None and rate.age_s <= MIN_SILENCE_S else None
 
 
 def text(reply: ForecastReply, axis: Axis = YAW) -> str:

@@ -23,15 +23,15 @@ from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
 from service.health.learning_state import LearningState
-from service.health.starvation import NAMES, Starvation, slow_stream
-from service.health.stream_monitor import Lately, StreamMonitor
+from service.health.starvation import STREAM_NAMES, Starvation, slow_stream
+from service.health.stream_monitor import RecentRejections, StreamMonitor
 from service.learner.node import LearnerNode
 from service.learner.recent_stream import SampleRateWatch
 
-#: A stream that has not come for so long [s] is one to stand in for: streams come at 2 Hz and more.
-SILENT = 1.0
-#: Values of a stream by which is judged whether it is in another unit.
-LOOKED_AT = 1000
+MIN_SILENCE_S = 1.0
+"""The silence after which a stream is one to stand in for [s]: streams come at 2 Hz and more."""
+UNIT_CHECK_VALUES = 1000
+"""Values of a stream by which is judged whether it is in another unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +72,9 @@ class HealthWatch:
     ) -> None:
         self._limits, self._started, self._clock, self._askable = limits, started, clock, askable
         self._lock = threading.Lock()
-        self._streams: dict[str, StreamMonitor] = {name: StreamMonitor() for name in NAMES}
+        self._streams: dict[str, StreamMonitor] = {name: StreamMonitor() for name in STREAM_NAMES}
         self._refused: dict[str, int] = {}
-        self._lately = Lately()
+        self._rejections = RecentRejections()
         self._failure: tuple[float, str] | None = None
         self._beyond: tuple[float, str] | None = None
         self._conditions = HealthConditions()
@@ -94,7 +94,7 @@ class HealthWatch:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
         with self._lock:
             t, value = self._stream(name).came(self._clock(), t, value)
-            if name in NAMES and t.size:
+            if name in STREAM_NAMES and t.size:
                 (self._pace.rate if name == "yaw_rate" else self._pace.torque).add(t, value)
 
     def numbered(self, name: str, sequence: int) -> None:
@@ -129,7 +129,7 @@ class HealthWatch:
         with self._lock:
             at = self._streams[name].at
         age = None if at is None else self._clock() - at
-        return age if age is not None and age > SILENT else None
+        return age if age is not None and age > MIN_SILENCE_S else None
 
     def rejected(self, node: LearnerNode) -> dict[str, int]:
         """What was not learned from since this start, by reason."""
@@ -171,7 +171,7 @@ class HealthWatch:
                 **{f"rejected:{reason}": count for reason, count in sorted(rejected.items())},
                 **{f"spikes:{name}": count for name, count in sorted(node.batches.spikes.items())},
             },
-            learned=node.learned,
+            learned=node.fresh_coverage,
             boot=node.boot,
             revision=served.revision,
             iteration=served.iteration,
@@ -199,7 +199,7 @@ class HealthWatch:
         for name, limit in limits.items():
             count, received = refused.get(name, 0), self._streams[name].received
             before, then, _ = self._plausible.get(name, (0, 0, None))
-            if received - before >= LOOKED_AT or name not in self._plausible:
+            if received - before >= UNIT_CHECK_VALUES or name not in self._plausible:
                 found = implausible(name, max(count - then, 0), received - before, limit)
                 self._plausible[name] = received, count, None if found is None else found.sentence
         return next((said for _, _, said in self._plausible.values() if said is not None), None)
@@ -215,7 +215,7 @@ class HealthWatch:
     def _stale(self, now: float) -> list[str]:
         stale = []
         with self._lock:
-            for name, called in NAMES.items():
+            for name, called in STREAM_NAMES.items():
                 at = self._streams[name].at
                 if at is None:
                     if now - self._started > self._limits.stale_after:
@@ -233,7 +233,7 @@ class HealthWatch:
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
         warnings = [*self._conditions.notices, *node.said.warnings]
         with self._lock:
-            warnings += sentences.rejected(self._lately.look(now, rejected, self._limits.warn_for))
+            warnings += sentences.rejected(self._rejections.look(now, rejected, self._limits.warn_for))
             warnings += sentences.stands_still(self._streams["yaw_rate"], self._limits.stuck_after)
         slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
         warnings += [slow] if slow else []

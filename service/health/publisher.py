@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-HEALTH_PERIOD = 1.0
-"""Health is published this often [s], and whenever its level or its reasons change."""
+HEALTH_PERIOD_S = 1.0
+"""The time after which health is published again [s], if its level and its reasons do not change."""
 
 
 class HealthPublisher:
@@ -45,7 +45,7 @@ class HealthPublisher:
         if now >= self._next_health or says != self._said:
             self._outgoing.publish(self._key, wire.encode(health))
             self._tell_ros(health, ros_rate)
-            self._next_health, self._said = now + HEALTH_PERIOD, says
+            self._next_health, self._said = now + HEALTH_PERIOD_S, says
         if health.learning.state != self._learning:
             level = logging.INFO if health.learning.state == "learning" else logging.WARNING
             log.log(level, "%s: %s", self._config.prefix, learning_line(health.learning))
@@ -54,7 +54,7 @@ class HealthPublisher:
         if rejected > self._rejected and now >= self._next_log:
             reasons = {name: count for name, count in health.counters.items() if name.startswith("rejected:")}
             log.warning("%s: %d values rejected so far: %s", self._config.prefix, rejected, reasons)
-            self._rejected, self._next_log = rejected, now + HEALTH_PERIOD
+            self._rejected, self._next_log = rejected, now + HEALTH_PERIOD_S
 
     def close(self) -> None:
         if self._diagnostics is not None:

@@ -13,7 +13,6 @@ from incsvr.plant.body import Coupled
 from service.health.stream_monitor import StreamMonitor
 from service.learner.node import LearnerNode
 
-#: What the sender of a refused message should send, by the reasons.
 CURES = {
     frozenset({"not_json", "wrong_form", "wrong_type", "unequal_length"}): (
         'a measurement is {"t": 12.34, "value": 0.083}, or {"t": [12.34, 12.36], "value": [0.083, 0.081]}, as JSON'
@@ -23,6 +22,7 @@ CURES = {
     ),
     frozenset({"wrong_encoding"}): "a measurement has the encoding application/json",
 }
+"""What the sender of a refused message should send, by the reasons."""
 
 
 def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
@@ -66,8 +66,8 @@ def of_motion(node: LearnerNode) -> list[str]:
     return told
 
 
-BEYOND = 0.1
-"""By so much of its width the learned range may be left before that is told: noise and reversals at its ends reach
+MAX_BEYOND_PART = 0.1
+"""The part of its width by which the learned range may be left untold: noise and reversals at its ends reach
 0.06 in the paper's experiment, a motion that was never learned 0.2 and more."""
 
 
@@ -81,7 +81,7 @@ def beyond_learned(node: LearnerNode) -> str | None:
     def within(rate: Array) -> Array:
         """The rates, and those that are hardly beyond an end as if they were at it."""
         inside = np.clip(rate, low, high)
-        return np.where(np.abs(rate - inside) <= BEYOND * (high - low), inside, rate)
+        return np.where(np.abs(rate - inside) <= MAX_BEYOND_PART * (high - low), inside, rate)
 
     newest, several = node.batches.newest, served.several is not None
     said = served.at(replace(newest, yaw_rate=within(newest.yaw_rate))) if several else served.predict(within(rates))

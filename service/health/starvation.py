@@ -16,18 +16,18 @@ from incsvr.signals.bursts import in_bursts
 from incsvr.signals.settings import COMMANDED, SETTLES
 from incsvr.signals.streams import JUMP, Reading
 
-#: What people call the streams that the learner cannot do without.
-NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
+STREAM_NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
+"""The words of people for the streams that the learner cannot do without."""
 
-STARVED_AFTER = 4.0
-"""Without a sample for so long [s], wall time, while both streams come, the learner is starved: five are promised, and
-health is looked at twice a second."""
-SILENT_AFTER = 2.0
-"""A stream that is not heard for so long [s], wall time, is the cause."""
+STARVED_AFTER_S = 4.0
+"""The time without a sample, while both streams come, after which the learner is starved [s], by the wall's clock: five
+are promised, and health is looked at twice a second."""
+SILENT_AFTER_S = 2.0
+"""The silence after which a stream is the cause [s], by the clock on the wall."""
 _UNITS = {1e3: "milliseconds", 1e6: "microseconds"}
 
 
-class Fed(Protocol):
+class SampleSource(Protocol):
     """What is asked of the batches of a learner."""
 
     samples_seen: int
@@ -39,7 +39,7 @@ class Fed(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Since:
+class LastSample:
     """What had come when the last sample was made, at this time of the wall's clock [s] and of the vehicle's."""
 
     at: float
@@ -59,7 +59,7 @@ class Starvation:
 
     def __init__(self, settings: SignalSettings, started: float) -> None:
         self._settings = settings
-        self._since = Since(started)
+        self._since = LastSample(started)
         self._why: str | None = None
         self._looked: tuple[float, Mapping[str, float]] = (started, {})
         self._pace: dict[str, float] = {}  # of the streams' clocks [s/s]
@@ -70,7 +70,7 @@ class Starvation:
         """The vehicle's time of the last sample, or of what came first [s]."""
         return self._since.t
 
-    def why(self, now: float, received: Mapping[str, int], fed: Fed) -> str | None:
+    def why(self, now: float, received: Mapping[str, int], fed: SampleSource) -> str | None:
         """The sentence, at a time of the wall's clock [s]; None while samples are made, or none is due yet.
 
         Args:
@@ -81,13 +81,13 @@ class Starvation:
         self._look(now, received, readings)
         missing = [name for name in REQUIRED if not received.get(name, 0)]
         if missing:
-            self._why = f"no {NAMES[missing[0]]} has come yet" if now - since.at >= STARVED_AFTER else None
+            self._why = f"no {STREAM_NAMES[missing[0]]} has come yet" if now - since.at >= STARVED_AFTER_S else None
         elif fed.samples_seen != since.samples or not all(since.received.get(name, 0) for name in REQUIRED):
             newest = _newest(readings)
             t = min((newest[name] for name in REQUIRED if name in newest), default=0.0)
-            self._since = Since(now, t, fed.samples_seen, dict(received), fed.rejected_by_stream)
+            self._since = LastSample(now, t, fed.samples_seen, dict(received), fed.rejected_by_stream)
             self._why = None
-        elif now - since.at >= STARVED_AFTER:
+        elif now - since.at >= STARVED_AFTER_S:
             self._why = self._cause(now, readings, fed.rejected_by_stream) or self._why
         return self._why
 
@@ -97,8 +97,8 @@ class Starvation:
         settings = self._settings
         for name in REQUIRED:
             silent = now - self._heard[name][1]
-            if silent >= SILENT_AFTER:
-                return f"the last {NAMES[name]} came {silent:.0f} s ago"
+            if silent >= SILENT_AFTER_S:
+                return f"the last {STREAM_NAMES[name]} came {silent:.0f} s ago"
         for name in REQUIRED:
             if readings[name].newest is None or self._pace.get(name) == 0.0:
                 return self._refused(name, readings[name], rejected.get(name, {}))
@@ -114,7 +114,7 @@ class Starvation:
                 continue  # it holds meanwhile
             apart = readings[name].bursts
             if apart is not None and apart > settings.longest_pause:
-                return in_bursts(NAMES[name], apart)
+                return in_bursts(STREAM_NAMES[name], apart)
             if longest > settings.longest_pause:
                 return _slow(name, period, longest, settings) + hint
         late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP]
@@ -150,9 +150,10 @@ class Starvation:
         grown = {reason: count - before.get(reason, 0) for reason, count in rejected.items()}
         reason = max(grown, key=lambda reason: grown[reason], default="")
         if not reason or grown[reason] <= 0:
-            return f"the stamps of {NAMES[name]} do not follow one another; stamp it with a clock that goes forward"
+            called = STREAM_NAMES[name]
+            return f"the stamps of {called} do not follow one another; stamp it with a clock that goes forward"
         shown = "" if reading.newest is None else f", and its clock stands at {reading.newest:.1f} s"
-        return f"every {NAMES[name]} that comes is refused ({reason.replace('_', ' ')}){shown}"
+        return f"every {STREAM_NAMES[name]} that comes is refused ({reason.replace('_', ' ')}){shown}"
 
 
 def _newest(readings: Mapping[str, Reading]) -> dict[str, float]:
@@ -165,7 +166,7 @@ def slow_stream(settings: SignalSettings, smoothing: float, readings: Mapping[st
         return None
     name = max(REQUIRED, key=lambda name: readings[name].period or 0.0)
     return (
-        f"{NAMES[name]} comes every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
+        f"{STREAM_NAMES[name]} comes every {readings[name].period or 0.0:.2g} s, so that samples are smoothed over "
         f"{smoothing:.2g} s instead of {settings.smoothing:g} s and quicker motion is not seen; send it more often, or "
         f"set signals.smoothing to {smoothing:.2g} if that is what you want"
     )
@@ -196,8 +197,8 @@ def _slow(name: str, period: float, longest: float, settings: SignalSettings) ->
     if settings.gap is not None:
         cure = f"signals.gap to {1.5 * longest:.2g} and {cure}"
     return (
-        f"{NAMES[name]} {pauses}, longer than the {settings.longest_pause:.3g} s that are bridged; send it more often, "
-        f"or set {cure}"
+        f"{STREAM_NAMES[name]} {pauses}, longer than the {settings.longest_pause:.3g} s that are bridged; send it more "
+        f"often, or set {cure}"
     )
 
 
@@ -205,5 +206,5 @@ def _unit(name: str, pace: float) -> str:
     """A hint where stamps run as fast as another unit would."""
     for factor, unit in _UNITS.items():
         if 0.7 < pace / factor < 1.4:
-            return f"; the stamps of {NAMES[name]} look like {unit}, and must be seconds"
+            return f"; the stamps of {STREAM_NAMES[name]} look like {unit}, and must be seconds"
     return ""

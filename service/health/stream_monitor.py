@@ -56,25 +56,25 @@ class StreamMonitor:
 
 
 @dataclass(slots=True)
-class Lately:
+class RecentRejections:
     """What was rejected lately, by reason."""
 
-    seen: Mapping[str, int] = field(default_factory=dict)
-    grew: dict[str, tuple[float, int]] = field(default_factory=dict)  # when it last grew [s], and by how much
+    total: Mapping[str, int] = field(default_factory=dict)
+    growth: dict[str, tuple[float, int]] = field(default_factory=dict)  # when it last grew [s], and by how much
 
     def look(self, now: float, rejected: Mapping[str, int], remembered_for: float) -> dict[str, int]:
         """Reason → how many, at a time of the wall's clock [s] at which so many were rejected since the start."""
-        for reason in rejected.keys() | self.seen.keys():
-            grown = rejected.get(reason, 0) - self.seen.get(reason, 0)
-            at, before = self.grew.get(reason, (now, 0))
+        for reason in rejected.keys() | self.total.keys():
+            grown = rejected.get(reason, 0) - self.total.get(reason, 0)
+            at, before = self.growth.get(reason, (now, 0))
             remembered = before if now - at <= remembered_for else 0
             if grown > 0:
-                self.grew[reason] = (now, remembered + grown)
+                self.growth[reason] = (now, remembered + grown)
             elif grown < 0:  # messages that were overtaken, and not lost
-                self.grew[reason] = (at, remembered + grown)
-        self.seen = rejected
+                self.growth[reason] = (at, remembered + grown)
+        self.total = rejected
         return {
             reason: count
-            for reason, (at, count) in sorted(self.grew.items())
+            for reason, (at, count) in sorted(self.growth.items())
             if count > 0 and now - at <= remembered_for
         }

@@ -13,8 +13,8 @@ log = logging.getLogger(__name__)
 
 READY, ALIVE, STOPPING = "READY=1", "WATCHDOG=1", "STOPPING=1"
 
-STROKES = 3
-"""So often within the watchdog's time, so that one that comes late does not end the process."""
+STROKES_PER_TIMEOUT = 3
+"""Strokes within the watchdog's time: one that comes late does not end the process."""
 
 
 def tell(state: str) -> None:
@@ -38,4 +38,4 @@ def stroke_period() -> float | None:
     microseconds = os.environ.get("WATCHDOG_USEC", "")
     if watched != str(os.getpid()) or not microseconds.isdecimal() or int(microseconds) == 0:
         return None
-    return int(microseconds) / 1e6 / STROKES
+    return int(microseconds) / 1e6 / STROKES_PER_TIMEOUT

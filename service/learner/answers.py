@@ -22,25 +22,26 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.publishers import JSON
 from service.health.health_watch import HealthWatch
-from service.learner.damping_query import DampingQuery, asked, listed, names
+from service.learner.damping_query import DampingQuery, checked_query, parse_numbers, velocity_names
 from service.learner.estimates import forecast_reply
 from service.learner.node import LearnerNode
-from service.learner.published import NothingLearned, damping
+from service.learner.published import NothingLearned, damping_reply
 from service.live.effects import OperatorVerb
 from service.state.history import History
 from service.state.state_file import Row
 
 log = logging.getLogger(__name__)
 
-#: Questions for damping that may wait; beyond, the oldest go unanswered and their askers time out.
-RING = 256
-#: Likewise for anything else.
-SLOW_RING = 64
+DAMPING_RING_PLACES = 256
+"""Questions for damping that may wait; beyond, the oldest go unanswered and their askers time out."""
+SLOW_RING_PLACES = 64
+"""Questions for anything else that may wait."""
 MAX_REPORTS = 200
-#: An answer with several reports ends after so many bytes; the next question goes on from there.
+"""Reports of an answer."""
 MAX_REPORT_BYTES = 400_000
-#: A longer payload of a question is not read [bytes].
-MAX_QUESTION = 250_000
+"""The size after which an answer with several reports ends; the next question goes on from there."""
+MAX_QUESTION_BYTES = 250_000
+"""The longest payload of a question that is read."""
 
 Answer = Callable[[zenoh.Query], bytes]
 
@@ -53,17 +54,19 @@ class Answers:
     ) -> None:
         self._node, self._watch, self._history = node, watch, history
         #: What the velocities of a question for damping may be called.
-        self._velocities = names(node.config)
-        self._damping_ring: Any = session.declare_queryable(keys.damping, RingChannel(RING), complete=True)
+        self._velocities = velocity_names(node.config)
+        self._damping_ring: Any = session.declare_queryable(
+            keys.damping, RingChannel(DAMPING_RING_PLACES), complete=True
+        )
         self._damping_key = keys.damping
-        self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING)
+        self._from_history: deque[zenoh.Query] = deque(maxlen=SLOW_RING_PLACES)
         #: What an operator decides, each in a queryable of its own: access control sees a question's key alone.
         decisions: dict[OperatorVerb, str] = {"promote": keys.promote, "withdraw": keys.withdraw}
         self._decisions: list[tuple[OperatorVerb, str, Any]] = [
-            (verb, key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True))
+            (verb, key, session.declare_queryable(key, RingChannel(SLOW_RING_PLACES), complete=True))
             for verb, key in decisions.items()
         ]
-        self._decided: deque[tuple[OperatorVerb, str, zenoh.Query]] = deque(maxlen=SLOW_RING)
+        self._waiting_decisions: deque[tuple[OperatorVerb, str, zenoh.Query]] = deque(maxlen=SLOW_RING_PLACES)
         self._thread = threading.Thread(target=self._serve_damping, name=keys.damping, daemon=True)
         self._thread.start()
         answers: dict[str, Answer] = {
@@ -75,7 +78,7 @@ class Answers:
             keys.forecast: self._forecast,
         }
         self._rings: list[tuple[str, Any, Answer]] = [
-            (key, session.declare_queryable(key, RingChannel(SLOW_RING), complete=True), answer)
+            (key, session.declare_queryable(key, RingChannel(SLOW_RING_PLACES), complete=True), answer)
             for key, answer in answers.items()
         ]
 
@@ -87,20 +90,21 @@ class Answers:
         """
         for verb, key, ring in self._decisions:
             while (query := ring.try_recv()) is not None:
-                self._decided.append((verb, key, query))
+                self._waiting_decisions.append((verb, key, query))
             del query
         self._answer_all()
-        return bool(self._decided)
+        return bool(self._waiting_decisions)
 
     def decide(self, decided: Callable[[OperatorVerb, str], bytes]) -> None:
         """Answers what operators have decided, from the thread that learns."""
-        while self._decided:
-            verb, key, query = self._decided.popleft()
+        while self._waiting_decisions:
+            verb, key, query = self._waiting_decisions.popleft()
             self._reply(query, key, partial(_decision, decided, verb))
             del query
 
     def _answer_all(self) -> None:
-        for _ in range(RING):  # one of each in turn: whoever asks without a pause does not keep the others waiting
+        # One of each in turn: whoever asks without a pause does not keep the others waiting.
+        for _ in range(DAMPING_RING_PLACES):
             answered = False
             for key, ring, answer in self._rings:
                 query = ring.try_recv()
@@ -110,7 +114,7 @@ class Answers:
                 # A query is finished when it is dropped: leaving the name bound would hold it until the next one.
                 del query
             if self._from_history:
-                self._reply(self._from_history.popleft(), self._damping_key, self._damping_then)
+                self._reply(self._from_history.popleft(), self._damping_key, self._damping_in_history)
                 answered = True
             if not answered:
                 return
@@ -154,17 +158,17 @@ class Answers:
 
     def _damping(self, query: zenoh.Query) -> bytes:
         _parameters(query, *self._velocities, "at", "revision")
-        return wire.encode(self._node.predict(_asked(query, self._velocities)))
+        return wire.encode(self._node.predict(_damping_query(query, self._velocities)))
 
-    def _damping_then(self, query: zenoh.Query) -> bytes:
+    def _damping_in_history(self, query: zenoh.Query) -> bytes:
         """The damping as an earlier revision has it."""
         parameters = _parameters(query, *self._velocities, "at", "revision")
-        velocities = _asked(query, self._velocities)
+        velocities = _damping_query(query, self._velocities)
         row = self._published({name: text for name, text in parameters.items() if name not in self._velocities})
         snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
         if not len(snapshot.support):
             raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
-        return wire.encode(damping(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
+        return wire.encode(damping_reply(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
 
     def _model(self, query: zenoh.Query) -> bytes:
         asked = _parameters(query, "at", "revision")
@@ -211,8 +215,8 @@ class Answers:
         _parameters(query)
         asked = None
         if query.payload is not None and len(query.payload):
-            if len(query.payload) > MAX_QUESTION:
-                raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask for fewer times")
+            if len(query.payload) > MAX_QUESTION_BYTES:
+                raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask for fewer times")
             asked = wire.decode(wire.ForecastQuery, query.payload.to_bytes())
         return wire.encode(forecast_reply(self._node, asked))
 
@@ -258,7 +262,7 @@ def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:
     return asked
 
 
-def _asked(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
+def _damping_query(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
     """The velocities that are asked for, from the parameters or from the payload.
 
     Args:
@@ -269,14 +273,14 @@ def _asked(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
     if given:
         if query.payload is not None and len(query.payload):
             raise BadInput("ask for the rates either of rate= or of the payload, not for both")
-        return asked([(velocities[name], listed(name, text)) for name, text in given.items()])
+        return checked_query([(velocities[name], parse_numbers(name, text)) for name, text in given.items()])
     if query.payload is None:
         raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
-    if len(query.payload) > MAX_QUESTION:
-        raise BadInput(f"the payload is longer than {MAX_QUESTION} bytes; ask in several queries")
+    if len(query.payload) > MAX_QUESTION_BYTES:
+        raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask in several queries")
     said = wire.decode(wire.DampingQuery, query.payload.to_bytes())
     named = [(velocities.get(name, name), np.array(values)) for name, values in said.others.items()]
-    return asked([("rate", np.array(said.rate)), *named])
+    return checked_query([("rate", np.array(said.rate)), *named])
 
 
 def _number(name: str, text: str) -> float:

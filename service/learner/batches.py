@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from incsvr.signals.takes_torque import TakesTorque
     from service.learner.window import Window
 
-#: Batches that may wait for training; beyond, the oldest samples go and are counted.
-WAITING_BATCHES = 200
-#: Yaw rate and torque that came by turns so often, and never showed the same time, are of clocks that are apart.
-APART_TURNS = 40
+MAX_WAITING_BATCHES = 200
+"""Batches that may wait for training; beyond, the oldest samples go and are counted."""
+CLOCKS_APART_TURNS = 40
+"""The turns of yaw rate and torque, never at the same time, after which their clocks are apart."""
 
 
 class Batches:
@@ -99,8 +99,8 @@ class Batches:
             restarts = self._synchroniser.taken_up
             samples = self._synchroniser.ready()
             if self._window is not None and self._synchroniser.taken_up > restarts:
-                self._window.take_up()
-            if not self.apart:
+                self._window.switch_clocks()
+            if not self.clocks_apart:
                 self._take(samples)
             elif len(samples):
                 self._refused["clocks_apart"] = self._refused.get("clocks_apart", 0) + len(samples)
@@ -127,18 +127,18 @@ class Batches:
         with self._lock:
             return {} if self._window is None else self._window.streams()
 
-    def covers(self) -> float | None:
+    def window_end(self) -> float | None:
         """The newest stamp of the window [s], where it is full."""
         with self._lock:
-            whole = self._window is not None and self._window.full and not self.apart
+            whole = self._window is not None and self._window.full and not self.clocks_apart
             return self._window.newest if self._window is not None and whole else None
 
-    def freed(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
+    def samples_under(self, compensation: Compensation | None, until: float, since: float = -math.inf) -> Samples:
         """The window's samples from `since` to `until` [s], as they are with these effects; nothing changes."""
         samples = play(Synchroniser(self._settings, self._takes(compensation)), self.recent())
         return samples.take((samples.time >= since) & (samples.time <= until))
 
-    def begin_anew(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
+    def restart(self, compensation: Compensation | None, after: float, clock_restarts: int) -> None:
         """From now on samples are freed of these effects; those after the time `after` [s] wait for the next batch.
 
         Raises:
@@ -184,9 +184,9 @@ class Batches:
             return self._restarts
 
     @property
-    def apart(self) -> bool:
+    def clocks_apart(self) -> bool:
         """Whether yaw rate and torque come, and their clocks never show the same time."""
-        return self._turns >= APART_TURNS
+        return self._turns >= CLOCKS_APART_TURNS
 
     @property
     def readings(self) -> dict[str, Reading]:
@@ -258,7 +258,7 @@ class Batches:
         self._recent_rates.extend(samples.yaw_rate[-10:].tolist())
         if self._inputs:
             self._newest = Samples.concatenate((self._newest, samples)).take(slice(-10, None))
-        excess = self._waiting_count - WAITING_BATCHES * self._size
+        excess = self._waiting_count - MAX_WAITING_BATCHES * self._size
         if excess > 0:
             self._refused["overload"] = self._refused.get("overload", 0) + excess
             kept = Samples.concatenate(self._waiting).take(slice(excess, None))
@@ -271,13 +271,13 @@ def _plain(samples: Samples) -> dict[str, Any]:
         "time": samples.time.tolist(),
         "yaw_rate": samples.yaw_rate.tolist(),
         "damping": samples.damping.tolist(),
-        "channels": {name: sampled(values) for name, values in samples.channels.items()},
+        "channels": {name: json_values(values) for name, values in samples.channels.items()},
         "parts": {name: values.tolist() for name, values in samples.parts.items()},
-        "raw": {name: sampled(values) for name, values in samples.raw.items()},
+        "raw": {name: json_values(values) for name, values in samples.raw.items()},
     }
 
 
-def sampled(values: Array) -> tuple[float | None, ...]:
+def json_values(values: Array) -> tuple[float | None, ...]:
     """A channel's values as JSON knows them: None where it was not sampled, or filtered beyond all floats."""
     return tuple(value if math.isfinite(value) else None for value in values.tolist())
 

@@ -53,7 +53,7 @@ class DampingQuery:
         return np.column_stack([np.broadcast_to(column, most) for column in columns])
 
 
-def names(config: Config) -> dict[str, str]:
+def velocity_names(config: Config) -> dict[str, str]:
     """What a velocity may be called in a question → `rate` for the own one, else the stream of a further one."""
     own, *further = config.learner.inputs
     if not further:
@@ -62,7 +62,7 @@ def names(config: Config) -> dict[str, str]:
     return {"rate": "rate", own: "rate"} | streams | {stream: stream for stream in streams.values()}
 
 
-def asked(values: Sequence[tuple[str, Array]]) -> DampingQuery:
+def checked_query(values: Sequence[tuple[str, Array]]) -> DampingQuery:
     """A question with the values of `rate` and of further velocities.
 
     Raises:
@@ -82,7 +82,7 @@ def asked(values: Sequence[tuple[str, Array]]) -> DampingQuery:
     return DampingQuery(found.pop("rate"), found)
 
 
-def listed(name: str, text: str) -> Array:
+def parse_numbers(name: str, text: str) -> Array:
     """The numbers of a parameter, such as -0.2,0,0.2.
 
     Raises:

@@ -17,23 +17,21 @@ from service import wire
 
 log = logging.getLogger(__name__)
 
-LEAVING = 3.0
-"""How long the token of a learner that has just died may be seen [s]: a lease of two seconds, and one of grace."""
-REMEMBERED = 5.0
-"""How long another learner counts as there after its last health [s]; it comes once a second."""
-
-
-SETTLED = 0.5
-"""How long a client of a hub waits for others that start in the same moment [s]; their tokens are seen in milliseconds,
-over a slow link in tenths of a second."""
-COMING, STAYS = "1", "0"
-"""With what a name on `…/coming/*` begins: who stays comes before all who are coming."""
+DEAD_TOKEN_S = 3.0
+"""The time for which the token of a learner that died is seen [s]: a lease of two seconds, and one of grace."""
+HEALTH_MEMORY_S = 5.0
+"""The time for which another learner counts as there after its last health [s]; it comes once a second."""
+START_WAIT_S = 0.5
+"""The time for which a client of a hub waits for others that start in the same moment [s]; their tokens are seen in
+milliseconds, over a slow link in tenths of a second."""
+CANDIDATE_MARK, OWNER_MARK = "1", "0"
+"""The first letter of a name on `…/coming/*`: who stays comes before all who are coming."""
 
 
 def take_prefix(session: zenoh.Session, prefix: str, stop: threading.Event, hub: bool) -> Any:
     """Waits until nobody else is alive under this prefix, and returns a token that is to be held as long as we are.
 
-    Of several that start in the same moment, each has said so before it looks, and looks until it has SETTLED: so all
+    Of several that start in the same moment, each has said so before it looks, and looks for START_WAIT_S: so all
     see each other, and the one with the smallest name stays.
 
     Args:
@@ -44,10 +42,10 @@ def take_prefix(session: zenoh.Session, prefix: str, stop: threading.Event, hub:
     """
     keys, name = wire.Keys(prefix), uuid.uuid4().hex
     liveliness = session.liveliness()
-    coming: Any = liveliness.declare_token(keys.coming(COMING + name))
+    coming: Any = liveliness.declare_token(keys.coming(CANDIDATE_MARK + name))
     began = time.monotonic()
-    while (taken := _taken(session, keys, name)) or (hub and time.monotonic() < began + SETTLED):
-        if taken and time.monotonic() >= began + LEAVING:
+    while (taken := _is_taken(session, keys, name)) or (hub and time.monotonic() < began + START_WAIT_S):
+        if taken and time.monotonic() >= began + DEAD_TOKEN_S:
             coming.undeclare()
             raise BadInput(
                 f"another learner has the prefix {prefix} on this bus; end it, give this one another --prefix, or "
@@ -55,18 +53,18 @@ def take_prefix(session: zenoh.Session, prefix: str, stop: threading.Event, hub:
             )
         if stop.wait(0.1):
             break
-    token = liveliness.declare_token(keys.coming(STAYS + name))
+    token = liveliness.declare_token(keys.coming(OWNER_MARK + name))
     coming.undeclare()
     return token
 
 
-def _taken(session: zenoh.Session, keys: wire.Keys, name: str) -> bool:
+def _is_taken(session: zenoh.Session, keys: wire.Keys, name: str) -> bool:
     """Whether a learner is alive, or one that comes is to stay rather than we."""
-    if any(reply.ok is not None for reply in session.liveliness().get(keys.alive, timeout=LEAVING)):
+    if any(reply.ok is not None for reply in session.liveliness().get(keys.alive, timeout=DEAD_TOKEN_S)):
         return True
-    replies = session.liveliness().get(keys.coming("*"), timeout=LEAVING)
+    replies = session.liveliness().get(keys.coming("*"), timeout=DEAD_TOKEN_S)
     names = {str(reply.ok.key_expr).rpartition("/")[2] for reply in replies if reply.ok is not None}
-    return any(other < COMING + name for other in names)
+    return any(other < CANDIDATE_MARK + name for other in names)
 
 
 class DuplicateLearner:
@@ -91,7 +89,7 @@ class DuplicateLearner:
                 continue
             if other != self._boot:
                 self._seen = (other[:40], self._clock())
-        if self._seen is None or self._clock() - self._seen[1] > REMEMBERED:
+        if self._seen is None or self._clock() - self._seen[1] > HEALTH_MEMORY_S:
             return ()
         return (f"another learner, of boot {self._seen[0]}, publishes under the same prefix; end one of them",)
 

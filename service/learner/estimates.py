@@ -8,14 +8,16 @@ from incsvr.errors import BadInput
 from service import wire
 from service.learner.node import LearnerNode
 from service.learner.published import check_trained
-from service.learner.stand_in import Ahead, StandIn
+from service.learner.stand_in import ForecastFromStart, StandIn
 
-EFFECTS = "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
-SEVERAL = (
+NO_FORECAST_WITH_EFFECTS = (
+    "the traced effects that are in force are not in a forecast yet, so there is none; ask for the damping"
+)
+NO_FORECAST_OVER_SEVERAL = (
     "the further velocities over which damping is learned are not in a forecast yet, so there is none where "
     "learner.inputs has several; ask for the damping"
 )
-COUPLED = (
+NO_FORECAST_IN_A_BODY = (
     "what the body's other velocities and its attitude take is not in a forecast yet, so there is none with "
     "vehicle.mass_matrix or vehicle.weight; ask for the damping"
 )
@@ -78,7 +80,7 @@ def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
     return _last(node, ahead, "the yaw rate is silent" if paused is None else f"learning is paused: {paused}")
 
 
-def _last(node: LearnerNode, ahead: Ahead, why: str) -> wire.Estimate:
+def _last(node: LearnerNode, ahead: ForecastFromStart, why: str) -> wire.Estimate:
     found = ahead.forecast
     rate, half, turned, doubt = (
         float(values[-1]) for values in (found.rate, found.rate_half, found.turned, found.turned_half)
@@ -105,7 +107,7 @@ def _last(node: LearnerNode, ahead: Ahead, why: str) -> wire.Estimate:
 def _ready(node: LearnerNode) -> StandIn:
     if node.stand_in is None or node.served.effects:
         if node.config.further_inputs:
-            raise BadInput(SEVERAL)
-        raise BadInput(EFFECTS if node.config.coupled() is None else COUPLED)
+            raise BadInput(NO_FORECAST_OVER_SEVERAL)
+        raise BadInput(NO_FORECAST_WITH_EFFECTS if node.config.coupled() is None else NO_FORECAST_IN_A_BODY)
     check_trained(node.served.model)
     return node.stand_in

@@ -59,7 +59,7 @@ class Host:
         changing = config.tracing.on
         self._store = None if config.state is None else Store(config.state, config, known_by, changing)
         self._history = History(0, IN_MEMORY_BYTES) if self._store is None else self._store.history
-        self.node, self._live = self._taken_up()
+        self.node, self._live = self._restore()
         askable = config.inputs.preset == "blueos"
         self.watch = HealthWatch(config.health, time.monotonic(), time.monotonic, config.coupled(), askable)
         effects = self._effects if self._live is None else self._live.effects
@@ -103,19 +103,19 @@ class Host:
         known = memory.get(PARAMETERS) or {}
         return MappedIngest(self._session, self.watch, self._config, known, learners, self._archive)
 
-    def _taken_up(self) -> tuple[LearnerNode, LiveTracing | None]:
+    def _restore(self) -> tuple[LearnerNode, LiveTracing | None]:
         """The learner as it was; a memory that cannot be taken up, for whatever reason, is set aside."""
         while True:
             memory = None if self._store is None else self._store.memory
             try:
-                return self._built(memory)
+                return self._build(memory)
             except Exception as error:
                 if self._store is None or memory is None:
                     raise
                 kind = "" if isinstance(error, BadInput) else f"it cannot be taken up: {type(error).__name__}: "
                 self._store.refuse(f"{kind}{error}")
 
-    def _built(self, memory: dict[str, Any] | None) -> tuple[LearnerNode, LiveTracing | None]:
+    def _build(self, memory: dict[str, Any] | None) -> tuple[LearnerNode, LiveTracing | None]:
         effects, live = self._effects, None
         if self._config.tracing.on:
             # Loaded where it is needed alone: most learners do without.
@@ -132,14 +132,14 @@ class Host:
         )
         return node, live
 
-    def tell_velocity_to(self, others: Sequence[Host]) -> None:
+    def send_velocity_to(self, others: Sequence[Host]) -> None:
         """The velocity that this learner hears goes to those of the same vehicle whose samples wait for it."""
         for other in others:
             for name in other._config.hears(self._config):
                 if name in other._config.signal_settings().channels:
-                    self.feed.onward.append(partial(other._hear, name))
+                    self.feed.onward.append(partial(other._push_velocity, name))
 
-    def _hear(self, name: str, t: Array, value: Array) -> bool:
+    def _push_velocity(self, name: str, t: Array, value: Array) -> bool:
         """A velocity from another learner of this process; True where a batch waits."""
         self.watch.received(name, t, value)
         return self.node.push(name, t, value)
@@ -213,7 +213,7 @@ class Host:
             self._store.save_again()
         if self._switch is not None:
             self._switch.after_batch()
-        self.answers.decide(self._decided)
+        self.answers.decide(self._decide)
         return outcome is not None
 
     def goodbye(self) -> None:
@@ -240,8 +240,8 @@ class Host:
         self._health_publisher.close()
         self._duplicate.close()
 
-    def _decided(self, verb: OperatorVerb, name: str) -> bytes:
-        """What an operator decides (`EffectSwitch.decided`)."""
+    def _decide(self, verb: OperatorVerb, name: str) -> bytes:
+        """What an operator decides (`EffectSwitch.decide`)."""
         if self._switch is None:
             raise BadInput("tracing.live is off here, so nothing is found; set it to advise or adopt")
-        return self._switch.decided(verb, name)
+        return self._switch.decide(verb, name)

@@ -26,15 +26,15 @@ from service.config.configuration import Config
 from service.learner.batches import Batches
 from service.learner.damping_query import DampingQuery
 from service.learner.prepared_iteration import (
-    Covered,
-    Outcome,
+    CommittedIteration,
     PreparedIteration,
-    iterated,
-    learned_anew,
-    stepped,
-    taken_back,
+    RateCoverage,
+    learn_afresh,
+    prepare,
+    take_back,
+    train,
 )
-from service.learner.published import Served, damping, snapshot, textbook
+from service.learner.published import ServedModel, damping_reply, snapshot, textbook_coefficients
 from service.learner.recent_batches import RecentBatches
 from service.learner.stand_in import StandIn
 from service.learner.window import Window
@@ -75,7 +75,7 @@ class LearnerNode:
         self._validation: dict[str, Samples] = {}
         self._clock = clock
         known = restored(memory, self._settings)
-        self._guarded, self._covered = known.guarded, Covered(known.covered)
+        self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
         paused = known.guarded.checks.paused_since is not None
         self.said = Said("it was before the restart; the next batch will tell" if paused else None)
         compensation = None if effects is None else effects.compensation
@@ -88,11 +88,11 @@ class LearnerNode:
         known_before = (memory or {}).get("forecast")
         alone = effects is None and coupled is None and not others
         self.stand_in = StandIn(signals, known_before) if alone else None
-        self._looked_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
+        self._judged_until: float | None = None  # the last stamp of the last batch, learned or put aside [s]
         self.recent_batches = RecentBatches()
         self._published = max(published, known.revision)
         learned = known.guarded.learner
-        self.served = Served(learned.model, known.revision, learned.iterations, known.t, findings)
+        self.served = ServedModel(learned.model, known.revision, learned.iterations, known.t, findings)
 
     def validate_on(self, validation: Mapping[str, Samples]) -> None:
         """From now on the served model's error is measured on these samples, by name, after each iteration."""
@@ -104,7 +104,7 @@ class LearnerNode:
             self.stand_in.push(stream, t, value)
         return self.batches.push(stream, t, value)
 
-    def learn(self) -> Outcome | None:
+    def learn(self) -> CommittedIteration | None:
         """The next iteration, where a whole batch waits that is not put aside; call it from one thread alone.
 
         Where a batch pauses learning, that which takes the batch before back. Batches that hold too little motion for a
@@ -114,13 +114,13 @@ class LearnerNode:
         if self.stand_in is not None:
             self.stand_in.catch_up()
         while (batch := self.batches.next_batch()) is not None:
-            self._looked_until = float(batch.time[-1])
+            self._judged_until = float(batch.time[-1])
             guarded, verdict, taken_back = guard.judge(self._settings, self._vehicle, self._guarded, batch)
             outcome = None
             if verdict.learn:
                 if self.stand_in is not None:
-                    self.stand_in.learned(self.served.model, batch, self.batches.smoothing)
-                new = self._iterated(guarded, batch, self.served.effects, self._validation)
+                    self.stand_in.batch_learned(self.served.model, batch, self.batches.smoothing)
+                new = self._prepare(guarded, batch, self.served.effects, self._validation)
                 if new.served.model.is_trained:
                     outcome = self._adopt(new)
                 else:
@@ -128,7 +128,7 @@ class LearnerNode:
             elif taken_back is not None:
                 if self.stand_in is not None:
                     self.stand_in.taken_back()
-                outcome = self._adopt(self._gone_back(guarded, batch, taken_back))
+                outcome = self._adopt(self._prepare_return(guarded, batch, taken_back))
             else:
                 self._guarded = guarded
             self.said = self.said.after(verdict)
@@ -138,7 +138,7 @@ class LearnerNode:
 
     def relearn(
         self, effects: TracedEffects | None, validation: Mapping[str, Samples], since: float = -math.inf
-    ) -> Outcome | None:
+    ) -> CommittedIteration | None:
         """Learns the recent data again, from nothing, with these effects in place of those in force.
 
         What came before the time `since` [s], when the vehicle may have been without them, is left out.
@@ -154,19 +154,19 @@ class LearnerNode:
         """
         compensation, restarts = None if effects is None else effects.compensation, self.batches.clock_restarts
         # What was put aside is learned, too: with these effects it may be as sound as it was before.
-        until = self.served.t if self._looked_until is None else self._looked_until
-        samples = self.batches.freed(compensation, -math.inf if until is None else until, since)
+        until = self.served.t if self._judged_until is None else self._judged_until
+        samples = self.batches.samples_under(compensation, -math.inf if until is None else until, since)
         size = self._settings.batch
         if len(samples) < size:
             lasts = size * self.config.signals.sample_period
             raise BadInput(f"the recent data fill no batch to learn from; that takes {lasts:g} s of data")
-        guarded = learned_anew(self._settings, self._vehicle, samples)
+        guarded = learn_afresh(self._settings, self._vehicle, samples)
         guarded = replace(guarded, learner=replace(guarded.learner, iterations=self._guarded.learner.iterations))
         last, findings = samples.take(slice(len(samples) - size, None)), effects.findings if effects else ()
-        new = self._iterated(guarded, last, findings, validation)
+        new = self._prepare(guarded, last, findings, validation)
         if not new.served.model.is_trained and self.served.model.is_trained:
-            new = self._iterated(self._guarded, last, findings, validation)
-        self.batches.begin_anew(compensation, float(last.time[-1]), restarts)
+            new = self._prepare(self._guarded, last, findings, validation)
+        self.batches.restart(compensation, float(last.time[-1]), restarts)
         self._validation = dict(validation)
         self.ledger = self.ledger.model_copy(update={"batch": None})
         if not new.served.model.is_trained:
@@ -175,7 +175,7 @@ class LearnerNode:
             return None
         return self._adopt(new)
 
-    def tell(
+    def update_ledger(
         self,
         found: tuple[dict[str, Any], ...],
         history: tuple[dict[str, Any], ...],
@@ -190,35 +190,35 @@ class LearnerNode:
         """The highest revision that was ever given."""
         return self._published
 
-    def _iterated(
+    def _prepare(
         self, guarded: Guarded, batch: Samples, effects: tuple[dict[str, Any], ...], validation: Mapping[str, Samples]
     ) -> PreparedIteration:
         """The iteration that leads from this state on, of a model that holds these effects; nothing changes yet."""
-        step = stepped(self._settings, guarded, batch, self._clock)
+        step = train(self._settings, guarded, batch, self._clock)
         covered = self._covered.over(batch, self._settings.rate_range, self.batches.clock_restarts)
         newest = float(batch.time[-1])
-        served = Served(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)
-        return iterated(step, served, covered, self.config, self.boot, validation)
+        served = ServedModel(step.iteration.model, self._published + 1, step.iteration.number, newest, effects)
+        return prepare(step, served, covered, self.config, self.boot, validation)
 
-    def _gone_back(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> PreparedIteration:
+    def _prepare_return(self, guarded: Guarded, batch: Samples, iteration: Iteration) -> PreparedIteration:
         """To what was served before the last batch, because of this one, which is put aside."""
         served = replace(self.served, model=iteration.model, revision=self._published + 1, iteration=iteration.number)
-        step = taken_back(guarded, batch, iteration)
-        return iterated(step, served, self._covered, self.config, self.boot, self._validation)
+        step = take_back(guarded, batch, iteration)
+        return prepare(step, served, self._covered, self.config, self.boot, self._validation)
 
-    def _adopt(self, new: PreparedIteration) -> Outcome:
+    def _adopt(self, new: PreparedIteration) -> CommittedIteration:
         """From now on this is what was learned and what is served."""
         self._keep(new)
         self.served, self._published = new.served, new.served.revision
         if new.report.batch.parts:
             self.ledger = self.ledger.model_copy(update={"batch": new.report.batch})
-        return Outcome(new.snapshot, new.report, self.memory())
+        return CommittedIteration(new.snapshot, new.report, self.memory())
 
     def _keep(self, new: PreparedIteration) -> None:
         """From now on the learner stands here, whatever is served."""
         self._guarded, self._covered = new.guarded, new.covered
         if new.motion is not None:
-            self.recent_batches.learned(*new.motion, self.batches.smoothing)
+            self.recent_batches.add(*new.motion, self.batches.smoothing)
 
     def predict(self, asked: DampingQuery) -> wire.DampingReply:
         """The damping at what is asked.
@@ -228,10 +228,10 @@ class LearnerNode:
             BadInput: it is asked over other velocities than damping was learned over.
         """
         served = self.served
-        return damping(served.model, asked, served.iteration, served.revision)
+        return damping_reply(served.model, asked, served.iteration, served.revision)
 
     @property
-    def learned(self) -> float:
+    def fresh_coverage(self) -> float:
         """The part of the configured rate range that fresh samples cover, 0 to 1."""
         return self._covered.fresh(self.served.t, self.config.health.fresh_for)
 
@@ -255,7 +255,7 @@ class LearnerNode:
         Raises:
             NothingLearned: there is no model yet.
         """
-        return textbook(self.served, self.boot)
+        return textbook_coefficients(self.served, self.boot)
 
     def latest(self) -> wire.ModelSnapshot | None:
         """The snapshot of what is served; None before anything was learned."""

@@ -20,11 +20,11 @@ from incsvr.plant.axes import AXES
 from incsvr.signals.samples import Samples
 from service import wire
 from service.config.configuration import Config
-from service.learner.published import Served, report, snapshot
+from service.learner.published import ServedModel, report, snapshot
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CommittedIteration:
     """One iteration as it is stored and published, and the learner's whole memory after it as plain data."""
 
     snapshot: wire.ModelSnapshot
@@ -33,13 +33,13 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Covered:
+class RateCoverage:
     """When each bin of the rate range was covered last (bins,) [s], and how often clocks had begun anew by then."""
 
     at: Array
     clock_restarts: int = 0
 
-    def over(self, batch: Samples, rate_range: tuple[float, float], clock_restarts: int) -> Covered:
+    def over(self, batch: Samples, rate_range: tuple[float, float], clock_restarts: int) -> RateCoverage:
         """With this batch."""
         at = self.at.copy()
         if clock_restarts > self.clock_restarts:
@@ -49,7 +49,7 @@ class Covered:
         bins = np.floor((batch.yaw_rate - low) / (high - low) * at.size)
         inside = (bins >= 0) & (bins < at.size)
         at[bins[inside].astype(int)] = batch.time[inside]
-        return Covered(at, clock_restarts)
+        return RateCoverage(at, clock_restarts)
 
     def fresh(self, newest: float | None, fresh_for: float) -> float:
         """The part of the range that was covered within so long [s] before the newest sample, 0 to 1."""
@@ -61,7 +61,7 @@ class Covered:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TrainingStep:
     """The learner after a batch, and how it came there.
 
     Attributes:
@@ -78,7 +78,7 @@ class Step:
     motion: tuple[Excitation, Samples] | None = None
 
 
-def stepped(settings: Settings, guarded: Guarded, batch: Samples, clock: Callable[[], float]) -> Step:
+def train(settings: Settings, guarded: Guarded, batch: Samples, clock: Callable[[], float]) -> TrainingStep:
     """A batch is learned; only the training time is measured with the clock [s]."""
     model = guarded.learner.model
     predicted = model.at(batch).damping if model.is_trained else None
@@ -88,16 +88,16 @@ def stepped(settings: Settings, guarded: Guarded, batch: Samples, clock: Callabl
         iteration.model.predict(0.0)  # makes it ready for questions, here and not when the first one waits
     took = clock() - began
     after = Guarded(state, guarded.checks, guarded.learner)
-    return Step(after, batch, iteration, predicted, took, (Excitation.of(batch, iteration.undriven), batch))
+    return TrainingStep(after, batch, iteration, predicted, took, (Excitation.of(batch, iteration.undriven), batch))
 
 
-def taken_back(guarded: Guarded, batch: Samples, iteration: Iteration) -> Step:
+def take_back(guarded: Guarded, batch: Samples, iteration: Iteration) -> TrainingStep:
     """The batch before is taken back because of this one."""
     model = iteration.model
-    return Step(guarded, batch, iteration, model.at(batch).damping if model.is_trained else None)
+    return TrainingStep(guarded, batch, iteration, model.at(batch).damping if model.is_trained else None)
 
 
-def learned_anew(settings: Settings, vehicle: Vehicle, samples: Samples) -> Guarded:
+def learn_afresh(settings: Settings, vehicle: Vehicle, samples: Samples) -> Guarded:
     """The learner before the last batch of these samples, from nothing; what fills no batch is left out first."""
     guarded, size = guard.begin(settings), settings.batch
     for first in range(len(samples) % size, len(samples) - size, size):
@@ -110,15 +110,20 @@ class PreparedIteration:
     """One iteration that is done and not adopted yet."""
 
     guarded: Guarded
-    served: Served
-    covered: Covered
+    served: ServedModel
+    covered: RateCoverage
     snapshot: wire.ModelSnapshot
     report: wire.IterationReport
     motion: tuple[Excitation, Samples] | None
 
 
-def iterated(
-    step: Step, served: Served, covered: Covered, config: Config, boot: str, validation: Mapping[str, Samples]
+def prepare(
+    step: TrainingStep,
+    served: ServedModel,
+    covered: RateCoverage,
+    config: Config,
+    boot: str,
+    validation: Mapping[str, Samples],
 ) -> PreparedIteration:
     """The iteration that leads to what is to be served, as it is told."""
     told = report(

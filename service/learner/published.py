@@ -18,7 +18,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.signals.samples import Samples
 from service import wire
-from service.learner.batches import sampled
+from service.learner.batches import json_values
 from service.learner.damping_query import DampingQuery
 
 
@@ -27,7 +27,7 @@ class NothingLearned(BadInput):
 
 
 @dataclass(frozen=True, slots=True)
-class Served:
+class ServedModel:
     """What queries are answered from; replaced as a whole."""
 
     model: Model
@@ -43,7 +43,7 @@ def check_trained(model: Model) -> None:
         raise NothingLearned("nothing has been learned yet; ask again once a first batch of samples is complete")
 
 
-def snapshot(served: Served, boot: str, inertia: float) -> wire.ModelSnapshot:
+def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapshot:
     """The model that is served, learned with this inertia [kg m²], and its traced effects."""
     model = served.model
     return wire.ModelSnapshot(
@@ -87,7 +87,7 @@ def _over(model: Model) -> wire.OverSeveral | None:
     )
 
 
-def textbook(served: Served, boot: str) -> wire.Coefficients:
+def textbook_coefficients(served: ServedModel, boot: str) -> wire.Coefficients:
     """The textbook's coefficients of the model that is served.
 
     Raises:
@@ -105,7 +105,7 @@ def textbook(served: Served, boot: str) -> wire.Coefficients:
     )
 
 
-def damping(model: Model, asked: DampingQuery, iteration: int, revision: int) -> wire.DampingReply:
+def damping_reply(model: Model, asked: DampingQuery, iteration: int, revision: int) -> wire.DampingReply:
     """What a model of this iteration and revision says of what is asked.
 
     Raises:
@@ -130,7 +130,7 @@ def damping(model: Model, asked: DampingQuery, iteration: int, revision: int) ->
 def report(
     iteration: Iteration,
     batch: Samples,
-    served: Served,
+    served: ServedModel,
     *,
     boot: str,
     predicted: Array | None,
@@ -166,7 +166,7 @@ def report(
             rate=tuple(batch.yaw_rate.tolist()),
             damping=tuple(batch.damping.tolist()),
             predicted=None if predicted is None else tuple(predicted.tolist()),
-            channels={name: sampled(values) for name, values in batch.channels.items()},
+            channels={name: json_values(values) for name, values in batch.channels.items()},
             parts={name: tuple(values.tolist()) for name, values in batch.parts.items()},
         ),
         certified_error=_finite(iteration.model.certified_error),

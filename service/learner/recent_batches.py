@@ -8,20 +8,20 @@ from incsvr.learning.excitation import Excitation
 from incsvr.learning.resolution import Unresolved, unresolved
 from incsvr.signals.samples import Samples
 
-#: Batches by which is judged whether the vehicle moves enough to be learned, and no quicker than the streams show.
-RECENT = 5
+RECENT_BATCHES = 5
+"""Batches by which is judged whether the vehicle moves enough to be learned, and no quicker than the streams show."""
 
 
 class RecentBatches:
-    """Of one learner; `learned` is called by the thread that learns, all else by any."""
+    """Of one learner; `add` is called by the thread that learns, all else by any."""
 
     def __init__(self) -> None:
-        self._excitation: deque[Excitation] = deque(maxlen=RECENT)
-        self._samples: deque[Samples] = deque(maxlen=RECENT)
+        self._excitation: deque[Excitation] = deque(maxlen=RECENT_BATCHES)
+        self._samples: deque[Samples] = deque(maxlen=RECENT_BATCHES)
         self.unresolved: Unresolved | None = None
         """What is too quick for the streams."""
 
-    def learned(self, excitation: Excitation, batch: Samples, smoothing: float) -> None:
+    def add(self, excitation: Excitation, batch: Samples, smoothing: float) -> None:
         """A batch was learned, of samples that were smoothed over so long [s]."""
         self._excitation.append(excitation)
         self._samples.append(batch)

@@ -10,12 +10,12 @@ from incsvr.numerics import Array
 from incsvr.signals.seldom import TooSlow, too_slow
 from incsvr.signals.streams import JUMP
 
-KEPT = 1024
+CAPACITY_VALUES = 1024
 """Values of a stream: a minute and more of what comes at 2 to 20 Hz."""
-APART = 0.02
-"""Values that are nearer together [s] are thinned out: no vehicle changes its yaw rate within ten times as long."""
-ENOUGH = 20.0
-"""The time scale of a motion is seen in so much of it [s], and looked for again after half as much."""
+MIN_SPACING_S = 0.02
+"""The time between two values that are kept [s]: no vehicle changes its yaw rate within ten times as long."""
+MIN_SPAN_S = 20.0
+"""The stretch in which the time scale of a motion is seen [s]; it is looked for again after half as much."""
 
 
 @dataclass(slots=True)
@@ -32,20 +32,20 @@ class RecentStream:
             self.value.clear()
         last = self.t[-1] if self.t else -np.inf
         if t.size == 1:
-            if float(t[0]) - last >= APART:
+            if float(t[0]) - last >= MIN_SPACING_S:
                 self.t.append(float(t[0]))
                 self.value.append(float(value[0]))
         else:
-            _, first = np.unique(np.floor(t / APART), return_index=True)
-            later = first[t[first] - last >= APART]
+            _, first = np.unique(np.floor(t / MIN_SPACING_S), return_index=True)
+            later = first[t[first] - last >= MIN_SPACING_S]
             self.t += t[later].tolist()
             self.value += value[later].tolist()
-        if len(self.t) > 2 * KEPT:
-            del self.t[:-KEPT], self.value[:-KEPT]
+        if len(self.t) > 2 * CAPACITY_VALUES:
+            del self.t[:-CAPACITY_VALUES], self.value[:-CAPACITY_VALUES]
 
     @property
     def stream(self) -> tuple[Array, Array]:
-        return np.array(self.t[-KEPT:]), np.array(self.value[-KEPT:])
+        return np.array(self.t[-CAPACITY_VALUES:]), np.array(self.value[-CAPACITY_VALUES:])
 
 
 @dataclass(slots=True)
@@ -54,14 +54,14 @@ class SampleRateWatch:
 
     rate: RecentStream = field(default_factory=RecentStream)
     torque: RecentStream = field(default_factory=RecentStream)
-    looked: float = -np.inf
-    found: TooSlow | None = None
+    checked_at: float = -np.inf
+    finding: TooSlow | None = None
 
     def look(self) -> TooSlow | None:
         if not self.torque.t or not self.rate.t:
             return None
         newest = self.torque.t[-1]
-        if newest - self.torque.t[0] < ENOUGH or 0.0 <= newest - self.looked < 0.5 * ENOUGH:
-            return self.found
-        self.looked, self.found = newest, too_slow(self.rate.stream, self.torque.stream)
-        return self.found
+        if newest - self.torque.t[0] < MIN_SPAN_S or 0.0 <= newest - self.checked_at < 0.5 * MIN_SPAN_S:
+            return self.finding
+        self.checked_at, self.finding = newest, too_slow(self.rate.stream, self.torque.stream)
+        return self.finding

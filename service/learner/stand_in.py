@@ -28,16 +28,16 @@ from incsvr.signals.settings import COMMANDED
 
 log = logging.getLogger(__name__)
 
-SPAN = 300.0
-"""Raw data are kept for as long [s]: an estimate goes on from what was measured no longer ago."""
-EVERY = 20.0
-"""Forecasts are tried once in so long [s]: in quick batches they would cost more than the learning."""
-MOST = 60_000
-"""And no more values of a stream."""
+MEMORY_S = 300.0
+"""The time for which raw data are kept [s]: an estimate goes on from what was measured no longer ago."""
+TRIAL_PERIOD_S = 20.0
+"""The time between two trials of forecasts [s]: in quick batches they would cost more than the learning."""
+CAPACITY_VALUES = 60_000
+"""Values of a stream that are kept at most."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ahead:
+class ForecastFromStart:
     """A forecast, the start that it is from, and the newest torque that it knows of [s]."""
 
     start: Start
@@ -51,8 +51,8 @@ class StandIn:
     def __init__(self, signals: SignalSettings, memory: Mapping[str, Any] | None = None) -> None:
         self._signals, self._lock = signals, threading.Lock()
         self._raw = {stream: (array("d"), array("d")) for stream in (YAW_RATE, TORQUE)}
-        self._trusted: deque[float] = deque(maxlen=3)
-        self._untried: tuple[Model, float, float, float] | None = None
+        self._believed_ends: deque[float] = deque(maxlen=3)
+        self._pending_trial: tuple[Model, float, float, float] | None = None
         try:
             self.experience = Experience() if memory is None else Experience.from_dict(memory)
         except Exception:  # what earlier forecasts taught comes again: nothing else is lost
@@ -65,36 +65,36 @@ class StandIn:
         with self._lock:
             for kept, new in zip(self._raw[stream], (t, value), strict=True):
                 kept.extend(new.tolist())
-                if len(kept) > MOST:
-                    del kept[: len(kept) - MOST // 2]
+                if len(kept) > CAPACITY_VALUES:
+                    del kept[: len(kept) - CAPACITY_VALUES // 2]
 
-    def learned(self, model: Model, batch: Samples, smoothing: float) -> None:
+    def batch_learned(self, model: Model, batch: Samples, smoothing: float) -> None:
         """A batch was believed and learned; `model` was served until then. Forecasts on it are tried by `catch_up`."""
         end = float(batch.time[-1])
-        self._trusted.append(end)
+        self._believed_ends.append(end)
         since = self.experience.until
-        if not since <= end < since + EVERY:
-            self._untried = model, min(max(since, end - SPAN), float(batch.time[0])), end, smoothing
+        if not since <= end < since + TRIAL_PERIOD_S:
+            self._pending_trial = model, min(max(since, end - MEMORY_S), float(batch.time[0])), end, smoothing
 
     def catch_up(self) -> None:
         """Tries forecasts on what was learned since the last time: after it was published, because it takes a while."""
-        if self._untried is None:
+        if self._pending_trial is None:
             return
-        (model, begin, end, smoothing), self._untried = self._untried, None
+        (model, begin, end, smoothing), self._pending_trial = self._pending_trial, None
         try:
             grid = self._grid(begin - HORIZONS[-1], end, smoothing)
             self.experience = self.experience.after(model, self._signals.inertia, grid)
         except Exception:  # whatever came, learning goes on; the intervals begin anew
             log.exception("a fault of this program: forecasts could not be tried")
             self.experience = Experience()
-        self._forget(end - SPAN)
+        self._forget(end - MEMORY_S)
 
     def taken_back(self) -> None:
         """The batch that was learned last was not to be believed."""
-        if self._trusted:
-            self._trusted.pop()
+        if self._believed_ends:
+            self._believed_ends.pop()
 
-    def since_measured(self, model: Model, smoothing: float, believed: bool) -> Ahead:
+    def since_measured(self, model: Model, smoothing: float, believed: bool) -> ForecastFromStart:
         """From the last measurement to the newest torque.
 
         Args:
@@ -109,7 +109,9 @@ class StandIn:
         at = start.time + np.linspace(0.0, ahead, 61 if ahead > 0.0 else 1)
         return self._ahead(model, smoothing, start, torque, at, newest)
 
-    def under(self, model: Model, smoothing: float, believed: bool, t: Array, torque: Array, at: Array) -> Ahead:
+    def under(
+        self, model: Model, smoothing: float, believed: bool, t: Array, torque: Array, at: Array
+    ) -> ForecastFromStart:
         """From the last measurement on under a torque that somebody plans: times (n,) from then on [s], and [N m]."""
         start, _, newest = self._begin(smoothing, believed)
         profile = start.time + t, torque
@@ -120,30 +122,30 @@ class StandIn:
 
     def _ahead(
         self, model: Model, smoothing: float, start: Start, torque: tuple[Array, Array], at: Array, newest: float
-    ) -> Ahead:
+    ) -> ForecastFromStart:
         grid_step = Grid.step_for(smoothing)
         found = forecast(
             self.experience, model, self._signals.inertia, start, torque, at,
             step=grid_step, sample_period=self._signals.sample_period,
         )  # fmt: skip
-        return Ahead(start, found, newest)
+        return ForecastFromStart(start, found, newest)
 
     def _begin(self, smoothing: float, believed: bool) -> tuple[Start, tuple[Array, Array], float]:
         """Where an estimate starts, the torque from there on, and the newest stamp of it."""
         until = math.inf
         if not believed:
-            if not self._trusted:
+            if not self._believed_ends:
                 raise BadInput("nothing was measured yet that may be believed; ask again after the first iteration")
-            until = self._trusted[-1]
+            until = self._believed_ends[-1]
         rate, torque = self._stream(YAW_RATE), self._stream(TORQUE)
         if not rate[0].size or not torque[0].size:
             raise BadInput("no yaw rate or no torque has come since this start; ask again when both have")
         newest = float(torque[0][-1])
-        grid = self._grid(newest - SPAN, min(until, float(rate[0][-1])), smoothing)
+        grid = self._grid(newest - MEMORY_S, min(until, float(rate[0][-1])), smoothing)
         known = np.flatnonzero(np.isfinite(grid.rate))
         if not known.size:
             raise BadInput(
-                f"the last yaw rate that may be believed is older than {SPAN:g} s, or never came beside a torque"
+                f"the last yaw rate that may be believed is older than {MEMORY_S:g} s, or never came beside a torque"
             )
         place = int(known[-1])
         start = Start(float(grid.time[place]), float(grid.rate[place]))
@@ -175,7 +177,7 @@ class StandIn:
         # A stamp far ahead of all others is a mistake, one far behind is of the time before a clock began anew: both
         # stand apart from what came last.
         recent = float(np.median(time[-11:])) if time.size else 0.0
-        near = np.abs(time - recent) <= SPAN
+        near = np.abs(time - recent) <= MEMORY_S
         unique, first = np.unique(time[near], return_index=True)
         return unique, value[near][first]
 

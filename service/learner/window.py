@@ -11,7 +11,7 @@ from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.clocks import empty_streams
 from incsvr.signals.streams import CAPACITY
 
-_SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
+_FORGETTING_SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
 
 
 class Window:
@@ -21,7 +21,7 @@ class Window:
         self._length = length
         self._streams = empty_streams(settings)
 
-    def take_up(self) -> None:
+    def switch_clocks(self) -> None:
         """Goes on with the clocks that began anew, because the synchroniser does."""
         self._streams = {name: stream.latest for name, stream in self._streams.items()}
         begin = max(self._streams[name].since for name in REQUIRED)
@@ -34,7 +34,7 @@ class Window:
         if stream is None:
             return
         stream.push_many(time, value)
-        if stream.newest - stream.first > _SLACK * self._length:
+        if stream.newest - stream.first > _FORGETTING_SLACK * self._length:
             stream.forget(stream.newest - self._length)
 
     @property
@@ -47,7 +47,7 @@ class Window:
         """Whether yaw rate and torque reach back over the whole length, or hold as many values as are kept."""
         reach = [self.newest - self._streams[name].first for name in REQUIRED]
         held = max(len(self._streams[name]) for name in REQUIRED)
-        return min(reach) >= self._length / _SLACK or held >= CAPACITY * 3 // 4
+        return min(reach) >= self._length / _FORGETTING_SLACK or held >= CAPACITY * 3 // 4
 
     def streams(self) -> dict[str, tuple[Array, Array]]:
         """Name → (stamps [s], values) of every stream that came, as copies, none older than the window."""

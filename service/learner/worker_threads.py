@@ -1,8 +1,8 @@
 """The threads of the learner's process: few, however many learners it holds, for threads that wait for each other cost.
 
 One takes measurements in, one trains, one answers for models and health, one watches over health; damping is answered
-by a thread of each learner. A measurement waits POLL at most, which is nothing to a batch of samples; the damping does
-not wait.
+by a thread of each learner. A measurement waits POLL_PERIOD_S at most, which is nothing to a batch of samples; the
+damping does not wait.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from service.learner.host import Host
 
 log = logging.getLogger(__name__)
 
-POLL = 0.05
-"""How often measurements are taken in and questions for history are looked at [s]."""
-TICK = 0.5
-"""How often health is looked at [s]."""
+POLL_PERIOD_S = 0.05
+"""The time after which measurements are taken in, and questions for history looked at, again [s]."""
+HEALTH_CHECK_PERIOD_S = 0.5
+"""The time after which health is looked at again [s]."""
 
 
 class WorkerThreads:
@@ -37,7 +37,7 @@ class WorkerThreads:
     ) -> None:
         self._hosts, self._stroke, self._period = hosts, stroke, period
         for host in first_of_each_axis(hosts):
-            host.tell_velocity_to(hosts)
+            host.send_velocity_to(hosts)
         self._stop, self._batch = threading.Event(), threading.Event()
         self._threads = [
             threading.Thread(target=work, name=work.__name__.strip("_"), daemon=True)
@@ -70,7 +70,7 @@ class WorkerThreads:
             if host.feed.learn():
                 self._batch.set()
 
-        while not self._stop.wait(POLL):
+        while not self._stop.wait(POLL_PERIOD_S):
             # What one hears may be another's, too: each is told all of it before its samples are made.
             self._each(hear)
             self._each(learn)
@@ -99,7 +99,7 @@ class WorkerThreads:
             if host.answers.answer():
                 self._batch.set()
 
-        while not self._stop.wait(POLL):
+        while not self._stop.wait(POLL_PERIOD_S):
             self._each(answer)
 
     def _watch(self) -> None:
@@ -107,7 +107,7 @@ class WorkerThreads:
             if host.tick():
                 self._batch.set()
 
-        while not self._stop.wait(TICK):
+        while not self._stop.wait(HEALTH_CHECK_PERIOD_S):
             self._each(tick)
 
     def _each(self, work: Callable[[Host], object]) -> None:

@@ -55,7 +55,7 @@ class EffectSwitch:
         except Exception:  # what is traced must not end the learning
             log.exception("%s: a fault of this program", self._config.prefix)
 
-    def decided(self, verb: OperatorVerb, name: str) -> bytes:
+    def decide(self, verb: OperatorVerb, name: str) -> bytes:
         """What an operator decides, in force and on the disk before it is answered: the ledger then.
 
         Raises:
@@ -97,7 +97,7 @@ class EffectSwitch:
     def tell_node(self) -> None:
         """Where live tracing stands, to the node's ledger."""
         live = self._live
-        self._node.tell(findings(live.standing), live.standing.history, live.work)
+        self._node.update_ledger(findings(live.standing), live.standing.history, live.work)
 
     def _tell(self) -> None:
         self.tell_node()

@@ -79,7 +79,7 @@ class LiveTracing:
         Returns:
             whether the ledger says more than before.
         """
-        newest = node.batches.covers()
+        newest = node.batches.window_end()
         if self._child is not None or newest is None:
             return False
         self.standing = self.standing.clock_began_anew(newest)

@@ -12,7 +12,7 @@ from service.bus.publishers import Outgoing
 from service.cli.log_lines import iteration_line
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import Outcome
+from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import History
 from service.state.store import Store
 
@@ -38,7 +38,7 @@ class PersistThenPublish:
     live: LiveTracing | None
     mapped: MappedIngest | None
 
-    def iteration(self, outcome: Outcome) -> None:
+    def iteration(self, outcome: CommittedIteration) -> None:
         """An iteration that was adopted."""
         keys = wire.Keys(self.config.prefix)
         snapshot, report = wire.encode(outcome.snapshot), wire.encode(outcome.report)

@@ -11,7 +11,7 @@ from incsvr.numerics import Array
 from service.health.health_watch import HealthConditions, HealthWatch
 from service.learner.damping_query import DampingQuery
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import Outcome
+from service.learner.prepared_iteration import CommittedIteration
 from simulator import leng
 from tests.service.conftest import configured
 
@@ -20,7 +20,7 @@ FROM, UNTIL = 200.0, 290.0
 RATES: Array = np.linspace(-0.22, 0.22, 45)
 
 
-def play(node: LearnerNode, after: float, until: float) -> list[Outcome]:
+def play(node: LearnerNode, after: float, until: float) -> list[CommittedIteration]:
     """What is published while Leng's run is pushed from one time to another [s]."""
     for name, (t, value) in leng.recording("T1", 3).streams().items():
         if name == "torque":

@@ -64,10 +64,10 @@ def test_batches_begun_anew_are_those_of_the_whole_streams(until: float) -> None
     for name, (t, value) in streams.items():
         batches.push(name, t[t < 100.0], value[t < 100.0])
     seen = batches.samples_seen
-    samples = batches.freed(None, until)
+    samples = batches.samples_under(None, until)
     known = whole.time <= until
     np.testing.assert_array_equal(samples.damping, whole.damping[known])
-    batches.begin_anew(None, until, 0)
+    batches.restart(None, until, 0)
     assert batches.samples_seen == seen == len(whole)
     np.testing.assert_array_equal(batches.to_dict()["waiting"]["damping"], whole.damping[~known])
     for name, (t, value) in streams.items():
@@ -82,11 +82,11 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
     time, value = turning(120.0)
     for name in ("yaw_rate", "torque"):
         batches.push(name, time + 1000.0, value)
-    assert batches.covers() == 1000.0 + time[-1]
+    assert batches.window_end() == 1000.0 + time[-1]
     for name in ("yaw_rate", "torque"):
         batches.push(name, time[: 2 * BELIEVED], value[: 2 * BELIEVED])
     assert batches.clock_restarts == 1
-    assert batches.covers() is None
+    assert batches.window_end() is None
     with pytest.raises(BadInput, match="clock began anew"):
-        batches.begin_anew(None, 1000.0, 0)
+        batches.restart(None, 1000.0, 0)
     assert max(t[-1] for t, _ in batches.recent().values()) < 1.0

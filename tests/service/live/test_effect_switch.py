@@ -21,7 +21,7 @@ from service.bus.session import connecting, free_endpoint, listening, open_sessi
 from service.config.configuration import Config
 from service.learner.host import Host
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import Outcome
+from service.learner.prepared_iteration import CommittedIteration
 from service.live.effects import TracedEffects, taken_up
 from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
@@ -71,7 +71,7 @@ def pushed(nodes: list[LearnerNode], run: Recording) -> None:
             node.push(name, t, value)
 
 
-def learned(node: LearnerNode) -> list[Outcome]:
+def learned(node: LearnerNode) -> list[CommittedIteration]:
     outcomes = []
     while (outcome := node.learn()) is not None:
         outcomes.append(outcome)

@@ -222,7 +222,7 @@ def test_where_it_is_off_nothing_of_it_is_loaded_or_kept() -> None:
     node = LearnerNode(configured(), boot="")
     node.push("yaw_rate", np.arange(50, dtype=np.float64), np.zeros(50))
     assert node.batches.recent() == {}
-    assert node.batches.covers() is None
+    assert node.batches.window_end() is None
 
 
 def test_until_something_is_promoted_it_publishes_the_same_bytes_as_without() -> None:

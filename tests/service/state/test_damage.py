@@ -13,7 +13,7 @@ import pytest
 
 from service import wire
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import Outcome
+from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import NotKept
 from service.state.state_file import StateFile
 from service.state.store import Store
@@ -22,7 +22,7 @@ from tests.service.conftest import StartBench, configured
 
 
 @pytest.fixture(scope="module")
-def outcomes() -> list[Outcome]:
+def outcomes() -> list[CommittedIteration]:
     node = LearnerNode(configured(), boot="b")
     for name, (t, value) in leng.recording("T1", seed=2).streams().items():
         node.push(name, t[t < 100.0], value[t < 100.0])
@@ -33,7 +33,7 @@ def outcomes() -> list[Outcome]:
 
 
 @pytest.fixture
-def state(tmp_path: Path, outcomes: list[Outcome]) -> Path:
+def state(tmp_path: Path, outcomes: list[CommittedIteration]) -> Path:
     """The file of a learner that published three revisions and was killed."""
     store = Store(tmp_path, configured())
     for outcome in outcomes:
@@ -42,14 +42,14 @@ def state(tmp_path: Path, outcomes: list[Outcome]) -> Path:
     return store.path
 
 
-def save(store: Store, outcome: Outcome, memory: dict[str, Any] | None = None) -> None:
+def save(store: Store, outcome: CommittedIteration, memory: dict[str, Any] | None = None) -> None:
     model = outcome.snapshot
     report = wire.encode(outcome.report)
     store.save(memory or outcome.memory, model.revision, model.t, wire.encode(model), report)
 
 
 def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
-    tmp_path: Path, state: Path, outcomes: list[Outcome]
+    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
 ) -> None:
     whole = state.read_bytes()
     random = np.random.default_rng(1)
@@ -128,7 +128,7 @@ def changed(statement: str) -> Callable[[Path], None]:
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
-    tmp_path: Path, state: Path, damage: Callable[[Path], None], said: str, outcomes: list[Outcome]
+    tmp_path: Path, state: Path, damage: Callable[[Path], None], said: str, outcomes: list[CommittedIteration]
 ) -> None:
     damage(state)
     store = Store(tmp_path, configured())
@@ -144,7 +144,9 @@ def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
     again.close()
 
 
-def test_a_changed_row_of_the_history_is_not_answered(tmp_path: Path, state: Path, outcomes: list[Outcome]) -> None:
+def test_a_changed_row_of_the_history_is_not_answered(
+    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
+) -> None:
     changed("UPDATE history SET t = t + 1e6 WHERE revision = 2")(state)
     changed("DELETE FROM history WHERE revision = 1")(state)
     store = Store(tmp_path, configured())
@@ -159,7 +161,9 @@ def test_a_changed_row_of_the_history_is_not_answered(tmp_path: Path, state: Pat
     store.close()
 
 
-def test_a_missing_row_is_not_answered_with_an_older_one(tmp_path: Path, state: Path, outcomes: list[Outcome]) -> None:
+def test_a_missing_row_is_not_answered_with_an_older_one(
+    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
+) -> None:
     changed("DELETE FROM history WHERE revision = 2")(state)
     store = Store(tmp_path, configured())
     with pytest.raises(NotKept, match="what followed revision 1 is lost"):
@@ -184,7 +188,7 @@ def test_a_missing_row_is_not_answered_with_an_older_one(tmp_path: Path, state: 
     ids=lambda value: "-".join(value) if isinstance(value, dict) else None,
 )
 def test_what_no_learner_can_have_written_is_not_taken_up(
-    tmp_path: Path, start: StartBench, outcomes: list[Outcome], part: dict[str, Any], said: str
+    tmp_path: Path, start: StartBench, outcomes: list[CommittedIteration], part: dict[str, Any], said: str
 ) -> None:
     memory: dict[str, Any] = json.loads(json.dumps(outcomes[0].memory))
     for name, value in part.items():
@@ -205,7 +209,7 @@ def test_what_no_learner_can_have_written_is_not_taken_up(
 
 
 def test_after_a_start_with_wrong_settings_the_state_that_fits_comes_back(
-    tmp_path: Path, state: Path, outcomes: list[Outcome]
+    tmp_path: Path, state: Path, outcomes: list[CommittedIteration]
 ) -> None:
     Store(tmp_path, configured(vehicle__inertia=360.0)).close()
     wrong = Store(tmp_path, configured(vehicle__inertia=360.0))

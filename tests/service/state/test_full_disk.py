@@ -16,7 +16,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_files
 from service.bus.session import free_endpoint
-from service.learner.prepared_iteration import Outcome
+from service.learner.prepared_iteration import CommittedIteration
 from service.state.disk import OTHER_STATE
 from service.state.history import History, NotKept
 from service.state.store import Store
@@ -111,7 +111,7 @@ def refused(session: zenoh.Session, selector: str) -> str:
 
 
 def test_what_waited_in_vain_for_the_disk_is_one_gap_that_is_remembered(
-    disk: Path, outcomes: list[Outcome], caplog: pytest.LogCaptureFixture
+    disk: Path, outcomes: list[CommittedIteration], caplog: pytest.LogCaptureFixture
 ) -> None:
     store = Store(disk, configured())
     save(store, outcomes[0])
@@ -145,7 +145,7 @@ def test_what_waits_too_long_for_the_disk_is_a_gap() -> None:
 
 @pytest.mark.parametrize("there", ["nothing", "an empty lock", "a state"])
 def test_a_start_on_a_read_only_disk_names_the_cure_and_goes_on_once_it_can_be_written(
-    disk: Path, outcomes: list[Outcome], there: str
+    disk: Path, outcomes: list[CommittedIteration], there: str
 ) -> None:
     if there == "a state":
         store = Store(disk, configured())

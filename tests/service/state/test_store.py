@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
-from service.learner.prepared_iteration import Outcome
+from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import NotKept
 from service.state.store import Store
 from service.wire import encode
@@ -23,7 +23,7 @@ MANY = 10**9
 
 
 @pytest.fixture(scope="module")
-def outcomes() -> list[Outcome]:
+def outcomes() -> list[CommittedIteration]:
     node = LearnerNode(configured(), boot="b")
     for name, (t, value) in leng.recording("T1", seed=2).streams().items():
         node.push(name, t[t < 100.0], value[t < 100.0])
@@ -33,12 +33,12 @@ def outcomes() -> list[Outcome]:
     return found
 
 
-def save(store: Store, outcome: Outcome) -> None:
+def save(store: Store, outcome: CommittedIteration) -> None:
     snapshot = outcome.snapshot
     store.save(outcome.memory, snapshot.revision, snapshot.t, encode(snapshot), encode(outcome.report))
 
 
-def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[Outcome]) -> None:
+def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
     store = Store(tmp_path, configured())
     assert store.memory is None
     for outcome in outcomes:
@@ -56,7 +56,7 @@ def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[Outcome]) 
     again.close()
 
 
-def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[Outcome]) -> None:
+def test_a_learner_that_takes_up_its_memory_goes_on_to_the_bit(outcomes: list[CommittedIteration]) -> None:
     config = configured()
     streams = leng.recording("T1", seed=2).streams()
     node = LearnerNode(config, boot="b")
@@ -99,7 +99,7 @@ def test_under_other_signal_settings_the_streams_begin_anew() -> None:
     ],
 )
 def test_another_vehicles_state_is_set_aside(
-    tmp_path: Path, outcomes: list[Outcome], change: dict[str, Any], names: str
+    tmp_path: Path, outcomes: list[CommittedIteration], change: dict[str, Any], names: str
 ) -> None:
     store = Store(tmp_path, configured())
     save(store, outcomes[0])
@@ -128,7 +128,7 @@ def test_a_damaged_file_is_set_aside(tmp_path: Path, content: bytes) -> None:
     store.close()
 
 
-def test_history_is_bounded(tmp_path: Path, outcomes: list[Outcome]) -> None:
+def test_history_is_bounded(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
     store = Store(tmp_path, configured(history=2))
     for outcome in outcomes:
         save(store, outcome)
@@ -158,7 +158,7 @@ def test_a_state_is_one_learners_until_it_ends(tmp_path: Path) -> None:
 
 
 def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_learned(
-    tmp_path: Path, outcomes: list[Outcome]
+    tmp_path: Path, outcomes: list[CommittedIteration]
 ) -> None:
     plain = Store(tmp_path, configured())
     save(plain, outcomes[0])
@@ -177,7 +177,7 @@ def test_where_effects_change_while_it_learns_the_memory_says_with_which_it_was_
 
 
 def test_a_state_learned_with_the_effects_of_a_file_is_none_for_effects_that_change(
-    tmp_path: Path, outcomes: list[Outcome]
+    tmp_path: Path, outcomes: list[CommittedIteration]
 ) -> None:
     filed = Store(tmp_path, configured(), "torque_lag (1234)")
     save(filed, outcomes[0])
