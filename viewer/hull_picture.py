@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import incsvr
 from incsvr.errors import BadInput
-from incsvr.learning.pictures import Learned
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, STYLE
 
@@ -44,15 +44,15 @@ def draw(folder: Path, picture: Path) -> None:
         figure.savefig(picture)
 
 
-def _learned(run: Path) -> Learned:
+def _learned(run: Path) -> FitPictures:
     if not run.is_file():
         raise BadInput(f"{run}: there is no such run; `make demo` makes it")
     fit: Any = incsvr.fit(run, inertia=INERTIA, config="config.yaml")
-    learned: Learned = fit.pictures
+    learned: FitPictures = fit.pictures
     return learned
 
 
-def _curves(axes: Axes, rate: Array, learned: dict[str, Learned]) -> None:
+def _curves(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
     for name, each in learned.items():
         turns, damping = _one_way(each)
         axes.plot(turns, damping, ".", color=COLOURS[name], markersize=2.5, alpha=0.3)
@@ -62,7 +62,7 @@ def _curves(axes: Axes, rate: Array, learned: dict[str, Learned]) -> None:
     axes.legend(loc="upper left")
 
 
-def _difference(axes: Axes, rate: Array, learned: dict[str, Learned]) -> None:
+def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
     """By how much samples and curve with the hull lie above those without it."""
     edges: Array = np.linspace(0.0, rate[-1], BINS + 1, dtype=np.float64)
     means, errors = zip(*(_means(each, edges) for each in learned.values()), strict=True)
@@ -78,7 +78,7 @@ def _difference(axes: Axes, rate: Array, learned: dict[str, Learned]) -> None:
     axes.legend(loc="upper left")
 
 
-def _means(learned: Learned, edges: Array) -> tuple[Array, Array]:
+def _means(learned: FitPictures, edges: Array) -> tuple[Array, Array]:
     """(BINS,) the damping of the samples between two edges, less what the curve bends there, and standard errors."""
     turns, damping = _one_way(learned)
     place = np.digitize(turns, edges) - 1
@@ -90,13 +90,13 @@ def _means(learned: Learned, edges: Array) -> tuple[Array, Array]:
     return means, errors
 
 
-def _one_way(learned: Learned) -> tuple[Array, Array]:
+def _one_way(learned: FitPictures) -> tuple[Array, Array]:
     """(n,) rates and damping of all samples, turned one way: damping opposes both turns alike."""
     rate, damping = learned.samples.yaw_rate, learned.samples.damping
     return np.abs(rate), damping * np.sign(rate)
 
 
-def _both_ways(learned: Learned, rate: Array) -> Array:
+def _both_ways(learned: FitPictures, rate: Array) -> Array:
     """(n,) the learned damping at rates ≥ 0, the mean of both turns [N m]."""
     left, right = (learned.model.predict(side * rate).damping for side in (1.0, -1.0))
     return np.asarray((left - right) / 2.0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.pictures import Learned
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
@@ -41,7 +41,7 @@ def of_log(name: str, rate: tuple[Array, Array], torque: tuple[Array, Array], ax
     return figure
 
 
-def of_fit(pictures: Learned, axis: Axis = YAW) -> Any:
+def of_fit(pictures: FitPictures, axis: Axis = YAW) -> Any:
     """The learned damping curve beside its samples."""
     with pyplot.rc_context(STYLE):
         figure = pyplot.figure(figsize=(6.5, 5.0), layout="constrained")

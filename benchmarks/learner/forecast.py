@@ -29,10 +29,10 @@ from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.experience import CLAIM, KEPT, widening
 from incsvr.forecasting.experience import HORIZONS as TRIED
+from incsvr.free_run.integrator import free_run, tabulated
 from incsvr.learning import guarded
 from incsvr.learning.baselines import Data, LeastSquares
 from incsvr.numerics import Array, root_mean_square
-from incsvr.plant import free_run, tabulated
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.settings import COMMANDED
 from service.cli.progress import progress

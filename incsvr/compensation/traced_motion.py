@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.compensation.effects_in_force import HEADING, Compensation
 from incsvr.effects import Signals
-from incsvr.learning.motion import Motion
+from incsvr.free_run.motions import Motion
 from incsvr.numerics import Array
 from incsvr.tracing.model import TracedModel
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from incsvr.plant.motion import Damping, damping_moment, free_run, tabulated
+from incsvr.plant.motion import damping_moment
 from incsvr.plant.thrusters import Thruster, thruster_torque
 
-__all__ = ["Damping", "Thruster", "damping_moment", "free_run", "tabulated", "thruster_torque"]
+__all__ = ["Thruster", "damping_moment", "thruster_torque"]

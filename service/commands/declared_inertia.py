@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.learning.inertia import InertiaEstimate, identify
-from incsvr.learning.motion import held_motions, motions
+from incsvr.free_run.motions import held_motions, motions
+from incsvr.free_run.output_error import InertiaEstimate, identify
 from incsvr.plant.body import Coupled
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress

@@ -15,7 +15,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from incsvr.errors import BadInput
-from incsvr.learning.pictures import Learned
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.tracing.findings import Trace
@@ -75,7 +75,7 @@ class FitResult:
     """What was learned: `str` is what the command prints."""
 
     result: Mapping[str, Any] = field(repr=False)
-    pictures: Learned = field(repr=False)
+    pictures: FitPictures = field(repr=False)
     axis: Axis
     text: str = field(repr=False)
 

@@ -10,11 +10,12 @@ from incsvr.checks import Vehicle, Verdict
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.traced_motion import traced_free_run_errors
 from incsvr.errors import BadInput
+from incsvr.free_run.errors import FreeRun, free_run_errors, rmse
+from incsvr.free_run.motions import motions
+from incsvr.free_run.several import free_run_errors as over_several
 from incsvr.learning import guarded
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.model import Model
-from incsvr.learning.motion import FreeRun, free_run_errors, motions, rmse
-from incsvr.learning.several.free_run import free_run_errors as over_several
 from incsvr.numerics import Array
 from incsvr.plant.body import Coupled
 from incsvr.signals import SignalSettings

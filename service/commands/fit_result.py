@@ -11,11 +11,11 @@ import numpy as np
 
 from incsvr.checks import told
 from incsvr.errors import BadInput
+from incsvr.free_run.errors import rmse
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
-from incsvr.learning.motion import rmse
-from incsvr.learning.pictures import Learned
 from incsvr.learning.resolution import unresolved
 from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import inertia_in_force
@@ -69,7 +69,7 @@ class Fit:
     errors: Sequence[Errors | None]
     validated_on: str
     free_run_rmse: float | None
-    pictures: Learned
+    pictures: FitPictures
     effects: tuple[str, ...] = ()
     put_aside: int = 0
     closed_loop: bool = False
@@ -144,7 +144,7 @@ class Fit:
             errors,
             sequence(unseen).name if unseen else "",
             free_run,
-            Learned(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
+            FitPictures(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
             len(verdicts) - len(iterations),
             torque_answers(undriven),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from incsvr.learning.inertia import InertiaEstimate
+from incsvr.free_run.output_error import InertiaEstimate
 from service.commands import declared_inertia
 from service.commands.fit_result import Fit
 

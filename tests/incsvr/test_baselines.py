@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from incsvr.free_run.integrator import free_run, tabulated
 from incsvr.learning.baselines import (
     GRID_C,
     GRID_EPSILON,
@@ -20,7 +21,6 @@ from incsvr.learning.baselines import (
     TotalLeastSquares,
 )
 from incsvr.numerics import Array
-from incsvr.plant import free_run, tabulated
 from incsvr.signals.samples import Samples
 
 RATES = np.linspace(-0.22, 0.22, 45, dtype=np.float64)

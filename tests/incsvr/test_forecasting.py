@@ -12,10 +12,10 @@ from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
 from incsvr.forecasting.experience import CLAIM, HORIZONS, UNTRIED, widening
 from incsvr.forecasting.propagation import NODES, Curve, propagate
+from incsvr.free_run.integrator import free_run
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
-from incsvr.plant import free_run
 from service.recordings import samples_from_recording
 from simulator import leng
 

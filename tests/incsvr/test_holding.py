@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from incsvr.learning.inertia import identify
-from incsvr.learning.motion import held_motions
+from incsvr.free_run.motions import held_motions
+from incsvr.free_run.output_error import identify
 from incsvr.learning.resolution import unresolved
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from incsvr.errors import BadInput
-from incsvr.learning.inertia import identify
-from incsvr.learning.motion import Motion, free_run_rmse, motions
+from incsvr.free_run.errors import free_run_rmse
+from incsvr.free_run.integrator import free_run, tabulated
+from incsvr.free_run.motions import Motion, motions
+from incsvr.free_run.output_error import identify
 from incsvr.numerics import Array
-from incsvr.plant import free_run, tabulated
 
 NOISE = 0.01
 

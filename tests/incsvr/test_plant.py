@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from incsvr.free_run.integrator import free_run, tabulated
 from incsvr.numerics import Array
-from incsvr.plant import Thruster, damping_moment, free_run, tabulated, thruster_torque
+from incsvr.plant import Thruster, damping_moment, thruster_torque
 
 
 def test_thruster_moments_follow_the_papers_formula() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from incsvr.learning.pictures import Learned
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
 from service.cli.extras import how_to_install
@@ -32,7 +32,11 @@ def write(found: Trace, path: Path, axis: Axis = YAW, made: Mapping[str, str] | 
 
 
 def write_fit(
-    result: Mapping[str, Any], pictures: Learned, path: Path, axis: Axis = YAW, made: Mapping[str, str] | None = None
+    result: Mapping[str, Any],
+    pictures: FitPictures,
+    path: Path,
+    axis: Axis = YAW,
+    made: Mapping[str, str] | None = None,
 ) -> None:
     """Writes the report of a fit: `result` is what `incsvr fit --json` writes; otherwise as `write`."""
     with _needs_libraries():

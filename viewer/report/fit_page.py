@@ -10,8 +10,8 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from incsvr.learning.motion import FreeRun
-from incsvr.learning.pictures import Learned
+from incsvr.free_run.errors import FreeRun
+from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
@@ -26,7 +26,7 @@ UNITS = {"N_r": "N m s/rad", "N_r|r|": "N m s²/rad²"}
 
 
 def fit_page(
-    result: Mapping[str, Any], pictures: Learned, axis: Axis = YAW, made: Mapping[str, str] | None = None
+    result: Mapping[str, Any], pictures: FitPictures, axis: Axis = YAW, made: Mapping[str, str] | None = None
 ) -> str:
     """The whole document, in the words and units of an axis.
 
@@ -63,7 +63,7 @@ def fit_page(
     )
 
 
-def _headline(result: Mapping[str, Any], pictures: Learned) -> list[str]:
+def _headline(result: Mapping[str, Any], pictures: FitPictures) -> list[str]:
     """What was learned, then what limits it."""
     low, high = (number(end) for end in result["trained_range"])
     clauses = [f"The damping was learned from {result['samples']} samples, from {low} to {high} rad/s"]
@@ -99,11 +99,11 @@ def _settings(result: Mapping[str, Any], axis: Axis) -> list[tuple[str, str]]:
     return [(said(axis, name), said(axis, value)) for name, value in rows]
 
 
-def _damping(pictures: Learned, axis: Axis) -> str:
+def _damping(pictures: FitPictures, axis: Axis) -> str:
     return damping_chart([learned_curve(pictures)], pictures.samples.yaw_rate, pictures.samples.damping, axis)
 
 
-def learned_curve(pictures: Learned) -> Curve:
+def learned_curve(pictures: FitPictures) -> Curve:
     """The final model's damping over the rates that it was trained on, with its doubt."""
     model = pictures.model
     rate = np.linspace(*(model.trained_range or (0.0, 0.0)), 201)

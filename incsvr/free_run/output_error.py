@@ -20,9 +20,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from incsvr.errors import BadInput
-from incsvr.learning.motion import Motion
+from incsvr.free_run.integrator import free_run
+from incsvr.free_run.motions import Motion
 from incsvr.numerics import Array, robust_deviation, root_mean_square
-from incsvr.plant import free_run
 
 _BLOCKS = 20
 

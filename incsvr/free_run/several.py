@@ -1,4 +1,4 @@
-"""Free runs of one axis whose damping goes by other velocities as well: these are as they were measured."""
+"""Free runs of one axis, by Heun's method, whose damping goes by other velocities too: these are as measured."""
 
 from __future__ import annotations
 
@@ -7,14 +7,10 @@ from math import ceil
 
 import numpy as np
 
+from incsvr.free_run.integrator import MAX_STEP_S, RUNAWAY_RATES
+from incsvr.free_run.motions import Motion
 from incsvr.learning.model import Model
-from incsvr.learning.motion import Motion
 from incsvr.numerics import Array
-
-MAX_STEP = 0.05
-"""Longest step of Heun's method [s], as of the free runs over one velocity."""
-AWAY = 1e3
-"""Times the first rate, or one, beyond which a run has run away."""
 
 
 def free_run_errors(
@@ -73,13 +69,13 @@ def free_run(
         return float(now[0] - damping - now[1] * rate) / inertia
 
     for k in range(1, time.size):
-        count = max(1, ceil((time[k] - time[k - 1]) / MAX_STEP - 1e-9))
+        count = max(1, ceil((time[k] - time[k - 1]) / MAX_STEP_S - 1e-9))
         step, change = float(time[k] - time[k - 1]) / count, (driven[k] - driven[k - 1]) / count
         for part in range(count):
             now = driven[k - 1] + part * change
             before = rising(rate, now)
             rate += 0.5 * step * (before + rising(rate + step * before, now + change))
-        if not abs(rate) < AWAY * max(1.0, abs(first)):
+        if not abs(rate) < RUNAWAY_RATES * max(1.0, abs(first)):
             return found
         found[k] = rate
     return found

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from incsvr.free_run.errors import FreeRun
 from incsvr.learning.model import Model
-from incsvr.learning.motion import FreeRun
 from incsvr.signals.samples import Samples
 
 
 @dataclass(frozen=True, slots=True)
-class Learned:
+class FitPictures:
     """A learned curve with what it was learned from and what it is judged by.
 
     Attributes:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.numerics import Array, root_mean_square
-from incsvr.plant import Damping, free_run, tabulated
+from incsvr.numerics import Array
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.coupled import motion_at
@@ -58,25 +57,6 @@ class Motion:
         return np.asarray(np.interp(self.rate_time, time, simulated) - self.yaw_rate)
 
 
-@dataclass(frozen=True, slots=True)
-class FreeRun:
-    """A motion simulated from its first measured yaw rate, beside what was measured.
-
-    Attributes:
-        time: (m,) stamps [s].
-        measured, simulated: (m,) yaw rates [rad/s]; simulated is NaN from where the model runs away.
-    """
-
-    time: Array
-    measured: Array
-    simulated: Array
-
-    @property
-    def error(self) -> Array:
-        """(m,) [rad/s]."""
-        return self.simulated - self.measured
-
-
 def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Motion]:
     """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
     (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
@@ -114,34 +94,6 @@ def held_motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list
             if stop - start >= SHORTEST_HELD:  # a free run stops at the stamps of the torque: at each of the rate's
                 found.append(Motion(stamps[one], np.full(int(one.sum()), command[first]), stamps[one], rates[one]))
     return found
-
-
-def free_run_rmse(runs: Sequence[Motion], inertia: float, damping: Callable[[Array], Array]) -> float | None:
-    """RMSE of the free runs [rad/s]; None where there is none, or one runs away."""
-    return rmse(free_run_errors(runs, inertia, damping))
-
-
-def free_run_errors(runs: Sequence[Motion], inertia: float, damping: Callable[[Array], Array]) -> list[Array]:
-    """(m,) simulated minus measured yaw rate of each motion [rad/s], NaN from where it runs away."""
-    fastest = max((float(np.abs(run.yaw_rate).max()) for run in runs), default=0.0)
-    table = tabulated(damping, 2.0 * max(fastest, 1e-3))
-    return [_error(run, inertia, table) for run in runs]
-
-
-def rmse(errors: Sequence[Array]) -> float | None:
-    """Of the errors of free runs [rad/s]; None where there is none, or one runs away."""
-    value = root_mean_square(np.concatenate(errors)) if errors else np.nan
-    return value if np.isfinite(value) else None
-
-
-def _error(run: Motion, inertia: float, damping: Damping) -> Array:
-    """As `Motion.error`, of the free run with this damping."""
-
-    def simulate(time: Array, torque: Array, first: float) -> Array:
-        linear = None if run.linear is None else np.interp(time, run.torque_time, run.linear)
-        return free_run(time, torque, first, inertia=inertia, damping=damping, linear=linear)
-
-    return run.error(simulate)
 
 
 def _stretches(time: Array, gap: float) -> list[tuple[float, float]]:

@@ -1,0 +1,1 @@
+"""Free runs: what a model says that a vehicle does under its torque alone, held against what it did."""
