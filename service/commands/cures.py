@@ -4,42 +4,51 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from dataclasses import dataclass
 
-from incsvr.errors import BadInput
-from service.commands.declaration import SCALE
-from service.commands.fit_refusals import OF_SIGN
+from incsvr.checks import Finding
+from incsvr.plant.axes import Axis
 from service.recordings.recording import Recording
 
+SIGN = "sign"
+"""The kind of a finding that torque and yaw rate count in opposite directions."""
 _FACTOR_AND_UNIT = re.compile(r"(\*[0-9.]+(?:[eE][+-]?[0-9]+)?)?(:[^:.]+)?$")
 
 
-@contextmanager
-def of_the_log(recordings: Sequence[Recording]) -> Iterator[None]:
-    """Within it a refusal tells what to type for the log that these recordings come of.
+@dataclass(frozen=True, slots=True)
+class Cures:
+    """What to type for a log whose torque has another unit, or another sign than the yaw rate.
 
-    Raises:
-        BadInput: as it was raised, with the log's names.
+    Attributes:
+        scale: the flag that scales the torque.
+        turn: which flag turns the sign of which of the two.
     """
-    try:
-        yield
-    except BadInput as error:
-        raise type(error)(in_names_of(recordings[0], str(error))) from error
+
+    scale: str
+    turn: str
+
+    @staticmethod
+    def of(recording: Recording) -> Cures:
+        """For the log that a recording comes of."""
+        axis, places = recording.axis, recording.places
+        torque, rate = places.get("torque"), places.get("yaw_rate")
+        scale = f"--column {axis.effort}=…*SCALE" if torque is None else _flag(axis.effort, _scaled(torque))
+        if torque is None and rate is not None:  # thrusters make the torque, and no column holds it
+            return Cures(scale, f"`{_flag(axis.rate, _turned(rate))}` turns the yaw rate's")
+        return Cures(scale, f"`{_turning_torque(axis, torque)}` turns the torque's")
+
+    @property
+    def of_sign(self) -> str:
+        """What mends a sign, and the way past the doubt."""
+        return f"{self.turn}, --assume-sign takes both as they are"
+
+    def sentence(self, finding: Finding) -> str:
+        """The sentence of a finding, with what mends it at a command line."""
+        return f"{finding.sentence} ({self.of_sign})" if finding.kind == SIGN else finding.sentence
 
 
-def in_names_of(recording: Recording, text: str) -> str:
-    """A sentence with cures, in the names of the log that a recording comes of."""
-    effort, rate = recording.axis.effort, recording.axis.rate
-    torque = recording.places.get("torque")
-    if torque is not None:
-        text = text.replace(SCALE, f"--column {_quoted(effort, _scaled(torque))}")
-        turned = f"`--column {_quoted(effort, _turned(torque))}` turns the torque's"
-    elif "yaw_rate" in recording.places:  # thrusters make the torque, and no column holds it
-        turned = f"`--column {_quoted(rate, _turned(recording.places['yaw_rate']))}` turns the yaw rate's"
-    else:
-        return text
-    return text.replace(OF_SIGN.partition(",")[0], turned)
+def _turning_torque(axis: Axis, place: str | None) -> str:
+    return f"--column {axis.effort}=-{axis.effort}" if place is None else _flag(axis.effort, _turned(place))
 
 
 def _turned(place: str) -> str:
@@ -51,7 +60,7 @@ def _scaled(place: str) -> str:
     return _FACTOR_AND_UNIT.sub(lambda found: f"*SCALE{found[2] or ''}", place, count=1)
 
 
-def _quoted(name: str, place: str) -> str:
-    """What stands behind `--column`, as a shell takes it; nothing is quoted that needs no quotes."""
+def _flag(name: str, place: str) -> str:
+    """`--column` with what stands behind it, as a shell takes it; nothing is quoted that needs no quotes."""
     text = f"{name}={place}"
-    return text if shlex.quote(text.replace("*", "")) == text.replace("*", "") else shlex.quote(text)
+    return f"--column {text if shlex.quote(text.replace('*', '')) == text.replace('*', '') else shlex.quote(text)}"

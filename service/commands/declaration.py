@@ -16,11 +16,10 @@ from incsvr.numerics import Array
 from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
 from incsvr.signals.smoothing import smooth
-from service.commands.fit_refusals import OF_SIGN
+from service.commands.cures import Cures
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
-SCALE = "--column torque=…*SCALE"
 DOUBTED = "the declared inertia and the torque do not fit each other by a factor, see the note"
 """What a headline says of a declaration that is doubted."""
 PULSES, NEUTRAL = (800.0, 2200.0), 1500.0
@@ -79,14 +78,14 @@ def declared(
     """
     for recording in (*runs, *unseen):
         _refuse_pulses(recording)
-    nothing = Declaration(list(runs), list(unseen))
+    nothing, cures = Declaration(list(runs), list(unseen)), Cures.of(runs[0])
     try:
         signals = signals_for(runs, inertia, runs[0].axis.fastest, torque)
         joined = sequence(runs)
         samples, _ = samples_of(joined, signals, None)
     except BadInput:  # too slow, too short or at rest: whoever learns or traces says so
         return nothing
-    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia))
+    found = replace(nothing, doubt=_doubt(apparent_inertia(samples, inertia), inertia, cures))
     time, values = joined.streams()[TORQUE]
     counts = torque_sign(
         samples,
@@ -108,13 +107,11 @@ def declared(
             found, sign=f"{known} {DELAYS[-1]:g} s explains it; leave out --assume-sign to see what mends it"
         )
     either = f", or the torque acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
-    return replace(
-        found,
-        sign=f"torque and yaw rate count in opposite directions{either}; turn the sign of one of them ({OF_SIGN})",
-    )
+    opposite = f"torque and yaw rate count in opposite directions{either}"
+    return replace(found, sign=f"{opposite}; turn the sign of one of them ({cures.of_sign})")
 
 
-def _doubt(shown: ApparentInertia | None, declared: float) -> str | None:
+def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures) -> str | None:
     """A sentence where the declared inertia [kg m²] and the torque do not fit each other by a factor."""
     if shown is None or not shown.contradicts(declared):
         return None
@@ -126,8 +123,8 @@ def _doubt(shown: ApparentInertia | None, declared: float) -> str | None:
     if MILLISECONDS[0] <= shown.middle / declared <= MILLISECONDS[1]:
         return f"{asks}, as where stamps in milliseconds are taken for seconds: give `--column t=t:ms`, or {own}"
     if unit is not None:
-        return f"{unit}: scale it with `{SCALE}`; {asks}: if the torque is in N m, {own}"
-    return f"{asks}: check the inertia, or the torque's unit with `{SCALE}`; {own}"
+        return f"{unit}: scale it with `{cures.scale}`; {asks}: if the torque is in N m, {own}"
+    return f"{asks}: check the inertia, or the torque's unit with `{cures.scale}`; {own}"
 
 
 def _unit(shown: ApparentInertia, declared: float) -> str | None:

@@ -20,7 +20,6 @@ from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
 from service.commands import config_output, declared_inertia, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
-from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import add_sign_argument, declared
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
@@ -115,17 +114,6 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
     """What was learned, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
-    with of_the_log(runs):
-        return _learned(args, config, reading, runs, unseen)
-
-
-def _learned(
-    args: argparse.Namespace,
-    config: Config,
-    reading: Reading,
-    runs: Sequence[Recording],
-    unseen: Sequence[Recording],
-) -> tuple[Fit, dict[str, Any], str]:
     of_file = config if args.config else None
     coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
@@ -140,13 +128,13 @@ def _learned(
         runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs, declaration,
         args.assume_sign,
     )  # fmt: skip
-    words = in_names_of(runs[0], text(fit, estimate))
+    words = text(fit, estimate)
     if args.write is not None:
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
     result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
-    result["remarks"] = [said(reading.axis, in_names_of(runs[0], each)) for each in result["remarks"]]
+    result["remarks"] = [said(reading.axis, each) for each in result["remarks"]]
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name}
     return fit, result, words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from incsvr.checks import YOUNG, Finding, Verdict
+from incsvr.checks import YOUNG, Verdict
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import MANOEUVRE, Excitation
 from incsvr.learning.model import Model
@@ -12,18 +12,10 @@ from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.commands import other_velocities
+from service.commands.cures import Cures
 from service.commands.fit_attempt import Terms
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import signals_for
-
-SIGN = "sign"
-"""The kind of a finding that torque and yaw rate count in opposite directions."""
-OF_SIGN = "`--column torque=-torque` turns the torque's, --assume-sign takes both as they are"
-
-
-def told(finding: Finding) -> str:
-    """The sentence of a finding, with what mends it at a command line."""
-    return f"{finding.sentence} ({OF_SIGN})" if finding.kind == SIGN else finding.sentence
 
 
 def too_few(runs: Sequence[Recording], signals: SignalSettings, terms: Terms, count: int, batch: int) -> BadInput:
@@ -57,11 +49,11 @@ def of_a_command(
     )
 
 
-def refuse_wrong(name: str, verdicts: Sequence[Verdict]) -> None:
+def refuse_wrong(name: str, verdicts: Sequence[Verdict], cures: Cures) -> None:
     """Refuse recordings of which most is wrong from beginning to end: no curve that is learned of them is right."""
     aside = [verdict for verdict in verdicts if not verdict.learn]
     if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG:
-        raise BadInput(f"{name}: {told(aside[0].findings[0])}")
+        raise BadInput(f"{name}: {cures.sentence(aside[0].findings[0])}")
 
 
 def refuse_unlearned(
@@ -74,11 +66,13 @@ def refuse_unlearned(
     verdicts: Sequence[Verdict],
     batch: int,
     doubt: str | None,
+    cures: Cures,
 ) -> None:
     """Refuse recordings from which too little can be learned, with why, and what to drive.
 
     Args:
         doubt: what speaks against the declared inertia, or the torque's unit or sign: then no manoeuvre helps.
+        cures: what to type where it is the sign.
     """
     idle = not joined.streams()[TORQUE][1].any()
     little = idle or 2 * excitation.driven < batch
@@ -93,5 +87,5 @@ def refuse_unlearned(
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
     why = f"too little motion to learn from: {made}; {MANOEUVRE}"
     if doubted is not None and not little:
-        why = f"nothing is left to learn from: {told(doubted)}"
+        why = f"nothing is left to learn from: {cures.sentence(doubted)}"
     raise BadInput(f"{joined.name}: {why}{besides}")

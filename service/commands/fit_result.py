@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.checks import told
+from incsvr.checks import Verdict
+from incsvr.checks import told as in_sentences
 from incsvr.errors import BadInput
 from incsvr.free_run.errors import rmse
 from incsvr.free_run.fit_pictures import FitPictures
@@ -23,6 +24,7 @@ from incsvr.signals import SignalSettings
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress
 from service.commands import other_velocities
+from service.commands.cures import Cures
 from service.commands.declaration import Declaration
 from service.commands.fit_alternatives import proposal
 from service.commands.fit_attempt import Terms
@@ -96,57 +98,43 @@ class Fit:
         the motion says of the declared inertia and the torque, whose sign may be known.
         """
         terms = Terms(learner, policy, effects, coupled, inputs, sign_known)
+        declaration = declaration or Declaration(list(runs), list(unseen))
         joined = sequence(runs)
-        try:
-            samples, rejected = terms.samples(joined, signals)
-        except BadInput as error:
-            raise of_a_command(runs, signals, terms, 0, 1) or error from None
-        settings = terms.settings(joined, samples)
-        if len(samples) < settings.batch:
-            raise too_few(runs, signals, terms, len(samples), settings.batch)
-        validation, more = terms.samples(sequence(unseen), signals) if unseen else (Samples.empty(), {})
-        errors: list[Errors | None] = []
-        with progress("learning", len(samples) // settings.batch) as advance:
-
-            def judged(iteration: Iteration | None) -> None:
-                if iteration is not None and unseen:
-                    errors.append(Errors.of(iteration.model, validation) if iteration.model.is_trained else None)
-                advance()
-
-            verdicts, iterations = terms.learned(samples, signals, settings, judged)
-        refuse_wrong(joined.name, verdicts)
+        training = _training(runs, unseen, signals, terms)
+        samples, iterations, settings = training.samples, training.iterations, training.settings
+        cures = Cures.of(runs[0])
+        refuse_wrong(joined.name, training.verdicts, cures)
         model = iterations[-1].model
         undriven = Samples.concatenate(iteration.undriven for iteration in iterations)
         excitation = Excitation.of(samples.take(slice(0, len(iterations) * settings.batch)), undriven)
-        beforehand = () if declaration is None else declaration.sentences
-        doubt = None if declaration is None else declaration.doubt
-        refusal = None if declaration is None else declaration.sign or doubt
-        refuse_unlearned(joined, samples, signals, model, excitation, terms, verdicts, settings.batch, refusal)
+        refuse_unlearned(
+            joined, samples, signals, model, excitation, terms, training.verdicts, settings.batch,
+            declaration.sign or declaration.doubt, cures,
+        )  # fmt: skip
         pictured = terms.free_runs(unseen or runs, signals, model)
-        free_run = rmse([run.error for run in pictured]) if unseen else None
         by_itself = not inputs or coupled is not None
         others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else other_velocities.NOTHING
-        said = [*beforehand, *remarks([*runs, *unseen], signals), *others.remarks, *told(verdicts)]
-        said += effects.warnings if effects else ()
-        quick = None if doubt is not None else unresolved(samples, signals.smoothing)
+        sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
+        sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
+        quick = None if declaration.doubt is not None else unresolved(samples, signals.smoothing)
         if quick is not None:
-            said.append(f"{quick.sentence}; {proposal(quick, runs, unseen or runs, signals, terms, model)}")
+            sentences.append(f"{quick.sentence}; {proposal(quick, runs, unseen or runs, signals, terms, model)}")
         if excitation.little:
-            said.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
+            sentences.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
         return Fit(
             joined.name,
             signals,
             settings,
             len(samples),
-            Counter(rejected) + Counter(more),
-            said,
+            training.rejected,
+            sentences,
             iterations,
-            errors,
+            training.errors,
             sequence(unseen).name if unseen else "",
-            free_run,
+            rmse([run.error for run in pictured]) if unseen else None,
             FitPictures(model, samples, pictured, sequence(unseen or runs).name, bool(unseen)),
             () if terms.compensation is None else terms.compensation.names,
-            len(verdicts) - len(iterations),
+            len(training.verdicts) - len(iterations),
             torque_answers(undriven),
             others,
             inertia_in_force(signals.inertia, () if effects is None else effects.findings),
@@ -194,3 +182,44 @@ class Fit:
             "settings": {"signals": asdict(self.signals), "learner": asdict(self.learner)},
             **self.others.to_dict(),
         }
+
+
+@dataclass(frozen=True, slots=True)
+class _Training:
+    """What the online loop went through: samples, settings, verdicts on the batches, iterations, errors of each."""
+
+    samples: Samples
+    settings: Settings
+    rejected: Mapping[str, int]
+    verdicts: Sequence[Verdict]
+    iterations: Sequence[Iteration]
+    errors: Sequence[Errors | None]
+
+
+def _training(
+    runs: Sequence[Recording], unseen: Sequence[Recording], signals: SignalSettings, terms: Terms
+) -> _Training:
+    """The loop over all full batches of the runs, with the error on the unseen ones after each iteration.
+
+    Raises:
+        BadInput: there is not one full batch.
+    """
+    joined = sequence(runs)
+    try:
+        samples, rejected = terms.samples(joined, signals)
+    except BadInput as error:
+        raise of_a_command(runs, signals, terms, 0, 1) or error from None
+    settings = terms.settings(joined, samples)
+    if len(samples) < settings.batch:
+        raise too_few(runs, signals, terms, len(samples), settings.batch)
+    validation, more = terms.samples(sequence(unseen), signals) if unseen else (Samples.empty(), {})
+    errors: list[Errors | None] = []
+    with progress("learning", len(samples) // settings.batch) as advance:
+
+        def judge(iteration: Iteration | None) -> None:
+            if iteration is not None and unseen:
+                errors.append(Errors.of(iteration.model, validation) if iteration.model.is_trained else None)
+            advance()
+
+        verdicts, iterations = terms.learned(samples, signals, settings, judge)
+    return _Training(samples, settings, Counter(rejected) + Counter(more), verdicts, iterations, errors)

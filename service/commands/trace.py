@@ -21,7 +21,6 @@ from service.cli.output import add_json_argument, destination, emit, writing
 from service.cli.progress import progress
 from service.commands import declared_inertia, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
-from service.commands.cures import in_names_of, of_the_log
 from service.commands.declaration import DOUBTED, add_sign_argument, declared
 from service.commands.other_velocities import OtherVelocities
 from service.commands.report_head import REPORT_WRITER, made
@@ -93,13 +92,6 @@ def _traced(
     runs = reading.of_all(args.recordings)
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
-    with of_the_log(runs):
-        return _found(args, reading, config, recordings, fitted)
-
-
-def _found(
-    args: argparse.Namespace, reading: Reading, config: Config, recordings: Sequence[Recording], fitted: int
-) -> tuple[Trace, OtherVelocities, tuple[Part, ...]]:
     of_file = config if args.config else None
     coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
@@ -115,7 +107,6 @@ def _found(
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
     notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
-    notes = tuple(in_names_of(recordings[0], note) for note in notes)
     return replace(found, notes=notes, pictures=pictures).in_terms_of(reading.axis), others, after
 
 

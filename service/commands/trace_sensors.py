@@ -15,7 +15,7 @@ from incsvr.plant.axes import YAW, products
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
 from incsvr.signals.raw import HEADING
 from incsvr.signals.settings import MEASURED
-from service.commands.fit_refusals import SIGN, told
+from service.commands.cures import SIGN, Cures
 from service.recordings.recorded_streams import refuse_bursts, remarks_of
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, signals_for
@@ -48,7 +48,7 @@ def believed(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> lis
     for recording, said in zip(recordings, sensors, strict=True):
         if said.refusal is not None:
             rows = "" if said.refusal.kind == SIGN else ", and leave these rows out"
-            raise BadInput(f"{recording.name}: {told(said.refusal)}{rows}")
+            raise BadInput(f"{recording.name}: {Cures.of(recordings[0]).sentence(said.refusal)}{rows}")
     return [
         replace(recording, columns={**recording.columns, HEADING: -recording.columns[HEADING]})
         if said.heading_reversed
