@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from simulator.effects.physics import Array
-from simulator.missions import FULL_SIZE, GYRO_NOISE, KINDS, VEHICLES, Mission, Outcome, play
+from simulator.missions import GYRO_NOISE, VEHICLES, Mission, Outcome, play
 from simulator.trial_vehicle import STEP
 
 SHORT = 300.0
@@ -19,17 +18,6 @@ def held(outcome: Outcome) -> Array:
     """(n,) the command at every integration step [N m]."""
     command = outcome.motion.command
     return np.repeat(command, outcome.motion.time.size // command.size)
-
-
-@pytest.mark.parametrize("vehicle", sorted(VEHICLES))
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_seed_is_a_mission(kind: str, vehicle: str) -> None:
-    mission = Mission(kind, vehicle, seed=1, duration=60.0)
-    first, again, other = play(mission), play(mission), play(replace(mission, seed=2))
-    for name, values in first.recording.columns.items():
-        np.testing.assert_array_equal(values, again.recording.columns[name])
-    assert not np.array_equal(first.recording.columns["yaw_rate"], other.recording.columns["yaw_rate"])
-    assert np.abs(first.motion.command).max() <= VEHICLES[vehicle].scale.torque
 
 
 @pytest.mark.parametrize("vehicle", sorted(VEHICLES))
@@ -116,52 +104,6 @@ def test_a_controller_at_its_own_rate_is_logged_at_its_own_rate() -> None:
     np.testing.assert_allclose(np.diff(streams["torque"][0]), 0.25)
     with pytest.raises(ValueError, match="whole number of steps"):
         play(Mission("survey", "rov", seed=1, control_rate=7.0))
-
-
-@pytest.mark.parametrize("name", sorted(FULL_SIZE))
-def test_a_hidden_effect_of_no_size_is_none_and_of_full_size_is_what_is_said(name: str) -> None:
-    """In still water, what τ − I ṙ − d(r) lacks is the effect's own moment."""
-    mission = Mission("bursts", "auv", seed=5, water=0.0, duration=SHORT)
-    nothing, small, full = (
-        play(mission),
-        play(replace(mission, effect=name, effect_size=0.0)),
-        play(replace(mission, effect=name)),
-    )
-    np.testing.assert_array_equal(nothing.motion.yaw_rate, small.motion.yaw_rate)
-    torque, rate, time = held(full), full.motion.yaw_rate, full.motion.time
-    acceleration = np.gradient(rate, STEP)
-    damping = full.damping(rate)
-    lacking = full.inertia * acceleration - torque + damping
-    value = {key: float(number) for key, number in full.truth.items()}
-    if name == "torque_lag":
-        filtered, kept = [0.0], math.exp(-STEP / value["time_constant_s"])
-        for moment in torque[:-1].tolist():
-            filtered.append(kept * filtered[-1] + (1.0 - kept) * moment)
-        expected = np.array(filtered) - torque
-    elif name == "torque_delay":
-        expected = np.interp(time - value["delay_s"], time, torque) - torque
-    elif name == "dead_zone":
-        expected = -np.clip(torque, -value["half_width_nm"], value["half_width_nm"])
-    elif name == "torque_asymmetry":
-        expected = np.where(torque < 0.0, (value["reverse_efficiency"] - 1.0) * torque, 0.0)
-    elif name == "torque_saturation":
-        expected = np.clip(torque, -value["limit_nm"], value["limit_nm"]) - torque
-    elif name == "drag_step":
-        expected = np.where(time >= value["at_s"], -value["fraction"] * damping, 0.0)
-    elif name == "drag_drift":
-        expected = -value["fraction"] * time / SHORT * damping
-    elif name == "bias_torque":
-        expected = np.full(time.size, value["moment_nm"])
-    else:
-        expected = (full.inertia - value["inertia_kg_m2"]) * acceleration
-    # Around a jump of the command the derivative is of neither side.
-    steady = np.ones(time.size, dtype=bool)
-    for shift in (0.0, value.get("delay_s", 0.0)):
-        for jump in np.flatnonzero(np.diff(torque)) + round(shift / STEP):
-            steady[max(jump - 2, 0) : jump + 4] = False
-    error = (lacking - expected)[steady]
-    assert np.sqrt(np.mean(expected[steady] ** 2)) > 0.1
-    assert np.sqrt(np.mean(error**2)) < 0.03 * np.sqrt(np.mean(expected[steady] ** 2)) + 0.01
 
 
 def test_other_effects_are_those_of_the_trials() -> None:

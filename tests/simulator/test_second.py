@@ -6,18 +6,16 @@ import ast
 import itertools
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pytest
 
-from benchmarks.tracer.second_cases import KINDS, TORQUES, case
+from benchmarks.tracer.second_cases import KINDS, case
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
 from simulator.second import (
     BY_CHANNEL,
     CLOSED_LOOP,
-    COMMANDS,
     EFFECTS,
     OPEN_LOOP,
     VEHICLES,
@@ -62,22 +60,6 @@ def coasting(vehicle: str, effects: tuple[str, ...] = ()) -> tuple[Plant, Motion
         plant, _ = hide(plant, name, setting)
     gyro = clocked(6 * that.time_scale, (20.0, 50.0), (0.0, 0.0), np.random.default_rng(1))
     return plant, motion_of(plant, lambda _tick, _rate, _heading: 0.0, 10, gyro, None, (that.full_rate, 0.0))
-
-
-@pytest.mark.parametrize(("vehicle", "command"), list(zip(itertools.cycle(VEHICLES), COMMANDS, strict=False)))
-@pytest.mark.parametrize("torque", TORQUES)
-def test_a_seed_is_a_recording(vehicle: str, command: str, torque: Literal["commanded", "measured"]) -> None:
-    that = replace(USUAL, vehicle=vehicle, command=command, torque=torque, effects=("wave",), duration=60.0)
-    assert same(play(that).recording, play(that).recording)
-    assert not same(play(that).recording, play(replace(that, seed=5)).recording)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_an_effect_of_size_zero_is_none(name: str) -> None:
-    clean = replace(USUAL, command="heading_pd", torque="measured", duration=60.0)
-    recording = play(clean).recording
-    assert same(recording, play(replace(clean, effects=(name,), size=0.0)).recording)
-    assert not same(recording, play(replace(clean, effects=(name,))).recording)
 
 
 @pytest.mark.parametrize("vehicle", sorted(VEHICLES))
