@@ -148,9 +148,9 @@ def _steps(seen: Watched) -> Record:
 def _judged(seen: Watched, effect: str, onset: float, step: str) -> Record:
     """When what was hidden, or one that the finding says it cannot tell from it, came this far; and what else did."""
     classes: dict[str, set[str]] = {}
-    contents = (seen.standing.force, seen.standing.proven, seen.standing.shadow)
+    contents = (seen.state.active, seen.state.proven, seen.state.suspect)
     for content in contents:
-        for finding in () if content is None else content["effects"]:
+        for finding in () if content is None else content.effects:
             classes[str(finding["effect"])] = {*finding.get("cannot_tell_from", ())}
     named = [(each["t"], str(each["effect"])) for each in seen.history if each["step"] == step and each["t"] > onset]
     right = [t for t, name in named if name == effect or effect in classes.get(name, ())]

@@ -18,7 +18,7 @@ from incsvr.numerics import Array, root_mean_square
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
 from service.live.live_tracing import LiveTracing
-from service.live.tracing_job import answered
+from service.live.tracing_job import answer
 from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.wire.json_text import json_text
@@ -39,7 +39,7 @@ class InPlace:
         return True
 
     def answer(self) -> Any:
-        return json.loads(json_text(answered(json.loads(json_text(self.job)), self.streams)))
+        return json.loads(json_text(answer(json.loads(json_text(self.job)), self.streams)))
 
     def close(self) -> None:
         pass
@@ -50,12 +50,12 @@ class Watched:
     """What came of it.
 
     Attributes:
-        standing: of live tracing at the end.
+        state: of live tracing at the end.
         history: every step of the ledger.
         residuals: (time [s], what was served leaves of the torque [N m]) of every sample before it was learned.
     """
 
-    standing: TracingState
+    state: TracingState
     history: tuple[dict[str, Any], ...]
     residuals: tuple[Array, Array]
 
@@ -93,6 +93,6 @@ def watch(config: Config, recording: Recording) -> Watched:
                     except BadInput as error:
                         live.put_back(node, instead, str(error))
                 live.after(node)
-            history += [step for step in live.standing.history if step not in history[-200:]]
-    standing = TracingState() if live is None else live.standing
-    return Watched(standing, tuple(history), (np.array(time), np.array(left)))
+            history += [step for step in live.state.history if step not in history[-200:]]
+    state = TracingState() if live is None else live.state
+    return Watched(state, tuple(history), (np.array(time), np.array(left)))

@@ -13,7 +13,7 @@ from service.config.config_writer import commented
 from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
 from service.inputs.input_mapper import InputMapper
-from service.live.effects import configured
+from service.live.effects import configured_effects
 from service.recordings.validation import read_validation
 
 
@@ -50,7 +50,7 @@ def _checked(path: Path, user: str | None) -> str:
     for each in config.each():
         if not each.inputs.own:
             InputMapper(mapping(each))
-        effects = configured(each)
+        effects = configured_effects(each)
         for recording in each.validation.values():
             read_validation(recording, each, effects)
     said = f"{path}: good; the learner serves {', '.join(prefixes)} {bus}"

@@ -27,7 +27,7 @@ from service.commands.report_head import REPORT_WRITER, made
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
-from service.live.effects import TracedEffects, configured, read_effects
+from service.live.effects import TracedEffects, configured_effects, read_effects
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import narrowed, signals_for
@@ -175,7 +175,7 @@ def _settings(
         configured_signals = wanted.signal_settings()
         if args.torque is not None:
             configured_signals = replace(configured_signals, torque=args.torque)
-        return _waiting(configured_signals, streams), wanted.learner_settings(), configured(wanted)
+        return _waiting(configured_signals, streams), wanted.learner_settings(), configured_effects(wanted)
     signals = signals_for(runs, inertia, runs[0].axis.fastest, args.torque)
     if args.effects is None:
         return _waiting(signals, streams), None, None

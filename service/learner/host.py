@@ -34,7 +34,7 @@ from service.learner.duplicate_learner import DuplicateLearner
 from service.learner.estimates import estimate
 from service.learner.node import LearnerNode
 from service.live.effect_switch import EffectSwitch
-from service.live.effects import OperatorVerb, TracedEffects, configured
+from service.live.effects import OperatorVerb, TracedEffects, configured_effects
 from service.recordings.archive import archive_of
 from service.recordings.validation import read_validation
 from service.state.history import IN_MEMORY_BYTES, History
@@ -54,7 +54,7 @@ class Host:
     def __init__(self, session: zenoh.Session, config: Config, learners: int = 1) -> None:
         self.keys = wire.Keys(config.prefix)
         self._session, self._config = session, config
-        self._effects = configured(config)
+        self._effects = configured_effects(config)
         known_by = None if self._effects is None else self._effects.identity
         changing = config.tracing.on
         self._store = None if config.state is None else Store(config.state, config, known_by, changing)

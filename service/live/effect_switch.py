@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_DONE = {"promote": "promoted", "withdraw": "withdrawn"}
+_PARTICIPLES = {"promote": "promoted", "withdraw": "withdrawn"}
 
 
 class EffectSwitch:
@@ -66,10 +66,10 @@ class EffectSwitch:
             problem = self._change_over(instead)
             self._tell()
             if problem is not None:
-                raise BadInput(f"{name} could not be {_DONE[verb]}: {problem}")
+                raise BadInput(f"{name} could not be {_PARTICIPLES[verb]}: {problem}")
         if self._persist_then_publish.problem is not None:
             raise BadInput(
-                f"{name} is {_DONE[verb]}, but that is not on the disk yet: {self._persist_then_publish.problem}"
+                f"{name} is {_PARTICIPLES[verb]}, but that is not on the disk yet: {self._persist_then_publish.problem}"
             )
         return wire.encode(self._node.ledger)
 
@@ -97,7 +97,7 @@ class EffectSwitch:
     def tell_node(self) -> None:
         """Where live tracing stands, to the node's ledger."""
         live = self._live
-        self._node.update_ledger(findings(live.standing), live.standing.history, live.work)
+        self._node.update_ledger(findings(live.state), live.state.history, live.work)
 
     def _tell(self) -> None:
         self.tell_node()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 OperatorVerb = Literal["promote", "withdraw"]
 """What an operator may decide about an effect."""
-FOLLOWED = ("drag_drift", "drag_step")
+FOLLOWED_BY_LEARNING = ("drag_drift", "drag_step")
 """Effects of the damping over time: the learned damping follows the vehicle by itself."""
 _AGAIN = "write one with `incsvr trace RECORDING… --json FILE`"
 
@@ -51,7 +51,7 @@ class TracedEffects:
         return any(step["step"] == "integrated" for step in self.history)
 
 
-def configured(config: Config) -> TracedEffects | None:
+def configured_effects(config: Config) -> TracedEffects | None:
     """The effects that a learner is configured with; BadInput where they are not usable."""
     if config.effects is None:
         return None
@@ -81,27 +81,38 @@ def read_effects(
             f"{path}: traced {how}, and {here} configured; trace again with the same vehicle.mass_matrix "
             "(`incsvr trace --config FILE`)"
         )
-    return taken_up(found, inertia, channels, str(path))
+    return effects_from_trace(found["model"], found["effects"], inertia, channels, str(path))
 
 
-def taken_up(found: Mapping[str, Any], inertia: float, channels: tuple[str, ...], source: str) -> TracedEffects:
-    """The effects of a trace that was read from `source`; otherwise as `read_effects`."""
+def effects_from_trace(
+    model: Mapping[str, Any],
+    traced: Iterable[Mapping[str, Any]],
+    inertia: float,
+    channels: tuple[str, ...],
+    source: str,
+) -> TracedEffects:
+    """The effects of a trace that was read from `source`, by its model and its findings; otherwise as `read_effects`.
+
+    Args:
+        traced: the findings, in the form that `incsvr trace --json` writes.
+    """
     # Loaded where it is needed alone: most learners have no traced effects.
     from incsvr.compensation.effects_in_force import HEADING, Compensation
     from incsvr.tracing.model import TracedModel
 
     try:
-        model = TracedModel.from_dict(found["model"])
-        compensation = Compensation.of(model)
-        findings = tuple(dict(finding) for finding in found["effects"] if finding["effect"] in compensation.names)
+        traced_model = TracedModel.from_dict(model)
+        compensation = Compensation.of(traced_model)
+        findings = tuple(dict(finding) for finding in traced if finding["effect"] in compensation.names)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise BadInput(
             f"{source}: this is no trace of this version ({type(error).__name__}: {error}); {_AGAIN}"
         ) from None
-    if model.inertia != inertia:
+    declared = traced_model.inertia
+    if declared != inertia:
         raise BadInput(
-            f"{source}: traced with a declared inertia of {model.inertia:g} kg m², and the configured one is "
-            f"{inertia:g} kg m²; trace again with --inertia {inertia:g}, or set vehicle.inertia to {model.inertia:g}"
+            f"{source}: traced with a declared inertia of {declared:g} kg m², and the configured one is "
+            f"{inertia:g} kg m²; trace again with --inertia {inertia:g}, or set vehicle.inertia to {declared:g}"
         )
     for name in compensation.channels:
         if name not in channels:
@@ -122,7 +133,7 @@ def taken_up(found: Mapping[str, Any], inertia: float, channels: tuple[str, ...]
         tuple(
             f"the traced effect {name} is left out: {_left_out(name)}"
             for name in compensation.left_out
-            if name not in FOLLOWED
+            if name not in FOLLOWED_BY_LEARNING
         ),
     )
 
@@ -137,7 +148,7 @@ def _why(name: str, named: Collection[str]) -> str:
 
 
 def _left_out(name: str) -> str:
-    if name in FOLLOWED:
+    if name in FOLLOWED_BY_LEARNING:
         return "the learned damping follows the vehicle by itself"
     return "it refers to the clock of the recording that it was traced on"
 

@@ -2,56 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from service.live.tracing_state import Content, Role, TracingState
+from service.live.trace_content import TraceContent
+from service.live.tracing_state import Role, TracingState
 
-EVIDENCE = ("p_value", "share")
-"""Of a finding, what a step about it repeats."""
+EVIDENCE_FIELDS = ("p_value", "share")
+"""The fields of a finding that a step about it repeats."""
 
 
-def findings(standing: TracingState) -> tuple[dict[str, Any], ...]:
+def findings(state: TracingState) -> tuple[dict[str, Any], ...]:
     """The findings that are proven, then those that are only suspected, each with what is known of it by now."""
     listed: dict[str, dict[str, Any]] = {}
-    for state, content in (("proven", standing.proven), ("suspected", standing.shadow)):
-        if content is None:
-            continue
-        proof = content.get("proof") or {}
-        about = {"state": state, "since": content.get("since"), "until": proof.get("until", content.get("until"))}
-        if "error" in proof:
-            about["error"] = proof["error"]
-        for finding in content["effects"]:
+    for role, content in _candidates(state):
+        about: dict[str, Any] = {"state": role, "since": content.since, "until": content.until}
+        if content.proof is not None:
+            about |= {"until": content.proof.until, "error": content.proof.error}
+        for finding in content.effects:
             listed.setdefault(str(finding["effect"]), {**finding, **about})
     return tuple(listed.values())
 
 
-def evidence(content: Content | None) -> dict[str, dict[str, Any]]:
+def evidence(content: TraceContent | None) -> dict[str, dict[str, Any]]:
     """Effect → p-value, share and, once it has been compared on fresh data, the errors before and after."""
     if content is None:
         return {}
-    error = (content.get("proof") or {}).get("error")
+    error = {} if content.proof is None else {"error": content.proof.error}
     return {
-        str(finding["effect"]): {name: finding[name] for name in EVIDENCE if finding.get(name) is not None}
-        | ({} if error is None else {"error": error})
-        for finding in content["effects"]
+        str(finding["effect"]): {name: finding[name] for name in EVIDENCE_FIELDS if finding.get(name) is not None}
+        | error
+        for finding in content.effects
     }
 
 
-def offered(standing: TracingState, names: Callable[[Content], Sequence[str]]) -> dict[str, tuple[Role, Content]]:
+def promotable(
+    state: TracingState, names: Callable[[TraceContent], Sequence[str]]
+) -> dict[str, tuple[Role, TraceContent]]:
     """Effect → the trace that holds it and could be promoted, a proven one rather than a suspected one."""
-    found: dict[str, tuple[Role, Content]] = {}
-    ordered: tuple[tuple[Role, Content | None], ...] = (("proven", standing.proven), ("suspected", standing.shadow))
-    for role, content in ordered:
-        if content is not None:
-            for name in names(content):
-                found.setdefault(name, (role, content))
+    found: dict[str, tuple[Role, TraceContent]] = {}
+    for role, content in _candidates(state):
+        for name in names(content):
+            found.setdefault(name, (role, content))
     return found
 
 
-def last(standing: TracingState, names: Sequence[str]) -> str | None:
+def _candidates(state: TracingState) -> Iterator[tuple[Role, TraceContent]]:
+    """What is proven and what is suspected, where there is such a trace."""
+    if state.proven is not None:
+        yield "proven", state.proven
+    if state.suspect is not None:
+        yield "suspected", state.suspect
+
+
+def last_step(state: TracingState, names: Sequence[str]) -> str | None:
     """The last step about these effects."""
-    return next((step["step"] for step in reversed(standing.history) if step["effect"] in names), None)
+    return next((step["step"] for step in reversed(state.history) if step["effect"] in names), None)
 
 
 def together(name: str, names: Sequence[str]) -> str:

@@ -9,8 +9,9 @@ from typing import Any
 
 from incsvr.compensation.promotion import Comparison, Verdict, in_force, level, on_trial
 from service.config.sections import Tracing
-from service.live.ledger import last
-from service.live.tracing_state import TRIAL_PART, Content, Role, TracingState
+from service.live.ledger import last_step
+from service.live.trace_content import TraceContent
+from service.live.tracing_state import TRIAL_PART, Role, TracingState
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,20 +22,20 @@ class ProofDecision:
         verdict: how live tracing goes on.
         step: of the ledger; None where it says nothing new.
         why: the step's sentence.
-        compared: the errors before and after, of the last comparison that could tell; None where there was none.
+        error: before and after, of the last comparison that could tell; None where there was none.
         won: ln of what was won by bets on these data.
     """
 
     verdict: Verdict
     step: str | None
     why: str
-    compared: Mapping[str, Any] | None
+    error: Mapping[str, Any] | None
     won: float
 
 
-def judged(
-    standing: TracingState,
-    tried: tuple[Role, Content],
+def decide_proof(
+    state: TracingState,
+    under_test: tuple[Role, TraceContent],
     names: Sequence[str],
     comparison: Comparison,
     newest: float,
@@ -43,31 +44,31 @@ def judged(
     """What becomes of the effects of these names.
 
     Args:
-        standing: of live tracing before.
-        tried: the trace that they are of, as `standing.tried` gives it.
+        state: of live tracing before.
+        under_test: the trace that they are of, as `state.under_test` gives it.
         comparison: with and without them on fresh data up to `newest` [s].
     """
-    (role, content), advise = tried, settings.live == "advise"
+    (role, content), advise = under_test, settings.live == "advise"
     step: str
     won = 0.0
     if role == "suspected":
-        until = float(content.get("until", -math.inf))
+        until = -math.inf if content.until is None else content.until
         at_last = newest + settings.proof > until + TRIAL_PART * settings.window
-        count, earlier = standing.stake
+        count, earlier = state.prior_bet
         won, comparison = comparison.won, comparison.after(earlier)
         step = verdict = on_trial(comparison, level(count), at_last)
     else:
         step = verdict = in_force(comparison)
-    if verdict == "promoted" and (advise or set(names) & set(standing.held)):
+    if verdict == "promoted" and (advise or set(names) & set(state.vetoed)):
         step = verdict = "proven"
     elif verdict == "withdrawn" and role == "proven":
         step = "no longer proven"
     elif verdict == "withdrawn" and advise:
         step, verdict = "doubtful", "doubted"
-    compared = {"error": comparison.error} if comparison.turned else (content.get("proof") or None)
-    again = step == "doubtful" and last(standing, names) == step
+    error = comparison.error if comparison.turned else None if content.proof is None else content.proof.error
+    again = step == "doubtful" and last_step(state, names) == step
     if verdict in ("kept", "waits") or again:
-        return ProofDecision(verdict, None, comparison.sentence, compared, won)
-    instead = "in place of those in force, " if role == "suspected" and standing.force is not None else ""
+        return ProofDecision(verdict, None, comparison.sentence, error, won)
+    instead = "in place of those in force, " if role == "suspected" and state.active is not None else ""
     cure = f"; to take it back: incsvr effects withdraw {names[0]}" if step == "doubtful" else ""
-    return ProofDecision(verdict, step, instead + comparison.sentence + cure, compared, won)
+    return ProofDecision(verdict, step, instead + comparison.sentence + cure, error, won)

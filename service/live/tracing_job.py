@@ -25,7 +25,7 @@ from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.shadow import as_run, compare
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
-from incsvr.numerics import Array
+from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, SignalSettings
@@ -35,29 +35,27 @@ from incsvr.tracing.model import TracedModel
 from service.live.tracing_process import NO_ANSWER
 from service.wire.json_text import write_json
 
-NICE = 10
-"""By how much this process stands back behind the learner."""
-
-Streams = Mapping[str, tuple[Array, Array]]
+NICENESS = 10
+"""The step by which this process stands back behind the learner."""
 
 
 def main(folder: Path) -> int:
-    os.nice(NICE)
+    os.nice(NICENESS)
     threading.Thread(target=_end_with_the_learner, args=(folder,), daemon=True).start()
     job = json.loads((folder / "job.json").read_text(encoding="utf-8"))
     with np.load(folder / "streams.npz") as kept:
         names = [name.removesuffix("/t") for name in kept.files if name.endswith("/t")]
         streams = {name: (kept[f"{name}/t"], kept[f"{name}/v"]) for name in names}
     try:
-        answer = answered(job, streams)
+        found = answer(job, streams)
     except BadInput as error:
         print(error, file=sys.stderr)
         return NO_ANSWER
-    write_json(folder / "answer.json", answer)
+    write_json(folder / "answer.json", found)
     return 0
 
 
-def answered(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
+def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     """What a piece of work answers, of the axis as if by itself: what its body takes is taken from the torque before.
 
     Raises:
@@ -65,24 +63,26 @@ def answered(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     """
     if "body" in job:
         streams, _ = freed(Coupled.from_dict(job["body"]), streams, job["smoothing"])
-    return _compared(job, streams) if job["work"] == "prove" else _traced(job, streams)
+    return _compare(job, streams) if job["work"] == "prove" else _trace(job, streams)
 
 
-def _traced(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
+def _trace(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     """The same object as `incsvr trace --json` writes, with the time `since` from which on the traced data begin [s].
 
     An effect may have come on in the middle: where the whole says that something changed at an instant, the part after
     it says what; where the whole holds nothing that could be taken up, the part from `half` on may.
     """
     begins = max(float(streams[name][0][0]) for name in REQUIRED)
-    whole = _said(job, streams, begins)
+    whole = _trace_stretch(job, streams, begins)
     usable = _usable(whole)
     newest = min(float(streams[name][0][-1]) for name in REQUIRED)
     changes = [e["parameters"]["at_s"] for e in whole["effects"] if "at_s" in e["parameters"]]
     parts = [at for at in changes if at <= newest - job["shortest"]]
     for since in parts[:1] if usable else [*parts[:1], float(job["half"])]:
         try:
-            lately = _said(job, {name: (t[t >= since], v[t >= since]) for name, (t, v) in streams.items()}, since)
+            lately = _trace_stretch(
+                job, {name: (t[t >= since], v[t >= since]) for name, (t, v) in streams.items()}, since
+            )
         except BadInput:  # the part tells too little for itself
             continue
         if _usable(lately):
@@ -90,7 +90,7 @@ def _traced(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     return whole
 
 
-def _said(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
+def _trace_stretch(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, Any]:
     axis = AXES[job["axis"]]
     run = replace(as_run(streams), rate_name=axis.rate, rate_limit=job.get("rate_limit"))
     return trace([run], inertia=job["inertia"], torque=job.get("torque")).in_terms_of(axis).to_dict() | {"since": since}
@@ -98,20 +98,19 @@ def _said(job: Mapping[str, Any], streams: Streams, since: float) -> dict[str, A
 
 def _usable(found: Mapping[str, Any]) -> bool:
     """Whether a trace names an effect that holds on other data, too."""
-    return bool({each["effect"] for each in found["effects"]} & set(_compensation(found).names))
+    return bool({each["effect"] for each in found["effects"]} & set(_compensation(found["model"]).names))
 
 
-def _compared(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
+def _compare(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     signals = SignalSettings(**job["signals"] | {"channels": tuple(job["signals"]["channels"])})
     settings = Settings(**job["learner"] | {"rate_range": tuple(job["learner"]["rate_range"])})
     without = None if job["without"] is None else _compensation(job["without"])
-    return asdict(
-        compare(streams, job["fresh"], signals, settings, without, _compensation(job["effects"]), job["closed"])
-    )
+    effects = _compensation(job["effects"])
+    return asdict(compare(streams, job["fresh"], signals, settings, without, effects, job["closed"]))
 
 
-def _compensation(trace: Mapping[str, Any]) -> Compensation:
-    return Compensation.of(TracedModel.from_dict(trace["model"]))
+def _compensation(model: Mapping[str, Any]) -> Compensation:
+    return Compensation.of(TracedModel.from_dict(model))
 
 
 def _end_with_the_learner(folder: Path) -> None:

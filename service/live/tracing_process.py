@@ -19,25 +19,25 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array
+from incsvr.numerics import Streams
 from service.wire.json_text import write_json
 
-DEADLINE = 600.0
-"""A process that takes longer [s], wall time, hangs: the slowest trace known took 24."""
+DEADLINE_S = 600.0
+"""The time after which a process hangs [s], by the clock on the wall: the slowest trace known took 24."""
 NO_ANSWER = 2
 """Exit status of a process whose data cannot answer."""
-_LONGEST = 300  # characters of a reason
-_one = threading.Lock()
+_MAX_REASON_CHARS = 300
+_work_lock = threading.Lock()
 
 
-class Died(BadInput):
+class WorkerDied(BadInput):
     """The process ended without an answer, which is no fault of the data."""
 
 
 class TracingProcess:
     """One piece of work (see `service.live.tracing_job`) in a process of its own, until `close`."""
 
-    def __init__(self, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float) -> None:
+    def __init__(self, job: Mapping[str, Any], streams: Streams, deadline: float) -> None:
         self._folder = TemporaryDirectory(prefix="incsvr-", ignore_cleanup_errors=True)
         self._until, self._deadline = time.monotonic() + deadline, deadline
         folder = Path(self._folder.name)
@@ -58,20 +58,18 @@ class TracingProcess:
             raise
 
     @staticmethod
-    def start(
-        job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]], deadline: float = DEADLINE
-    ) -> TracingProcess | None:
+    def start(job: Mapping[str, Any], streams: Streams, deadline: float = DEADLINE_S) -> TracingProcess | None:
         """Begins the work; None where a process works already.
 
         Raises:
             OSError: the machine gives no process, or no room for its data.
         """
-        if not _one.acquire(blocking=False):
+        if not _work_lock.acquire(blocking=False):
             return None
         try:
             return TracingProcess(job, streams, deadline)
         except BaseException:
-            _one.release()
+            _work_lock.release()
             raise
 
     @property
@@ -83,22 +81,22 @@ class TracingProcess:
         """What it found, once it has ended.
 
         Raises:
-            Died: it was killed, hung or failed, in one sentence.
+            WorkerDied: it was killed, hung or failed, in one sentence.
             BadInput: the data cannot answer, likewise.
         """
         folder, status = Path(self._folder.name), self.process.poll()
         if status is None:
-            raise Died(f"it was stopped after {self._deadline:g} s")
+            raise WorkerDied(f"it was stopped after {self._deadline:g} s")
         if status < 0:
-            raise Died(f"its process was killed by signal {-status}")
+            raise WorkerDied(f"its process was killed by signal {-status}")
         if status > 0:
             said = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
-            kind = BadInput if status == NO_ANSWER else Died
-            raise kind((said.splitlines() or [f"its process ended with status {status}"])[-1][:_LONGEST])
+            kind = BadInput if status == NO_ANSWER else WorkerDied
+            raise kind((said.splitlines() or [f"its process ended with status {status}"])[-1][:_MAX_REASON_CHARS])
         try:
             return json.loads((folder / "answer.json").read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise Died(f"its answer cannot be read: {error}") from None
+            raise WorkerDied(f"its answer cannot be read: {error}") from None
 
     def close(self) -> None:
         """Ends the process where it has not ended, and removes its data."""
@@ -107,10 +105,10 @@ class TracingProcess:
         if self.process.stdin is not None:
             self.process.stdin.close()
         self._folder.cleanup()
-        _one.release()
+        _work_lock.release()
 
 
-def _save(folder: Path, job: Mapping[str, Any], streams: Mapping[str, tuple[Array, Array]]) -> None:
+def _save(folder: Path, job: Mapping[str, Any], streams: Streams) -> None:
     write_json(folder / "job.json", job)
     stamps = {f"{name}/t": t for name, (t, _) in streams.items()}
     values = {f"{name}/v": value for name, (_, value) in streams.items()}

@@ -13,10 +13,11 @@ does not.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from incsvr.compensation.promotion import Verdict
+from service.live.trace_content import TraceContent
 
 FRESH_PART = 0.25
 """This part of the window comes between two traces: a process beside the learner is not always busy, and what came on
@@ -25,19 +26,15 @@ TRIAL_PART = 0.5
 """A suspected effect is compared on all data since its trace, each time that `tracing.proof` more has come, until that
 is this part of the window; then it has proven itself or is refused. What is in force is compared whenever so much is
 fresh. Before the fresh data the models know the rest of the window."""
-STANDING_BETS = 10
+MAX_BETS = 10
 """Sets of effects whose bets are remembered; those that were suspected longest ago go."""
-STEPS = 60
+MAX_STEPS = 60
 """Steps that the history keeps; the oldest go."""
 RESIDUAL = "residual"
 """What a step is about that is about no effect."""
 
-Content = Mapping[str, Any]
-"""A trace, in the form that `incsvr trace --json` writes, as far as it is needed: `effects`, `model`, `loop`. With it
-come `since`, the time from which on the data that it follows from begin [s], and `proof`, the last comparison on fresh
-data with the time `until` that it reaches to."""
 Work = Literal["trace", "prove"]
-Role = Literal["suspected", "proven", "force"]
+Role = Literal["suspected", "proven", "active"]
 Mode = Literal["off", "advise", "adopt"]
 
 
@@ -46,52 +43,68 @@ class TracingState:
     """All that survives a restart.
 
     Attributes:
-        force: the trace whose effects are in force.
-        shadow: the trace whose effects are suspected.
+        active: the trace whose effects are in force.
+        suspect: the trace whose effects are suspected.
         proven: the trace whose effects have proven themselves and wait for an operator.
-        fresh: neither a trace nor a proof has seen what is younger than this [s].
-        traced: the newest data of the last trace [s].
+        unseen_from: neither a trace nor a proof has seen what is younger than this [s].
+        traced_until: the newest data of the last trace [s].
         suspicions: how many sets of effects were suspected: the chance that is spent on each becomes less.
         bets: of a set of effects, by its names, its number among those suspected, and ln of what betting on it won
             until now. What is suspected again goes on from there: its data are later ones each time, and what is won by
             one bet after another is multiplied.
-        held: effects that an operator has withdrawn: nobody else promotes them again.
+        vetoed: effects that an operator has withdrawn: nobody else promotes them again.
         history: every step, in the ledger's form.
     """
 
-    force: Content | None = None
-    shadow: Content | None = None
-    proven: Content | None = None
-    fresh: float = 0.0
-    traced: float | None = None
+    active: TraceContent | None = None
+    suspect: TraceContent | None = None
+    proven: TraceContent | None = None
+    unseen_from: float = 0.0
+    traced_until: float | None = None
     suspicions: int = 0
     bets: Mapping[str, tuple[int, float]] = field(default_factory=dict)
-    held: tuple[str, ...] = ()
+    vetoed: tuple[str, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> TracingState:
-        """The standing whose `to_dict` gave `data`."""
-        known = {name: data[name] for name in TracingState.__slots__ if name in data}  # an earlier version kept others
-        listed = {name: tuple(known.get(name, ())) for name in ("held", "history")}
-        bets = {name: (int(count), float(won)) for name, (count, won) in dict(known.get("bets", {})).items()}
-        return TracingState(**{**known, **listed, "bets": bets})
+        """The state whose `to_dict` gave `data`; what an earlier version kept beside it is left out."""
+        return TracingState(
+            active=_content(data.get("force")),
+            suspect=_content(data.get("shadow")),
+            proven=_content(data.get("proven")),
+            unseen_from=data.get("fresh", 0.0),
+            traced_until=data.get("traced"),
+            suspicions=data.get("suspicions", 0),
+            bets={name: (int(count), float(won)) for name, (count, won) in dict(data.get("bets", {})).items()},
+            vetoed=tuple(data.get("held", ())),
+            history=tuple(data.get("history", ())),
+        )
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
-        return asdict(self)
+        """As plain data, in the form of the durable state."""
+        contents = {"force": self.active, "shadow": self.suspect, "proven": self.proven}
+        return {
+            **{key: None if content is None else content.to_dict() for key, content in contents.items()},
+            "fresh": self.unseen_from,
+            "traced": self.traced_until,
+            "suspicions": self.suspicions,
+            "bets": dict(self.bets),
+            "held": list(self.vetoed),
+            "history": list(self.history),
+        }
 
     @property
-    def tried(self) -> tuple[Role, Content] | None:
+    def under_test(self) -> tuple[Role, TraceContent] | None:
         """The trace that the next proof is about: what is suspected, else what was compared longest ago."""
-        if self.shadow is not None:
-            return "suspected", self.shadow
-        others: list[tuple[Role, Content]] = []
+        if self.suspect is not None:
+            return "suspected", self.suspect
+        others: list[tuple[Role, TraceContent]] = []
         if self.proven is not None:
             others.append(("proven", self.proven))
-        if self.force is not None:
-            others.append(("force", self.force))
-        return min(others, key=lambda one: (one[1].get("proof") or {}).get("until", 0.0), default=None)
+        if self.active is not None:
+            others.append(("active", self.active))
+        return min(others, key=lambda one: 0.0 if one[1].proof is None else one[1].proof.until, default=None)
 
     def due(self, newest: float, window: float, proof: float) -> Work | None:
         """What is to be done now that a full window reaches up to `newest` [s].
@@ -103,97 +116,98 @@ class TracingState:
             newest: [s].
             window, proof: as configured [s].
         """
-        if self.tried is not None and newest >= self.fresh + (proof if self.shadow else TRIAL_PART * window):
+        wanted = proof if self.suspect else TRIAL_PART * window
+        if self.under_test is not None and newest >= self.unseen_from + wanted:
             return "prove"
         # What was found is only found again.
-        rest = FRESH_PART * window if self.proven is None and self.force is None else window
-        rested = self.traced is None or newest >= self.traced + rest
-        return "trace" if self.shadow is None and rested else None
+        rest = FRESH_PART * window if self.proven is None and self.active is None else window
+        rested = self.traced_until is None or newest >= self.traced_until + rest
+        return "trace" if self.suspect is None and rested else None
 
-    def clock_began_anew(self, newest: float) -> TracingState:
+    def after_clock_restart(self, newest: float) -> TracingState:
         """Where the vehicle's clock stands before what was seen, all counts from now."""
-        if newest >= max(self.fresh, self.traced or 0.0):
+        if newest >= max(self.unseen_from, self.traced_until or 0.0):
             return self
-        return replace(self, fresh=newest, traced=None)
+        return replace(self, unseen_from=newest, traced_until=None)
 
-    def noted(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> TracingState:
+    def with_step(self, step: Mapping[str, Any], about: Sequence[str] = (RESIDUAL,)) -> TracingState:
         """With a step in the history, about each of these."""
         steps = tuple({"effect": name, **step} for name in about)
-        return replace(self, history=(*self.history, *steps)[-STEPS:])
+        return replace(self, history=(*self.history, *steps)[-MAX_STEPS:])
 
-    def after_trace(self, newest: float, found: Content | None) -> TracingState:
+    def after_trace(self, newest: float, found: TraceContent | None) -> TracingState:
         """A trace of the data up to `newest` [s] ended; None where it found nothing that can be taken up."""
         if found is None:
-            return replace(self, shadow=None, traced=newest)
-        key = _key(found)
-        count, won = self.bets.get(key, (self.suspicions + 1, 0.0))
-        others = [(name, bet) for name, bet in self.bets.items() if name != key]
-        bets = dict([*others[1 - STANDING_BETS :], (key, (count, won))])
+            return replace(self, suspect=None, traced_until=newest)
+        count, won = self.bets.get(found.key, (self.suspicions + 1, 0.0))
+        others = [(name, bet) for name, bet in self.bets.items() if name != found.key]
+        bets = dict([*others[1 - MAX_BETS :], (found.key, (count, won))])
         suspicions = max(count, self.suspicions)
-        return replace(self, shadow=found, traced=newest, fresh=newest, suspicions=suspicions, bets=bets)
+        return replace(self, suspect=found, traced_until=newest, unseen_from=newest, suspicions=suspicions, bets=bets)
 
     @property
-    def stake(self) -> tuple[int, float]:
+    def prior_bet(self) -> tuple[int, float]:
         """Of what is suspected: its number among those suspected, and ln of what earlier bets on it won."""
-        return (1, 0.0) if self.shadow is None else self.bets.get(_key(self.shadow), (max(self.suspicions, 1), 0.0))
+        return (1, 0.0) if self.suspect is None else self.bets.get(self.suspect.key, (max(self.suspicions, 1), 0.0))
 
     def overdue(self, newest: float, window: float) -> bool:
         """Whether half a window passed since the trace of what is suspected: the data before it are going, and a proof
         that could not be made by then cannot be made."""
-        return self.shadow is not None and newest >= float(self.shadow.get("until", newest)) + TRIAL_PART * window
+        if self.suspect is None:
+            return False
+        until = newest if self.suspect.until is None else self.suspect.until
+        return newest >= until + TRIAL_PART * window
 
     def after_proof(
-        self, newest: float, verdict: Verdict, compared: Mapping[str, Any] | None = None, won: float = 0.0
+        self, newest: float, verdict: Verdict, error: Mapping[str, Any] | None = None, won: float = 0.0
     ) -> TracingState:
-        """A proof of what is tried, on data up to `newest` [s], ended.
+        """A proof of what is under test, on data up to `newest` [s], ended.
 
         Args:
-            compared: what it is in plain words.
+            error: the errors before and after; None where no comparison could tell yet.
             won: ln of what was won by bets on these data.
         """
-        if self.tried is None:
+        if self.under_test is None:
             return self
-        role, content = self.tried
-        seen = content if compared is None else {**content, "proof": {**compared, "until": newest}}
-        on = replace(self, fresh=newest)
+        role, content = self.under_test
+        seen = content if error is None else content.compared(error, newest)
+        on = replace(self, unseen_from=newest)
         match role, verdict:
             case "suspected", "promoted":
-                return replace(on, force=seen, shadow=None, bets=self._bets_without(content))
+                return replace(on, active=seen, suspect=None, bets=self._bets_without(content))
             case "suspected", "proven":
-                return replace(on, proven=seen, shadow=None, bets=self._bets_without(content))
+                return replace(on, proven=seen, suspect=None, bets=self._bets_without(content))
             case "suspected", "refused":
-                count, before = self.stake
+                count, before = self.prior_bet
                 # with less than it began with, a new bet is the better one: it is counted anew
-                kept = {_key(content): (count, before + won)} if before + won > 0.0 else {}
-                return replace(on, shadow=None, bets={**self._bets_without(content), **kept})
+                kept = {content.key: (count, before + won)} if before + won > 0.0 else {}
+                return replace(on, suspect=None, bets={**self._bets_without(content), **kept})
             case "suspected", _:
-                return replace(on, shadow=seen)
+                return replace(on, suspect=seen)
             case "proven", "withdrawn":
                 return replace(on, proven=None)
             case "proven", _:
                 return replace(on, proven=seen)
             case _, "withdrawn":
-                return replace(on, force=None)
+                return replace(on, active=None)
             case _, _:
-                return replace(on, force=seen)
+                return replace(on, active=seen)
 
-    def _bets_without(self, content: Content) -> dict[str, tuple[int, float]]:
-        return {name: bet for name, bet in self.bets.items() if name != _key(content)}
+    def _bets_without(self, content: TraceContent) -> dict[str, tuple[int, float]]:
+        return {name: bet for name, bet in self.bets.items() if name != content.key}
 
-    def promoted(self, role: Role) -> TracingState:
+    def promote(self, role: Role) -> TracingState:
         """An operator has promoted what is suspected or proven."""
-        chosen = self.shadow if role == "suspected" else self.proven
+        chosen = self.suspect if role == "suspected" else self.proven
         if chosen is None:
             return self
-        names = {str(finding["effect"]) for finding in chosen["effects"]}
-        left = replace(self, shadow=None) if role == "suspected" else replace(self, proven=None)
-        return replace(left, force=chosen, held=tuple(name for name in self.held if name not in names))
+        left = replace(self, suspect=None) if role == "suspected" else replace(self, proven=None)
+        return replace(left, active=chosen, vetoed=tuple(name for name in self.vetoed if name not in chosen.names))
 
-    def withdrawn(self, names: Sequence[str]) -> TracingState:
+    def withdraw(self, names: Sequence[str]) -> TracingState:
         """An operator has withdrawn what is in force, these effects."""
-        return replace(self, force=None, held=tuple(dict.fromkeys((*self.held, *names))))
+        return replace(self, active=None, vetoed=tuple(dict.fromkeys((*self.vetoed, *names))))
 
 
-def _key(content: Content) -> str:
-    """The names of the effects of a trace."""
-    return ", ".join(sorted(str(finding["effect"]) for finding in content["effects"]))
+def _content(data: Mapping[str, Any] | None) -> TraceContent | None:
+    return None if data is None else TraceContent.from_dict(data)

@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any, Protocol
 
-from incsvr.numerics import Array
+from incsvr.numerics import Streams
 from service.config.configuration import Config
 from service.config.sections import Tracing
 from service.live.tracing_state import FRESH_PART, TRIAL_PART, TracingState, Work
 
-Streams = Mapping[str, tuple[Array, Array]]
-
 
 class Worker(Protocol):
-    """What works beside the learner, as `service.live.tracing_process.Child` does in a process of its own."""
+    """What works beside the learner, as `service.live.tracing_process.TracingProcess` does in a process of its own."""
 
     @property
     def ended(self) -> bool: ...
@@ -26,24 +24,24 @@ class Worker(Protocol):
 Begin = Callable[[Mapping[str, Any], Streams], Worker | None]
 
 
-def recent(streams: Streams, settings: Tracing, standing: TracingState, work: Work, newest: float) -> Streams:
+def recent_streams(streams: Streams, settings: Tracing, state: TracingState, work: Work, newest: float) -> Streams:
     """Of the recent streams, name → (stamps [s], values), what the work is about that is due at `newest` [s]."""
-    since = _since(settings, standing, newest) if work == "prove" else newest - settings.window
+    since = _since(settings, state, newest) if work == "prove" else newest - settings.window
     return {
         name: (t[(t >= since) & (t <= newest)], value[(t >= since) & (t <= newest)])
         for name, (t, value) in streams.items()
     }
 
 
-def job(config: Config, standing: TracingState, work: Work, newest: float) -> dict[str, Any]:
-    """The work that is due at `newest` [s], as `service.live.tracing_job.answered` takes it."""
+def job(config: Config, state: TracingState, work: Work, newest: float) -> dict[str, Any]:
+    """The work that is due at `newest` [s], as `service.live.tracing_job.answer` takes it."""
     coupled, smoothing = config.coupled(), config.signals.smoothing
     body = {} if coupled is None else {"body": coupled.to_dict(), "smoothing": smoothing}
-    return body | _job(config, standing, work, newest)
+    return body | _job(config, state, work, newest)
 
 
-def _job(config: Config, standing: TracingState, work: Work, newest: float) -> dict[str, Any]:
-    if work == "trace" or standing.tried is None:
+def _job(config: Config, state: TracingState, work: Work, newest: float) -> dict[str, Any]:
+    if work == "trace" or state.under_test is None:
         return {
             "work": work,
             "inertia": config.vehicle.inertia,
@@ -53,30 +51,30 @@ def _job(config: Config, standing: TracingState, work: Work, newest: float) -> d
             "half": newest - 0.5 * config.tracing.window,
             "shortest": FRESH_PART * config.tracing.window,
         }
-    role, content = standing.tried
+    role, content = state.under_test
     return {
         "work": work,
         "signals": asdict(config.signal_settings()),
         "learner": asdict(config.learner_settings()),
-        "fresh": _fresh(config.tracing, standing, newest),
-        "closed": content.get("loop") != "open",
-        "without": None if role == "force" else standing.force,
-        "effects": content,
+        "fresh": _fresh(config.tracing, state, newest),
+        "closed": content.loop != "open",
+        "without": None if role == "active" or state.active is None else state.active.model,
+        "effects": content.model,
     }
 
 
-def _fresh(settings: Tracing, standing: TracingState, newest: float) -> float:
+def _fresh(settings: Tracing, state: TracingState, newest: float) -> float:
     """Where the data of a proof begin that its effects have not seen [s].
 
     It is the same at each look at suspected effects, and so are the models: their bets go on where they stood.
     """
-    role, content = standing.tried or ("force", {})
     longest = newest - TRIAL_PART * settings.window
-    return float(content.get("until", longest)) if role == "suspected" else longest
+    suspect = state.suspect
+    return longest if suspect is None or suspect.until is None else suspect.until
 
 
-def _since(settings: Tracing, standing: TracingState, newest: float) -> float:
+def _since(settings: Tracing, state: TracingState, newest: float) -> float:
     """Where the data of a proof begin [s]: no earlier than those in which its effects were found."""
-    begins, tried = _fresh(settings, standing, newest) - (1.0 - TRIAL_PART) * settings.window, standing.tried
-    known = None if tried is None else tried[1].get("since")
-    return begins if known is None else max(begins, float(known))
+    begins, under_test = _fresh(settings, state, newest) - (1.0 - TRIAL_PART) * settings.window, state.under_test
+    since = None if under_test is None else under_test[1].since
+    return begins if since is None else max(begins, since)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from service.live.tracing_process import DEADLINE
+from service.live.tracing_process import DEADLINE_S
 from service.live.tracing_state import Work
 
-LONG_S = 120.0
-"""A piece of work that takes longer [s], wall time, is told: the slowest trace known took 24."""
-_CALLED = {"trace": "the trace beside the learner", "prove": "the proof beside the learner"}
+LONG_WORK_S = 120.0
+"""The time after which a piece of work is told [s], by the clock on the wall: the slowest trace known took 24."""
+_WORK_NAMES = {"trace": "the trace beside the learner", "prove": "the proof beside the learner"}
 _CURE = (
     "is memory or processor time short (`dmesg`)? A shorter tracing.window takes less of both, tracing.live: off none"
 )
@@ -40,7 +40,7 @@ class WorkerWatch:
     def died(self, work: Work, why: str) -> None:
         """There will be no answer."""
         self._work, self._deaths = None, self._deaths + 1
-        self._death = f"{_CALLED[work]} had no answer: {why}"
+        self._death = f"{_WORK_NAMES[work]} had no answer: {why}"
 
     def notices(self) -> tuple[str, ...]:
         """What is wrong now, as sentences."""
@@ -48,8 +48,9 @@ class WorkerWatch:
         if self._deaths:
             often = "once" if self._deaths == 1 else f"{self._deaths} times one after the other"
             found.append(f"{self._death} ({often}); meanwhile nothing is found or proven; {_CURE}")
-        if work is not None and (age := self._clock() - work[1]) > LONG_S:
+        if work is not None and (age := self._clock() - work[1]) > LONG_WORK_S:
             found.append(
-                f"{_CALLED[work[0]]} has been at work for {age:.0f} s and is stopped after {DEADLINE:.0f} s; {_CURE}"
+                f"{_WORK_NAMES[work[0]]} has been at work for {age:.0f} s and is stopped after {DEADLINE_S:.0f} s; "
+                f"{_CURE}"
             )
         return tuple(found)

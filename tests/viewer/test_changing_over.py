@@ -15,7 +15,7 @@ from incsvr.effects import Term
 from incsvr.tracing.model import TracedModel
 from service.bus.session import listening, open_session
 from service.learner.node import LearnerNode
-from service.live.effects import taken_up
+from service.live.effects import effects_from_trace
 from service.wire import IterationReport, encode
 from simulator import leng
 from tests.hidden import recording, write_trace
@@ -43,7 +43,7 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> list[IterationReport]:
     while (outcome := node.learn()) is not None:
         told.append(outcome.report)
     for each in (found, late):
-        again = node.relearn(taken_up(each, leng.INERTIA, (), "a test"), {})
+        again = node.relearn(effects_from_trace(each["model"], each["effects"], leng.INERTIA, (), "a test"), {})
         assert again is not None
         told.append(again.report)
     for name, (t, value) in streams.items():

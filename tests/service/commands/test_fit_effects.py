@@ -13,7 +13,7 @@ from incsvr.numerics import Array
 from service.cli.command_line import main
 from service.config.sources import read as read_config
 from service.learner.node import LearnerNode
-from service.live.effects import configured
+from service.live.effects import configured_effects
 from service.recordings.recording_csv import write
 from tests.hidden import recording, with_channels, write_trace
 
@@ -50,7 +50,7 @@ def test_it_is_the_model_of_the_learner_on_the_bus(
     path.write_text(f"state: null\nvehicle: {{inertia: 350}}\neffects: {folder / 'trace.json'}\n", encoding="utf-8")
     fitted = fit(capsys, folder, "--config", path)
     config = read_config(path)
-    node = LearnerNode(config, "", effects=configured(config))
+    node = LearnerNode(config, "", effects=configured_effects(config))
     for name, (t, value) in recording(1, 200.0).streams().items():
         node.push(name, t, value)
     errors, snapshot = [], None

@@ -18,7 +18,7 @@ from incsvr.signals import synchronise
 from service.cli.command_line import main
 from service.commands.other_velocities import declared
 from service.config.sources import read
-from service.live.tracing_job import answered
+from service.live.tracing_job import answer
 from service.recordings.recording import of_axis, sequence
 from service.recordings.recording_csv import write
 from service.recordings.samples_from_recording import samples_of, signals_for
@@ -132,7 +132,7 @@ def test_live_tracing_looks_at_the_same(files: list[str]) -> None:
         "smoothing": smoothing,
     }
     streams = {name: each for name, each in run.streams().items() if name in ("yaw_rate", "torque", *body.streams)}
-    found = answered(json.loads(json.dumps(job)), streams)
+    found = answer(json.loads(json.dumps(job)), streams)
     assert not [each["effect"] for each in found["effects"] if each["effect"].startswith("coriolis")]
     assert not found["effects"]
 

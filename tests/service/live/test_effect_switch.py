@@ -22,7 +22,8 @@ from service.config.configuration import Config
 from service.learner.host import Host
 from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
-from service.live.effects import TracedEffects, taken_up
+from service.live.effects import TracedEffects, effects_from_trace
+from service.live.trace_content import TraceContent
 from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.state.store import Store
@@ -62,7 +63,7 @@ def found(tmp_path: Path) -> dict[str, Any]:
 
 
 def effects(found: dict[str, Any]) -> TracedEffects:
-    return taken_up(found, leng.INERTIA, ("sway",), "a test")
+    return effects_from_trace(found["model"], found["effects"], leng.INERTIA, ("sway",), "a test")
 
 
 def pushed(nodes: list[LearnerNode], run: Recording) -> None:
@@ -110,7 +111,7 @@ def test_where_the_recent_data_teach_nothing_the_learned_curve_stands(tmp_path: 
     learned(node)
     before = node.latest()
     assert before is not None
-    after = node.relearn(taken_up(found, leng.INERTIA, (), "a test"), {})
+    after = node.relearn(effects_from_trace(found["model"], found["effects"], leng.INERTIA, (), "a test"), {})
     assert after is not None
     assert "torque_lag" in after.report.batch.parts
     assert after.snapshot.support == before.support
@@ -122,7 +123,10 @@ def test_before_anything_is_learned_effects_come_into_force_and_the_first_model_
     found = json.loads((tmp_path / "trace.json").read_text(encoding="utf-8"))
     found["effects"] = [{"effect": "torque_lag"}]
     config = configured(tracing__live=True, tracing__window=240.0, tracing__proof=90.0)
-    node, effects = LearnerNode(config, boot=""), taken_up(found, leng.INERTIA, (), "a test")
+    node, effects = (
+        LearnerNode(config, boot=""),
+        effects_from_trace(found["model"], found["effects"], leng.INERTIA, (), "a test"),
+    )
     held = 0.1 * np.arange(1500, dtype=np.float64)
     waits = np.random.default_rng(1).normal(0.0, 1e-4, held.size)
     for name, value in {"yaw_rate": waits, "torque": -1000.0 * waits}.items():
@@ -146,7 +150,7 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
 ) -> None:
     config, endpoint = configured(**LIVE, state=tmp_path), free_endpoint()
     _leave_in_shadow(found, config)
-    # Without the threads of a `Crew`: what comes before the proof and what after it must not depend on who is quicker.
+    # Without `WorkerThreads`: what comes before the proof and what after it must not depend on who is quicker.
     with open_session(listening(endpoint)) as server, closing(Host(server, config)) as host:
         with open_session(connecting(endpoint), PATIENCE) as client:
             ledgers: queue.Queue[wire.EffectsLedger] = queue.Queue()
@@ -190,5 +194,7 @@ def _leave_in_shadow(found: dict[str, Any], config: Config) -> None:
     """The state that a learner leaves which has found this and not proven it yet."""
     assert config.state is not None
     store = Store(config.state, config, changing=True)
-    store.save_memory(LearnerNode(config, boot="").memory() | {"live": TracingState(shadow=found).to_dict()})
+    store.save_memory(
+        LearnerNode(config, boot="").memory() | {"live": TracingState(suspect=TraceContent.from_dict(found)).to_dict()}
+    )
     store.close()

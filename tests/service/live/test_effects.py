@@ -16,7 +16,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.cli.command_line import main
 from service.learner.node import LearnerNode
-from service.live.effects import configured as effects_of
+from service.live.effects import configured_effects as effects_of
 from service.live.effects import read_effects
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write

@@ -20,7 +20,7 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.session import free_endpoint
 from service.learner.node import LearnerNode
-from service.live.effects import configured as effects_of
+from service.live.effects import configured_effects as effects_of
 from service.recordings.recording import Recording
 from simulator import player
 from simulator.player import messages

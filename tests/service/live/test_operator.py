@@ -16,6 +16,7 @@ from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
+from service.live.trace_content import TraceContent
 from service.live.tracing_state import TracingState
 from service.state.store import Store
 from simulator.player import messages, play
@@ -66,7 +67,7 @@ def refused(bench: Bench, selector: str) -> str:
 def bench(start: StartBench, tmp_path: Path, found: dict[str, Any]) -> Bench:
     """A learner that has learned 140 s, beside a finding that is proven and waits for an operator."""
     state = tmp_path / "state"
-    leave(configured(**ADVISE, state=state), TracingState(proven=found))
+    leave(configured(**ADVISE, state=state), TracingState(proven=TraceContent.from_dict(found)))
     bench = start(**ADVISE, state=state)
     bench.play(part(recording(3, 400.0), 0.0, 140.0))
     bench.health_when(lambda health: health.revision >= 4)
@@ -115,7 +116,7 @@ def test_what_was_decided_survives_kill_9_at_once(
     endpoint, state = free_endpoint(), tmp_path / "state"
     words = [f"{name.replace('__', '.')}={value}" for name, value in ADVISE.items()]
     flags = [word for each in words for word in ("--set", each)]
-    leave(configured(**ADVISE, state=state), TracingState(proven=found))
+    leave(configured(**ADVISE, state=state), TracingState(proven=TraceContent.from_dict(found)))
     with serving(endpoint, state, *flags) as learner, client(endpoint) as (session, alive):
         assert "PUT" in alive.get(timeout=PATIENCE)
         models = following(session)

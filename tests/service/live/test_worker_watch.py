@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from service.live.tracing_process import DEADLINE
-from service.live.worker_watch import LONG_S, WorkerWatch
+from service.live.tracing_process import DEADLINE_S
+from service.live.worker_watch import LONG_WORK_S, WorkerWatch
 
 
 def test_deaths_are_counted_until_there_is_an_answer() -> None:
@@ -25,12 +25,12 @@ def test_work_that_takes_minutes_is_told_while_it_takes_them() -> None:
     now = 10.0
     watch = WorkerWatch(lambda: now)
     watch.began("prove")
-    now += LONG_S
+    now += LONG_WORK_S
     assert watch.notices() == ()
     now += 1.0
     (said,) = watch.notices()
     assert said.startswith(
-        f"the proof beside the learner has been at work for 121 s and is stopped after {DEADLINE:.0f} s;"
+        f"the proof beside the learner has been at work for 121 s and is stopped after {DEADLINE_S:.0f} s;"
     )
     watch.died("prove", "it was stopped after 600 s")
     (said,) = watch.notices()
