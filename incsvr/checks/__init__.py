@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from incsvr.checks.agreement import YOUNG
+from incsvr.checks.agreement import YOUNG_CURVE_BATCHES
 from incsvr.checks.curve import Curve, Served
 from incsvr.checks.judgement import check
-from incsvr.checks.misfit import OF_THE_MODEL
+from incsvr.checks.misfit import MODEL_KINDS
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.unit import implausible
 from incsvr.checks.verdict import Decision, Finding, Said, Verdict, told
 
 __all__ = [
-    "OF_THE_MODEL",
-    "YOUNG",
+    "MODEL_KINDS",
+    "YOUNG_CURVE_BATCHES",
     "Curve",
     "Decision",
     "Finding",

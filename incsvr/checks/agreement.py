@@ -22,21 +22,21 @@ from incsvr.checks.verdict import Decision, Finding
 from incsvr.numerics import Array, root_mean_square
 from incsvr.signals.samples import Samples
 
-YOUNG = 3
+YOUNG_CURVE_BATCHES = 3
 """Batches of turning after which the curve is known well enough to judge a batch by."""
-OUT_OF_NOISE = 2.0
+MIN_DRAG_NOISES = 2.0
 """The learned damping over a batch, in noise levels, from which on it is its own drag that moves a vehicle."""
-KNOWN = 1.0 / 0.15**2
-"""How sure the usual lag must be to tell another from it [s⁻²]."""
-LAG = 2.0
+USUAL_LAG_PRECISION = 1.0 / 0.15**2
+"""Precision of the usual lag [s⁻²] from which on another lag is told from it."""
+MIN_LAG_WIDTHS = 2.0
 """Least lag beside the usual one that counts, in widths of the smoothing, within which the filter forgives it; and as
 much as the usual one besides."""
-LONGEST = 1.5
-"""Before it is known, a lag longer than this [s] is no rotor's."""
-JOINT = 3
-"""Which of the windows that a batch is looked at in is that with the batch before."""
-JOINED = 2.0
-"""Batches' durations within which two batches are looked at together."""
+MAX_ROTOR_LAG_S = 1.5
+"""Longest lag [s] that is taken for a rotor's before the usual one is known."""
+JOINT_WINDOW_INDEX = 3
+"""Place, among the windows that a batch is looked at in, of the one with the batch before."""
+MAX_JOINED_DURATIONS = 2.0
+"""Longest pause, in durations of the batch, across which two batches are looked at together."""
 Learned = Callable[[Array], Curve]
 """What is learned, at any yaw rates (n,) [rad/s]."""
 
@@ -58,10 +58,12 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
     """Of the batch and of its second half by what is learned, then of the batch by what was learned before the last
     one, then of both together: what begins within a batch is told by the half of it that is wrong throughout."""
     if learned is None or older is None:
-        return Saw([], state.learned < YOUNG)
+        return Saw([], state.learned < YOUNG_CURVE_BATCHES)
     half = batch.take(slice(len(batch) // 2, None))
     windows = [(batch, learned), (half, learned), (batch, older)]
-    if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < JOINED * np.ptp(batch.time):
+    if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < MAX_JOINED_DURATIONS * np.ptp(
+        batch.time
+    ):
         windows.append((Samples.concatenate((state.before, batch)), older))
     could, seen_first, lag = False, list[Finding](), None
     for place, (samples, function) in enumerate(windows):
@@ -69,7 +71,7 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
         seen = Left.of(samples, known, state.lag)
         if (
             not turns(samples.take(known.inside), vehicle.largest_rate)
-            or root_mean_square(seen.damping) < OUT_OF_NOISE * known.sigma
+            or root_mean_square(seen.damping) < MIN_DRAG_NOISES * known.sigma
         ):
             continue  # a controller answers the water, and what it does looks like any cause
         found = causes(seen, known.sigma)
@@ -77,7 +79,7 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
             continue
         lag = found.each["lag"] if place == 0 else lag
         scales = Scales(vehicle.largest_rate, known.largest, known.sigma, least_lag(state, vehicle))
-        joint = place == JOINT and state.kinds == {UNCLEAR}
+        joint = place == JOINT_WINDOW_INDEX and state.kinds == {UNCLEAR}
         if samples is half:
             first = batch.take(slice(0, len(batch) // 2))
             until_then = Left.of(first, function(first.yaw_rate), state.lag).deviation
@@ -101,4 +103,8 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
 def least_lag(state: State, vehicle: Vehicle) -> float:
     """How far from its usual the lag between the streams may be [s]; a rotor's is not known from the beginning."""
     usual = abs(state.lag)
-    return LAG * vehicle.smoothing + usual if state.precision > KNOWN else max(LONGEST - usual, 0.0)
+    return (
+        MIN_LAG_WIDTHS * vehicle.smoothing + usual
+        if state.precision > USUAL_LAG_PRECISION
+        else max(MAX_ROTOR_LAG_S - usual, 0.0)
+    )

@@ -6,29 +6,30 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from incsvr.checks.stuck import CALLED
+from incsvr.checks.stuck import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import PERIOD, TORQUE, named
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
 
-PACE = (0.003, 0.05)
+PACE_CHANGE_RANGE = (0.003, 0.05)
 """A change of the period between two stamps, as a part, from which on it is a clock's and up to which it is one.
 A quartz keeps a ten-thousandth; a batch in which messages are lost errs by 0.002; a rate set anew differs by more."""
-COMPLETE = 0.3
-"""The part of the windows that hold every message, at least: a lost one makes a window's mean period longer."""
+COMPLETE_WINDOWS_QUANTILE = 0.3
+"""Quantile of the mean periods of the windows that is the stream's own: a lost message makes a window's longer, and so
+many windows at least hold every one."""
 
 
 def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], float]:
     """The streams of a batch that come at another pace than the periods `usual` [s] say, and by how much the torque's
     stamps ran ahead of the yaw rate's by that [s]: a clock that both are stamped with takes neither from the other."""
-    changes = {name: period(batch, name) / usual[name] - 1.0 for name in CALLED if name in usual}
-    changes = {name: change for name, change in changes.items() if abs(change) < PACE[1]}
+    changes = {name: period(batch, name) / usual[name] - 1.0 for name in STREAM_WORDS if name in usual}
+    changes = {name: change for name, change in changes.items() if abs(change) < PACE_CHANGE_RANGE[1]}
     lasted = float(np.ptp(batch.time))
     # what comes to less than a step between two stamps is their jitter
     changes = {name: change for name, change in changes.items() if abs(change) * lasted > usual[name]}
     apart = changes.get(TORQUE, 0.0) - changes.get(YAW_RATE, 0.0)
-    decision = Decision.PAUSE if abs(apart) > PACE[0] else Decision.WARN
+    decision = Decision.PAUSE if abs(apart) > PACE_CHANGE_RANGE[0] else Decision.WARN
     follows = "its clock runs at another speed, " + (
         "and the streams drift apart" if decision == Decision.PAUSE else "like that of the other stream"
     )
@@ -36,15 +37,15 @@ def paces(batch: Samples, usual: Mapping[str, float]) -> tuple[list[Finding], fl
         Finding(
             f"{name} pace",
             decision,
-            f"the stamps of the {CALLED[name]} come every {1e3 * usual[name] * (1.0 + change):.5g} ms, "
+            f"the stamps of the {STREAM_WORDS[name]} come every {1e3 * usual[name] * (1.0 + change):.5g} ms, "
             f"{100.0 * change:+.2g} % beside what they did until {batch.time[0]:.10g} s: {follows}",
         )
         for name, change in changes.items()
-        if abs(change) > PACE[0]
+        if abs(change) > PACE_CHANGE_RANGE[0]
     ]
     return found, apart * lasted if found and decision == Decision.PAUSE else 0.0
 
 
 def period(batch: Samples, name: str) -> float:
     """The time between two stamps of a stream [s], whatever single messages were lost."""
-    return float(np.quantile(batch.raw[named(name, PERIOD)], COMPLETE))
+    return float(np.quantile(batch.raw[named(name, PERIOD)], COMPLETE_WINDOWS_QUANTILE))

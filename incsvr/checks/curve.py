@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 
-STEP = 0.02
-"""Over which the slope is taken, as a part of the learned range: well below the width of the kernel."""
+SLOPE_STEP_SHARE = 0.02
+"""Step over which the slope is taken, as a share of the learned range: well below the width of the kernel."""
 
 
 class Served(NamedTuple):
@@ -53,7 +53,7 @@ class Curve:
     def of(function: Callable[[Array], Served], rate: Array, known: tuple[float, float], sigma: float) -> Curve:
         """Of f, learned between the rates `known` [rad/s], at the rates (n,) of a batch."""
         low, high = known
-        step, n = STEP * (high - low), rate.size
+        step, n = SLOPE_STEP_SHARE * (high - low), rate.size
         at = function(np.concatenate((rate, rate - step, rate + step, known)))
         return Curve(
             at.damping[:n],

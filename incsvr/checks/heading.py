@@ -11,18 +11,18 @@ from incsvr.numerics import Array, root_mean_square, running_integral
 from incsvr.signals.raw import HEADING, HEADING_TIME
 from incsvr.signals.samples import Samples
 
-BIAS = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}
+ZERO_SHARES = {Decision.WARN: 0.02, Decision.PAUSE: 0.04}
 """The gyro's zero, as a part of the largest yaw rate: a compass whose deviation changes by 3° in a batch feigns 0.7 %
 of 0.25 rad/s."""
-CERTAIN = 5.0
+ZERO_SIGMAS = 5.0
 """Standard deviations beyond which a zero is believed."""
-TURNED = 0.5
+MIN_TURNED_RAD = 0.5
 """The angle [rad] that the gyro must have turned to and fro for a direction or a unit to be told."""
-AGREE = 0.7
+MIN_AGREEMENT = 0.7
 """Agreement of gyro and heading beyond which they turn together: both are noisy."""
-PAUSE = 1.5
-"""Of the least step between two samples, from which on some are missing between them."""
-FEWEST = 5
+MISSING_SAMPLE_STEPS = 1.5
+"""Pause between two samples, in least steps between them, from which on some are missing."""
+MIN_HEADINGS = 5
 """Headings of a batch from which anything is told."""
 
 
@@ -31,12 +31,12 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
     if HEADING not in batch.raw:
         return []
     gyro, compass, lasted = _increments(batch, 2.0 * pi)
-    if gyro.size < FEWEST:
+    if gyro.size < MIN_HEADINGS:
         return []
     span = f"from {batch.time[0]:.10g} to {batch.time[-1]:.10g} s"
-    if float(np.abs(gyro).sum()) > TURNED:
+    if float(np.abs(gyro).sum()) > MIN_TURNED_RAD:
         agree = _agree(gyro, compass)
-        if agree < -AGREE:
+        if agree < -MIN_AGREEMENT:
             return [
                 Finding(
                     "heading reversed",
@@ -45,15 +45,15 @@ def against_heading(batch: Samples, largest_rate: float) -> list[Finding]:
                     "counts clockwise",
                 )
             ]
-        if abs(agree) < AGREE:
-            degrees = abs(_agree(gyro, _increments(batch, 360.0)[1])) > AGREE
+        if abs(agree) < MIN_AGREEMENT:
+            degrees = abs(_agree(gyro, _increments(batch, 360.0)[1])) > MIN_AGREEMENT
             return [_unit(span)] if degrees else []
     bias = float((gyro - compass).sum() / lasted.sum())
     each = (gyro - compass) - bias * lasted
     # increments share their ends' errors, which cancel in the sum: the two ends of the batch are what is left
     doubt = root_mean_square(each) * float(np.sqrt(2.0)) / float(lasted.sum())
-    decision = max((d for d, part in BIAS.items() if abs(bias) > part * largest_rate), default=Decision.CLEAN)
-    if decision and abs(bias) > CERTAIN * doubt:
+    decision = max((d for d, part in ZERO_SHARES.items() if abs(bias) > part * largest_rate), default=Decision.CLEAN)
+    if decision and abs(bias) > ZERO_SIGMAS * doubt:
         return [
             Finding(
                 "gyro bias",
@@ -96,7 +96,7 @@ def _increments(batch: Samples, turn: float) -> tuple[Array, Array, Array]:
     kept &= stamp[:-1] >= batch.time[0]
     # nor where samples are missing, as wherever a command changed: there it turns otherwise than before and after
     step = np.diff(batch.time)
-    missing = np.flatnonzero(step > PAUSE * step.min())
+    missing = np.flatnonzero(step > MISSING_SAMPLE_STEPS * step.min())
     begun = np.searchsorted(batch.time[missing], stamp[1:], side="left")
     kept &= begun == np.searchsorted(batch.time[missing + 1], stamp[:-1], side="right")
     return gyro[kept], compass[kept], lasted[kept]

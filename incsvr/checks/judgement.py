@@ -13,35 +13,45 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.checks.agreement import LAG, LONGEST, YOUNG, Learned, Saw, least_lag, respond
+from incsvr.checks.agreement import (
+    MAX_ROTOR_LAG_S,
+    MIN_LAG_WIDTHS,
+    YOUNG_CURVE_BATCHES,
+    Learned,
+    Saw,
+    least_lag,
+    respond,
+)
 from incsvr.checks.clock import paces, period
 from incsvr.checks.curve import Curve
 from incsvr.checks.heading import against_heading
 from incsvr.checks.leaps import leaps
-from incsvr.checks.misfit import RESPONSE, STILL, UNCLEAR
+from incsvr.checks.misfit import LASTING_SIGMAS, RESPONSE, UNCLEAR
 from incsvr.checks.outliers import outliers, scatter
-from incsvr.checks.power import MOVING, drives, turns
+from incsvr.checks.power import MIN_TURNING_RATE_SHARE, drives, turns
 from incsvr.checks.response import Estimate, Left, agrees, causes
-from incsvr.checks.state import UNKNOWN, State, Vehicle
-from incsvr.checks.stuck import CALLED, stuck
+from incsvr.checks.state import PRIOR_LAG_PRECISION, State, Vehicle
+from incsvr.checks.stuck import STREAM_WORDS, stuck
 from incsvr.checks.unit import unit
 from incsvr.checks.unmoved import unmoved
-from incsvr.checks.verdict import CHANGE, REMEMBERED, Decision, Finding, Verdict
+from incsvr.checks.verdict import CHANGE, CHANGE_MEMORY_S, Decision, Finding, Verdict
 from incsvr.numerics import Array
 from incsvr.signals.raw import HEADING, HIGH, LOW, TORQUE, named
 from incsvr.signals.samples import Samples
 
-KEPT = 0.9
+RETAINED_SHARE = 0.9
 """The part of what is known of usual figures that a batch leaves: they stand for about ten batches."""
-SURE = 1.0 / 0.1**2
-"""How sure one batch may make it [s⁻²]: a rotor that follows its command slowly is no delay that is always the same."""
-ANEW = 4
+MAX_BATCH_PRECISION = 1.0 / 0.1**2
+"""Precision [s⁻²] that one batch may give a lag at most: a rotor that follows its command slowly is no delay that is
+always the same."""
+RELEARN_BATCHES = 4
 """Batches of turning, one after the other, that fit each other and not what is learned: then that is what is wrong."""
-TOGETHER = 2.0
-CLEARLY = 6.0
-STAYED = 0.25
-"""A pace is a new one, and no clock's, once the streams should have drifted apart by so many times the lag that counts
-and by so many of what a batch resolves, and are seen apart by so small a part of it."""
+DRIFTED_LAGS = 2.0
+"""Lags that count by which the streams should have drifted apart before a pace is a new one, and no clock's."""
+DRIFTED_DEVIATIONS = 6.0
+"""Deviations of what a batch resolves by which they should have drifted apart besides."""
+MAX_SEEN_DRIFT_SHARE = 0.25
+"""Share of that drift which the streams are seen apart by at most where the pace is a new one."""
 
 
 def check(
@@ -73,8 +83,10 @@ def check(
     pausing = next((name for name, each in saw.items() if each.pauses), None)
     warnings = [f for each in saw.values() for f in each.findings if f.decision < Decision.PAUSE]
     state = _reconsidered(state, vehicle, batch, known, pausing)
-    if state.agreeing >= ANEW:
-        sentence = f"the last {ANEW} batches fit each other and not what is learned: the damping is learned anew"
+    if state.agreeing >= RELEARN_BATCHES:
+        sentence = (
+            f"the last {RELEARN_BATCHES} batches fit each other and not what is learned: the damping is learned anew"
+        )
         verdict = Verdict((Finding(CHANGE, Decision.WARN, sentence),), learn=True, suspect=False, span=_span(batch))
         return State(usual=state.usual, reach=state.reach, periods=state.periods, told=float(batch.time[-1])), verdict
     if pausing is not None:
@@ -93,13 +105,13 @@ def check(
         paused_since=None,
         paused_by=frozenset(),
         kinds=frozenset(),
-        learned=min(state.learned + turning, YOUNG),
+        learned=min(state.learned + turning, YOUNG_CURVE_BATCHES),
         rates=state.counted(vehicle, batch.yaw_rate) if turning else state.rates,
     )
     verdict = Verdict(tuple(findings), learn=True, suspect=False, span=_span(batch))
     if any(f.kind == CHANGE for f in warnings):
         # the curve moves now, and how far apart the streams usually seem to be goes by it
-        moved = replace(after, learned=0, rates=State().rates, lag=0.0, precision=UNKNOWN, before=None)
+        moved = replace(after, learned=0, rates=State().rates, lag=0.0, precision=PRIOR_LAG_PRECISION, before=None)
         return replace(moved, told=float(batch.time[-1])), verdict
     drifts = any(saw["pace"].findings)
     return _usual(after, vehicle, batch, known, drifts), verdict
@@ -107,7 +119,7 @@ def check(
 
 def _trusted(state: State, vehicle: Vehicle, learned: Learned | None) -> Learned | None:
     """The curve where it was learned well enough to judge a batch by."""
-    if learned is None or state.learned < YOUNG:
+    if learned is None or state.learned < YOUNG_CURVE_BATCHES:
         return None
 
     def curve(rate: Array) -> Curve:
@@ -165,7 +177,7 @@ def _unmoved(vehicle: Vehicle, batch: Samples, learned: Learned | None) -> list[
 def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:
     if not vehicle.believed:
         return Saw([], False)
-    moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MOVING * vehicle.largest_rate
+    moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MIN_TURNING_RATE_SHARE * vehicle.largest_rate
     reach, sigma = state.reach.get(TORQUE, 0.0), np.inf if known is None else known.sigma
     return Saw(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)
 
@@ -174,7 +186,7 @@ def _pace(state: State, vehicle: Vehicle, batch: Samples, response: Saw) -> tupl
     """Of the stamps' pace; where the streams should have drifted apart by it, and have not, the pace is a new one."""
     findings, drift = paces(batch, state.periods)
     drift = state.drift + drift if drift else 0.0
-    if state.learned < YOUNG:
+    if state.learned < YOUNG_CURVE_BATCHES:
         findings = [replace(finding, decision=Decision.WARN) for finding in findings]
     elif response.lag is not None and _together(drift, response.lag, least_lag(state, vehicle)):
         now = {name: period(batch, name) for name in state.periods}
@@ -184,37 +196,43 @@ def _pace(state: State, vehicle: Vehicle, batch: Samples, response: Saw) -> tupl
 
 def _together(drift: float, lag: Estimate, least: float) -> bool:
     """Whether streams that should have drifted so far apart [s] are seen not to have."""
-    return abs(drift) > max(TOGETHER * least, CLEARLY * lag.resolved) and abs(lag.size) < STAYED * abs(drift)
+    return abs(drift) > max(DRIFTED_LAGS * least, DRIFTED_DEVIATIONS * lag.resolved) and abs(
+        lag.size
+    ) < MAX_SEEN_DRIFT_SHARE * abs(drift)
 
 
 def _once(state: State, batch: Samples, findings: list[Finding]) -> list[Finding]:
     """Without the changes of the vehicle where one has been told a moment ago."""
-    recently = state.told is not None and 0.0 <= batch.time[-1] - state.told < REMEMBERED
+    recently = state.told is not None and 0.0 <= batch.time[-1] - state.told < CHANGE_MEMORY_S
     return [f for f in findings if f.kind != CHANGE or not recently]
 
 
 def _usual(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, drifts: bool) -> State:
     """What is usual, with a batch that is learned; while a clock drifts, the lag that it makes is not."""
     usual, reach, periods = {}, {}, {}
-    for name in CALLED:
+    for name in STREAM_WORDS:
         low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
         scatter = float(np.median(high - low))
-        reach[name] = max(KEPT * state.reach.get(name, 0.0), float(high.max() - low.min()))
-        usual[name] = KEPT * state.usual.get(name, scatter) + (1.0 - KEPT) * scatter
+        reach[name] = max(RETAINED_SHARE * state.reach.get(name, 0.0), float(high.max() - low.min()))
+        usual[name] = RETAINED_SHARE * state.usual.get(name, scatter) + (1.0 - RETAINED_SHARE) * scatter
         now = period(batch, name)
-        periods[name] = KEPT * state.periods.get(name, now) + (1.0 - KEPT) * now
+        periods[name] = RETAINED_SHARE * state.periods.get(name, now) + (1.0 - RETAINED_SHARE) * now
     state = replace(state, usual=usual, reach=reach, periods=periods, before=batch)
     found = None if known is None or drifts else causes(Left.of(batch, known, state.lag), known.sigma)
     if found is None or not np.isfinite(found.each["lag"].resolved):
         return state
     lag = found.each["lag"]
-    if lag.certainty < STILL and abs(lag.size) > LAG * vehicle.smoothing:
+    if lag.certainty < LASTING_SIGMAS and abs(lag.size) > MIN_LAG_WIDTHS * vehicle.smoothing:
         return state  # of several that explain next to nothing, the best is any
-    more = min(1.0 / lag.resolved**2, SURE)
+    more = min(1.0 / lag.resolved**2, MAX_BATCH_PRECISION)
     # it is not forgotten over straight legs, which tell nothing new
-    kept = state.precision if more < (1.0 - KEPT) * state.precision else max(KEPT * state.precision, UNKNOWN)
-    total = min(kept + more, SURE / (1.0 - KEPT))
-    usually = float(np.clip(state.lag + lag.size * more / total, -LONGEST, LONGEST))
+    kept = (
+        state.precision
+        if more < (1.0 - RETAINED_SHARE) * state.precision
+        else max(RETAINED_SHARE * state.precision, PRIOR_LAG_PRECISION)
+    )
+    total = min(kept + more, MAX_BATCH_PRECISION / (1.0 - RETAINED_SHARE))
+    usually = float(np.clip(state.lag + lag.size * more / total, -MAX_ROTOR_LAG_S, MAX_ROTOR_LAG_S))
     return replace(state, lag=usually, precision=total)
 
 

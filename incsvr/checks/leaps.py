@@ -14,13 +14,14 @@ from incsvr.checks.verdict import Decision, Finding
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-GROSS = 8.0
+GROSS_ERROR_NOISES = 8.0
 """Noise levels beyond which a sample is off by far."""
-SHARE = (0.1, 0.5)
-"""The part of the samples that are, from which on they are no single ones, and up to which they are not the rest."""
-BOTH_SIDES = 0.5
-"""The part of what they are off by that their sum is at most: what leaps and comes back cancels."""
-FITS = 2.0
+GROSS_ERROR_SHARES = (0.1, 0.5)
+"""Shares of the samples that are off by far: from the first on they are no single ones, up to the second they are not
+the rest."""
+MAX_SUM_SHARE = 0.5
+"""Part of what they are off by that their sum is at most: what leaps and comes back cancels."""
+MAX_REST_NOISES = 2.0
 """Noise levels that the others are off by at most, in their median."""
 
 
@@ -28,12 +29,15 @@ def leaps(batch: Samples, curve: Curve) -> list[Finding]:
     """The share of a batch's samples at learned rates between which the yaw rate leaps."""
     inside = curve.inside
     left, damping = (batch.damping - curve.damping)[inside], curve.damping[inside]
-    off = np.abs(left) > GROSS * curve.sigma
-    if not left.size or not SHARE[0] <= float(np.mean(off)) < SHARE[1]:
+    off = np.abs(left) > GROSS_ERROR_NOISES * curve.sigma
+    if not left.size or not GROSS_ERROR_SHARES[0] <= float(np.mean(off)) < GROSS_ERROR_SHARES[1]:
         return []
-    if float(np.median(np.abs(left[~off]))) > FITS * curve.sigma:
+    if float(np.median(np.abs(left[~off]))) > MAX_REST_NOISES * curve.sigma:
         return []
-    if _sided(left[off], np.ones(int(off.sum()))) > BOTH_SIDES or _sided(left[off], np.sign(damping[off])) > BOTH_SIDES:
+    if (
+        _sided(left[off], np.ones(int(off.sum()))) > MAX_SUM_SHARE
+        or _sided(left[off], np.sign(damping[off])) > MAX_SUM_SHARE
+    ):
         return []
     return [
         Finding(

@@ -4,46 +4,48 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from incsvr.checks.response import SENSOR, VEHICLE, Causes, Estimate, Left, began
+from incsvr.checks.response import SENSOR_CAUSES, VEHICLE_CAUSES, Causes, Estimate, Left, began
 from incsvr.checks.verdict import CHANGE, Decision, Finding
 
-CERTAIN = 6.0
+CAUSE_SIGMAS = 6.0
 """Standard deviations from which on a cause is believed: with five causes and two windows each batch, once in years."""
-CERTAIN_LAG = 5.0
-"""The same for a lag alone: in 48 hours without a fault the largest was 4.3."""
-BEYOND = 2.0
-"""How many times larger it is than what an error of the learned curve may feign."""
-STILL = 2.0
-"""Standard deviations from which on it is believed to last."""
-AHEAD = 15.0
+LAG_SIGMAS = 5.0
+"""Standard deviations from which on a lag alone is believed: in 48 hours without a fault the largest was 4.3."""
+CURVE_ERROR_FACTOR = 2.0
+"""How many times larger a cause is than what an error of the learned curve may feign."""
+LASTING_SIGMAS = 2.0
+"""Standard deviations from which on a cause is believed to last."""
+FAULT_LEAD = 15.0
 """Variances by which a sensor's fault must explain more than any change of the vehicle; twice the ln of the odds."""
-EVEN = 2.0
+TIE = 2.0
 """Variances within which a vehicle's change explains as much: at one rate, all causes look the same."""
-CALM = 0.5
+CALM_FIRST_HALF_SHARE = 0.5
 """The part of what is left over in the second half of a batch that the first may have where something began between:
 half of its own samples may be at fault already. A curve that errs, or an inertia declared wrong, errs in both."""
-ZERO = 0.08
+MIN_GYRO_SHIFT_SHARE = 0.08
 """Least shift of the curve along the yaw rate, as a part of the largest: the learned curve itself errs by some."""
-TOLD = 0.25
-"""A change of the damping, as a part, from which on it is told as one: a hull adds some tenths."""
-DRIVELESS = -0.75
-"""A change below which what is recorded is not what turns the vehicle: it would have lost nearly all its drag."""
-BOUNDLESS = 3.0
-"""A change above which the same is true of the yaw rate, or the thrust is all but gone."""
-FOREIGN = 4.0
+MIN_DAMPING_CHANGE = 0.25
+"""Change of the damping, as a part of it, from which on it is told as one: a hull adds some tenths."""
+DRIVELESS_CHANGE = -0.75
+"""Change of the damping below which what is recorded is not what turns the vehicle: it would have lost nearly all its
+drag."""
+BOUNDLESS_CHANGE = 3.0
+"""Change of the damping above which the same is true of the yaw rate, or the thrust is all but gone."""
+FOREIGN_NOISES = 4.0
 """Noise levels that the best cause leaves over where torque and yaw rate do not belong together."""
-PLAIN = 2.0
+MAX_CHANGE_NOISES = 2.0
 """Noise levels that a change of the vehicle leaves over at most, where it is told as one."""
-OF_LARGEST = 0.15
-"""The part of the largest damping that it leaves over at least: a rough sea stays below."""
+MIN_LEFT_DAMPING_SHARE = 0.15
+"""Part of the largest damping that a fault leaves over at least: a rough sea stays below."""
 
 UNCLEAR, RESPONSE, UNDRIVEN = "unclear", "response", "driveless"
 """Kinds of findings: the vehicle changed or a sensor failed; torque and yaw rate do not belong together; what turns the
 vehicle is not the torque."""
-OF_THE_MODEL = frozenset({CHANGE, UNCLEAR, RESPONSE, UNDRIVEN})
+MODEL_KINDS = frozenset({CHANGE, UNCLEAR, RESPONSE, UNDRIVEN})
 """Kinds of what the learned curve does not explain, and no single sensor either."""
-FEIGNED = ("moment", "one side")
-"""A vehicle's changes that a lag or a gyro's zero looks like for half a turn to and fro: no single batch tells them."""
+FEIGNED_CHANGES = ("moment", "one side")
+"""Changes of a vehicle that a lag or a gyro's zero looks like for half a turn to and fro: no single batch tells
+them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,16 +74,16 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
     best = found.best
     estimate = found.each[best]
     span = f"from {seen.time[0]:.10g} to {seen.time[-1]:.10g} s"
-    sensors = [cause for cause in SENSOR if _large(cause, found.each[cause], scales, cause in suspected)]
-    if best in sensors and (best in suspected or found.lead(best) > EVEN or not _unremarkable(found)):
+    sensors = [cause for cause in SENSOR_CAUSES if _large(cause, found.each[cause], scales, cause in suspected)]
+    if best in sensors and (best in suspected or found.lead(best) > TIE or not _unremarkable(found)):
         failed = _SENTENCES[best](estimate.size, began(seen, best, estimate.size))
-        if best in suspected or found.lead(best) > AHEAD:
+        if best in suspected or found.lead(best) > FAULT_LEAD:
             return [Finding(best, Decision.PAUSE, failed)]
         return [_unclear(f"{failed}, or the vehicle changed")]
-    if estimate.unexplained > max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping):
+    if estimate.unexplained > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping):
         return [_foreign(found, span)]
-    if estimate.certainty < CERTAIN:
-        large = found.left > max(FOREIGN * scales.sigma, OF_LARGEST * scales.largest_damping)
+    if estimate.certainty < CAUSE_SIGMAS:
+        large = found.left > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping)
         left = f"the learned curve leaves {found.left:.3g} N m over {span}: the vehicle changed or a sensor failed"
         return [_unclear(left)] if large else []
     since = began(seen, best, estimate.size)
@@ -89,7 +91,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
     if sentence is None:
         return []
     gain = _apparent(best, estimate.size)
-    if gain is not None and not DRIVELESS < gain < BOUNDLESS:
+    if gain is not None and not DRIVELESS_CHANGE < gain < BOUNDLESS_CHANGE:
         return [
             Finding(
                 RESPONSE if gain > 0.0 else UNDRIVEN,
@@ -98,11 +100,11 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
                 "change by: check the torque's sensor, its sign and its unit",
             )
         ]
-    if any(found.lead(cause) > -AHEAD for cause in sensors):
+    if any(found.lead(cause) > -FAULT_LEAD for cause in sensors):
         return [_unclear(f"{sentence}, or {' or '.join(_DOUBTS[cause] for cause in sensors)}")]
-    if estimate.unexplained > PLAIN * scales.sigma:
+    if estimate.unexplained > MAX_CHANGE_NOISES * scales.sigma:
         return [_foreign(found, span)]
-    if best in FEIGNED and not joint:
+    if best in FEIGNED_CHANGES and not joint:
         return [_unclear(f"{sentence}, or a sensor failed")]
     return [Finding(CHANGE, Decision.WARN, sentence)]
 
@@ -114,27 +116,34 @@ def late_since_then(seen: Left, found: Causes, scales: Scales, until_then: float
         until_then: robust deviation of what the curve leaves over in its first half [N m].
     """
     lag = found.each["lag"]
-    if not _large("lag", lag, scales, lasts=False) or found.lead("lag") < 0.0 or until_then > CALM * found.left:
+    if (
+        not _large("lag", lag, scales, lasts=False)
+        or found.lead("lag") < 0.0
+        or until_then > CALM_FIRST_HALF_SHARE * found.left
+    ):
         return []
     sentence = _late(lag.size, began(seen, "lag", lag.size))
-    if found.best == "lag" and found.lead("lag") > AHEAD:
+    if found.best == "lag" and found.lead("lag") > FAULT_LEAD:
         return [Finding("lag", Decision.PAUSE, sentence)]
     return [_unclear(f"{sentence}, or the vehicle changed")]
 
 
 def _unremarkable(found: Causes) -> bool:
     """Whether a change of the damping or the thrust too small to be told explains most of a vehicle's own causes."""
-    best = min(VEHICLE, key=lambda cause: found.each[cause].cost)
+    best = min(VEHICLE_CAUSES, key=lambda cause: found.each[cause].cost)
     gains = [_apparent(cause, found.each[cause].size) for cause in ("gain", "thrust")]
-    even = any(found.each[cause].cost < found.each[best].cost + EVEN for cause in ("gain", "thrust"))
-    return even and all(gain is not None and abs(gain) < TOLD for gain in gains)
+    even = any(found.each[cause].cost < found.each[best].cost + TIE for cause in ("gain", "thrust"))
+    return even and all(gain is not None and abs(gain) < MIN_DAMPING_CHANGE for gain in gains)
 
 
 def _large(cause: str, estimate: Estimate, scales: Scales, lasts: bool) -> bool:
     """Whether a sensor's fault is larger than what is forgiven, and certain."""
-    least, certain = {"zero": (ZERO * scales.largest_rate, CERTAIN), "lag": (scales.least_lag, CERTAIN_LAG)}[cause]
-    least = max(least, BEYOND * estimate.bias)
-    return abs(estimate.size) > least and estimate.certainty > (STILL if lasts else certain)
+    least, certain = {
+        "zero": (MIN_GYRO_SHIFT_SHARE * scales.largest_rate, CAUSE_SIGMAS),
+        "lag": (scales.least_lag, LAG_SIGMAS),
+    }[cause]
+    least = max(least, CURVE_ERROR_FACTOR * estimate.bias)
+    return abs(estimate.size) > least and estimate.certainty > (LASTING_SIGMAS if lasts else certain)
 
 
 def _unclear(sentence: str) -> Finding:
@@ -153,7 +162,7 @@ def _foreign(found: Causes, span: str) -> Finding:
 def could_tell(found: Causes, scales: Scales) -> bool:
     """Whether the samples would have shown a shift or a lag, had there been one."""
     return (
-        found.each["zero"].resolved < 0.5 * ZERO * scales.largest_rate
+        found.each["zero"].resolved < 0.5 * MIN_GYRO_SHIFT_SHARE * scales.largest_rate
         and found.each["lag"].resolved < 0.5 * scales.least_lag
     )
 
@@ -168,12 +177,12 @@ def _apparent(cause: str, size: float) -> float | None:
 def _change(cause: str, size: float, since: float, scales: Scales) -> str | None:
     """What changed of the vehicle, where that is more than is learned without a word."""
     gain = _apparent(cause, size)
-    if gain is not None and abs(gain) > TOLD:
+    if gain is not None and abs(gain) > MIN_DAMPING_CHANGE:
         other = f" (thrust by {100.0 * (1.0 / (1.0 + gain) - 1.0):+.0f} % looks the same)" if gain > -1.0 else ""
         return f"damping or thrust changed by {100.0 * gain:+.0f} % at {since:.10g} s{other}"
-    if cause == "moment" and abs(size) > OF_LARGEST * scales.largest_damping:
+    if cause == "moment" and abs(size) > MIN_LEFT_DAMPING_SHARE * scales.largest_damping:
         return f"a constant moment of {size:+.3g} N m acts since {since:.10g} s"
-    if cause == "one side" and abs(size) > TOLD:
+    if cause == "one side" and abs(size) > MIN_DAMPING_CHANGE:
         return (
             f"damping or thrust changed by {100.0 * size:+.0f} % at positive and {-100.0 * size:+.0f} % at negative "
             f"rates at {since:.10g} s"

@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.checks.stuck import CALLED
+from incsvr.checks.stuck import STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import COUNT, HIGH, LOW, MOVE, SPIKES, named
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import YAW_RATE
 
-SHARE = {Decision.WARN: 0.04, Decision.PAUSE: 0.065}
-"""The part of a batch's values from which on outliers are said, and from which on nothing is learned: of windows of 36
+OUTLIER_SHARES = {Decision.WARN: 0.04, Decision.PAUSE: 0.065}
+"""Shares of a batch's values from which on outliers are said, and from which on nothing is learned: of windows of 36
 values each holds several then, and about half of them stand beside each other, where no neighbour tells."""
 
-TO_AND_FRO = 1.0 / 6.0
-"""The mean step from one value to the next, as a part of what the values of a window span, from which on they go to
-and fro: two gyros in turn take half of it or all, noise 0.18 or more in up to 700 values. A motion that turns back
-within the window takes two spans in all: 0.12 in the 18 values of a 10 Hz gyro in the filter that `fit` chooses."""
+TO_AND_FRO_STEP_SHARE = 1.0 / 6.0
+"""Mean step from one value to the next, as a part of what the values of a window span, from which on they go to and
+fro: two gyros in turn take half of it or all, noise 0.18 or more in up to 700 values. A motion that turns back within
+the window takes two spans in all: 0.12 in the 18 values of a 10 Hz gyro in the filter that `fit` chooses."""
 
 
 def outliers(batch: Samples) -> list[Finding]:
     """The streams of a batch that have too many of them."""
     found = []
-    for name, called in CALLED.items():
+    for name, called in STREAM_WORDS.items():
         count = float(batch.raw[named(name, COUNT)].sum())
         share = float(batch.raw[named(name, SPIKES)].sum()) / count
-        decision = max((each for each, least in SHARE.items() if share >= least), default=Decision.CLEAN)
+        decision = max((each for each, least in OUTLIER_SHARES.items() if share >= least), default=Decision.CLEAN)
         if decision:
             found.append(
                 Finding(
@@ -46,7 +46,7 @@ def scatter(batch: Samples, largest_rate: float) -> list[Finding]:
     """
     span = batch.raw[named(YAW_RATE, HIGH)] - batch.raw[named(YAW_RATE, LOW)]
     within, move = float(np.median(span)), float(np.median(batch.raw[named(YAW_RATE, MOVE)]))
-    if within < largest_rate or move < TO_AND_FRO * within:
+    if within < largest_rate or move < TO_AND_FRO_STEP_SHARE * within:
         return []
     return [
         Finding(

@@ -23,19 +23,21 @@ from incsvr.numerics import Array, robust_deviation
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
-VEHICLE = ("gain", "thrust", "moment", "one side")
-SENSOR = ("zero", "lag")
-TRIMMED = 3.5
+VEHICLE_CAUSES = ("gain", "thrust", "moment", "one side")
+"""Causes of a misfit that are a change of the vehicle."""
+SENSOR_CAUSES = ("zero", "lag")
+"""Causes that are a fault of a sensor."""
+TRIMMED_DEVIATIONS = 3.5
 """Robust deviations beyond which a sample has no part in an estimate."""
-CURVE = 0.3
-"""Noise levels by which the learned curve itself errs at least, in a shape that may be any cause's."""
-DELAY_STEP = 0.125
-"""Between two delays of the torque that are tried [s]."""
-DELAYS: Array = DELAY_STEP * np.arange(-32.0, 33.0, dtype=np.float64)
-"""Those, beside the usual one [s]: beyond, torque and yaw rate do not belong together at all."""
-AGREES = 1.5
+CURVE_ERROR_NOISES = 0.3
+"""Error of the learned curve itself in noise levels, at least, in a shape that may be any cause's."""
+DELAY_STEP_S = 0.125
+"""Step between two delays of the torque that are tried [s]."""
+DELAYS_S: Array = DELAY_STEP_S * np.arange(-32.0, 33.0, dtype=np.float64)
+"""Delays that are tried beside the usual one [s]: beyond, torque and yaw rate do not belong together at all."""
+AGREEING_NOISES = 1.5
 """Noise levels that samples which follow one curve are from it."""
-FEWEST = 15
+MIN_SAMPLES = 15
 """Samples from which anything is told."""
 
 
@@ -103,8 +105,8 @@ class Left:
     @property
     def agility(self) -> float:
         """Σ τ̇² [N² m²/s²] over the samples, of a torque that moves for half the step of the delays at least."""
-        before, after = self.later(self.lag + np.array([-0.5, 0.5]) * DELAY_STEP)
-        return float(np.nansum((after - before) ** 2)) / DELAY_STEP**2
+        before, after = self.later(self.lag + np.array([-0.5, 0.5]) * DELAY_STEP_S)
+        return float(np.nansum((after - before) ** 2)) / DELAY_STEP_S**2
 
     def later(self, delays: Array) -> Array:
         """(k, n) the torque each of some delays (k,) [s] later; NaN across a pause and beyond the ends."""
@@ -159,7 +161,7 @@ class Causes:
 
     def lead(self, cause: str) -> float:
         """By how much a cause explains more than the best of the vehicle's own, in variances."""
-        return min(self.each[other].cost for other in VEHICLE) - self.each[cause].cost
+        return min(self.each[other].cost for other in VEHICLE_CAUSES) - self.each[cause].cost
 
 
 def causes(seen: Left, sigma: float) -> Causes | None:
@@ -168,9 +170,9 @@ def causes(seen: Left, sigma: float) -> Causes | None:
     Args:
         sigma: noise level of a sample as learned [N m]; a batch may be noisier.
     """
-    if seen.time.size < FEWEST:
+    if seen.time.size < MIN_SAMPLES:
         return None
-    sizes = {cause: _fitted(seen.left, seen.shape(cause, 1.0)) for cause in (*VEHICLE, "zero")}
+    sizes = {cause: _fitted(seen.left, seen.shape(cause, 1.0)) for cause in (*VEHICLE_CAUSES, "zero")}
     sizes["lag"] = _lag(seen, max(sigma, min(_deviation(_rest(seen, *fit)) for fit in sizes.items())))
     rests = {cause: _rest(seen, cause, size) for cause, size in sizes.items()}
     level = max(sigma, min(_deviation(rest) for rest in rests.values()))
@@ -178,7 +180,7 @@ def causes(seen: Left, sigma: float) -> Causes | None:
     colour = _correlation(rests[min(costs, key=lambda cause: costs[cause])])
     worth = (1.0 - colour) / (1.0 + colour)
     nothing = _cost(seen.left, level)
-    errs = float(np.sum(np.maximum(seen.doubt, CURVE * sigma) ** 2))
+    errs = float(np.sum(np.maximum(seen.doubt, CURVE_ERROR_NOISES * sigma) ** 2))
 
     def estimate(cause: str) -> Estimate:
         power = seen.agility if cause == "lag" else float(np.sum(seen.shape(cause, 1.0) ** 2))
@@ -200,9 +202,9 @@ def _rest(seen: Left, cause: str, size: float) -> Array:
 def _lag(seen: Left, level: float) -> float:
     """The delay of the torque beside the usual one [s] that explains most, on a grid."""
     usual = seen.later(np.array([seen.lag]))[0]
-    rests = seen.left - np.nan_to_num(usual - seen.later(seen.lag + DELAYS))
-    costs = np.minimum(rests**2, (TRIMMED * level) ** 2).sum(axis=1)
-    return float(DELAYS[int(np.argmin(costs))])
+    rests = seen.left - np.nan_to_num(usual - seen.later(seen.lag + DELAYS_S))
+    costs = np.minimum(rests**2, (TRIMMED_DEVIATIONS * level) ** 2).sum(axis=1)
+    return float(DELAYS_S[int(np.argmin(costs))])
 
 
 def agrees(batch: Samples, sigma: float) -> bool:
@@ -215,7 +217,7 @@ def agrees(batch: Samples, sigma: float) -> bool:
         size = np.linalg.lstsq(design[kept], batch.damping[kept], rcond=None)[0]
         kept = _near(batch.damping - design @ size)
     drag = design[:, :2] @ size[:2]
-    return _deviation(batch.damping - design @ size) <= AGREES * sigma and float(drag @ rate) > 0.0
+    return _deviation(batch.damping - design @ size) <= AGREEING_NOISES * sigma and float(drag @ rate) > 0.0
 
 
 def began(seen: Left, cause: str, size: float) -> float:
@@ -240,7 +242,7 @@ def _fitted(left: Array, column: Array) -> float:
 
 
 def _near(rest: Array) -> NDArray[np.bool_]:
-    kept: NDArray[np.bool_] = np.abs(rest) <= TRIMMED * max(_deviation(rest), 1e-12)
+    kept: NDArray[np.bool_] = np.abs(rest) <= TRIMMED_DEVIATIONS * max(_deviation(rest), 1e-12)
     return kept
 
 
@@ -249,13 +251,13 @@ def _deviation(rest: Array) -> float:
 
 
 def _cost(rest: Array, level: float) -> float:
-    """Sum of squares in variances; an outlier costs no more than TRIMMED deviations."""
-    return float(np.sum(np.minimum(rest**2, (TRIMMED * level) ** 2))) / level**2
+    """Sum of squares in variances; an outlier costs no more than TRIMMED_DEVIATIONS deviations."""
+    return float(np.sum(np.minimum(rest**2, (TRIMMED_DEVIATIONS * level) ** 2))) / level**2
 
 
 def _correlation(rest: Array) -> float:
     """Of neighbours, in [0, 0.9]."""
-    limit = TRIMMED * max(_deviation(rest), 1e-12)
+    limit = TRIMMED_DEVIATIONS * max(_deviation(rest), 1e-12)
     rest = np.clip(rest, -limit, limit)
     power = float(rest @ rest)
     return min(max(float(rest[1:] @ rest[:-1]) / power, 0.0), 0.9) if power > 0.0 else 0.0

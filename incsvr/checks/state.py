@@ -13,11 +13,12 @@ from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
-UNKNOWN = 1.0 / 0.25**2
-"""How sure it is before anything is learned that the streams are together [s⁻²]: rotors trail by some tenths."""
-BINS = 40
-"""Of the range of yaw rates, in which learned samples are counted: narrower than any kernel that spans it."""
-ENOUGH = 5
+PRIOR_LAG_PRECISION = 1.0 / 0.25**2
+"""Precision [s⁻²] with which the streams are taken to be together before anything is learned: rotors trail by some
+tenths."""
+RATE_BINS = 40
+"""Bins of the range of yaw rates in which learned samples are counted: narrower than any kernel that spans it."""
+MIN_BIN_SAMPLES = 5
 """Samples learned in a bin and the two beside it from which on the curve is judged by there: a kernel that bridges what
 was only passed through errs by far more than it doubts itself."""
 
@@ -62,7 +63,7 @@ class State:
         agreeing: batches put aside, one after the other, that fit each other and not what is learned.
         told: when the last change was told [s].
         drift: by how much the torque's stamps should have run ahead of the yaw rate's, by their pace [s].
-        rates: (BINS,) learned samples of turning in each part of the range of yaw rates.
+        rates: (RATE_BINS,) learned samples of turning in each part of the range of yaw rates.
     """
 
     paused_since: float | None = None
@@ -73,21 +74,21 @@ class State:
     reach: Mapping[str, float] = field(default_factory=dict)
     periods: Mapping[str, float] = field(default_factory=dict)
     lag: float = 0.0
-    precision: float = UNKNOWN
+    precision: float = PRIOR_LAG_PRECISION
     before: Samples | None = None
     agreeing: int = 0
     told: float | None = None
     drift: float = 0.0
-    rates: tuple[int, ...] = (0,) * BINS
+    rates: tuple[int, ...] = (0,) * RATE_BINS
 
     def near(self, vehicle: Vehicle, rate: Array) -> NDArray[np.bool_]:
         """(n,) whether enough was learned near each yaw rate (n,) [rad/s]."""
         counted = np.convolve(self.rates, np.ones(3), mode="same")
-        return np.asarray(counted[_bins(vehicle, rate)] >= ENOUGH)
+        return np.asarray(counted[_bins(vehicle, rate)] >= MIN_BIN_SAMPLES)
 
     def counted(self, vehicle: Vehicle, rate: Array) -> tuple[int, ...]:
         """`rates` with learned ones (n,) [rad/s]."""
-        return tuple((np.array(self.rates) + np.bincount(_bins(vehicle, rate), minlength=BINS)).tolist())
+        return tuple((np.array(self.rates) + np.bincount(_bins(vehicle, rate), minlength=RATE_BINS)).tolist())
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data, exact to the bit in JSON."""
@@ -132,7 +133,7 @@ class State:
 def _bins(vehicle: Vehicle, rate: Array) -> NDArray[np.int64]:
     """(n,) the bin of each rate; what is beyond the range falls into its last ones."""
     low, high = vehicle.rate_range
-    return np.clip((BINS * (rate - low) / (high - low)).astype(np.int64), 0, BINS - 1)
+    return np.clip((RATE_BINS * (rate - low) / (high - low)).astype(np.int64), 0, RATE_BINS - 1)
 
 
 def _plain(samples: Samples) -> dict[str, Any]:

@@ -17,29 +17,33 @@ from incsvr.numerics import Array, root_mean_square
 from incsvr.signals.raw import HIGH, LOW, STEP, TORQUE, named
 from incsvr.signals.samples import Samples
 
-STEPS = 3.0
-"""Of its resolution within which a stream stands still: the last bit, and the one beside it, may toggle."""
-OF_REACH = 0.005
-"""The part of how far it usually reaches that those steps are at most: a command of few levels has large ones."""
-QUIET = 0.05
-"""Or the part of the scatter that it usually shows within a window: noise does not cease by itself."""
-FEWEST = 6
-"""Samples in a row: with the shorter ones a slow turn may well agree."""
-TURNED = 10.0
+STILL_STEPS = 3.0
+"""Steps of its resolution within which a stream stands still: the last bit, and the one beside it, may toggle."""
+MAX_STILL_REACH_SHARE = 0.005
+"""Part of how far a stream usually reaches that those steps are at most: a command of few levels has large ones."""
+QUIET_SCATTER_SHARE = 0.05
+"""Part of the scatter that a stream usually shows within a window below which it stands still, too: noise does not
+cease by itself."""
+MIN_STILL_SAMPLES = 6
+"""Samples in a row of which a stream is stuck: with fewer a slow turn may well agree."""
+UNDAMPED_TURN_FACTOR = 10.0
 """How many times as far the torque, undamped, would have turned the yaw rate: damping takes most of it away."""
-UNEXPLAINED = 3.0
+UNEXPLAINED_NOISES = 3.0
 """Noise levels by which a constant torque fails to explain the motion."""
-OF_LARGEST = 0.15
-"""The part of the largest damping that it fails by at least: swell moves a vehicle whose torque rests at zero."""
-SWEPT = 0.1
-"""The part of the yaw rate's range that is swept meanwhile: the same."""
-LETS_GO = -0.4
+UNEXPLAINED_DAMPING_SHARE = 0.15
+"""Part of the largest damping by which a constant torque fails at least: swell moves a vehicle whose torque rests at
+zero."""
+MIN_SWEPT_RANGE_SHARE = 0.1
+"""Part of the yaw rate's range that is swept meanwhile: swell sweeps less."""
+LOST_DRAG_SLOPE = -0.4
 """Slope of what is left over on the damping, beside a constant, below which the vehicle seems to have lost its drag: as
 it does where the torque follows its turning unseen. A vehicle that changed under a held torque keeps more."""
-HELD = 0.3
-"""The level of a torque, as a part of the largest damping, from which on a vehicle that it holds shows its drag."""
-CALLED = {"yaw_rate": "yaw rate", "torque": "torque"}
-UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+HOLDING_TORQUE_SHARE = 0.3
+"""Level of a torque, as a part of the largest damping, from which on a vehicle that it holds shows its drag."""
+STREAM_WORDS = {"yaw_rate": "yaw rate", "torque": "torque"}
+"""What messages call the streams."""
+STREAM_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+"""Units of the streams."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +80,8 @@ def stuck(
     first = {"yaw_rate": range_width, "torque": 0.0}
     for name, proves in (("yaw_rate", _turned), ("torque", _moved)):
         low, high = batch.raw[named(name, LOW)], batch.raw[named(name, HIGH)]
-        steps = min(STEPS * _resolution(batch, name), OF_REACH * reach.get(name, first[name]))
-        limit = max(steps, QUIET * usual.get(name, 0.0))
+        steps = min(STILL_STEPS * _resolution(batch, name), MAX_STILL_REACH_SHARE * reach.get(name, first[name]))
+        limit = max(steps, QUIET_SCATTER_SHARE * usual.get(name, 0.0))
         moved &= float(high.max() - low.min()) > limit
         for stretch in _stretches(low, high, limit):
             if proves(batch, stretch, limit, inertia, range_width, curve):
@@ -94,14 +98,15 @@ def _resolution(batch: Samples, name: str) -> float:
 
 
 def _stretches(low: Array, high: Array, limit: float) -> list[Stretch]:
-    """Stretches of FEWEST samples and more within whose windows a stream keeps within `limit`, as long as can be."""
+    """Stretches of MIN_STILL_SAMPLES samples and more within whose windows a stream keeps within `limit`, as long as
+    can be."""
     found: list[Stretch] = []
-    for first in range(low.size - FEWEST + 1):
+    for first in range(low.size - MIN_STILL_SAMPLES + 1):
         if high[first] - low[first] > limit or (found and first <= found[-1].last):
             continue
         within = np.maximum.accumulate(high[first:]) - np.minimum.accumulate(low[first:]) <= limit
         count = int(np.argmin(within)) if not within.all() else within.size
-        if count >= FEWEST:
+        if count >= MIN_STILL_SAMPLES:
             found.append(Stretch(first, first + count - 1))
     return found
 
@@ -114,7 +119,7 @@ def _turned(
     pushed = np.cumsum((torque - torque.mean())[:-1] * np.diff(time)) / inertia
     # the torque's own noise turns nothing that could be seen
     floor = max(limit, 1e-3 * range_width)
-    return bool(np.ptp(pushed) > TURNED * floor)
+    return bool(np.ptp(pushed) > UNDAMPED_TURN_FACTOR * floor)
 
 
 def _moved(
@@ -122,15 +127,15 @@ def _moved(
 ) -> bool:
     """Whether the vehicle moved while its torque stood still as no constant torque moves it."""
     rate = batch.yaw_rate[stretch.slice]
-    swept = float(np.ptp(rate)) / (SWEPT * range_width)
+    swept = float(np.ptp(rate)) / (MIN_SWEPT_RANGE_SHARE * range_width)
     if swept < 0.5 or (swept < 1.0 and not _undamped(batch, stretch, curve)):
         return False
     if curve is None or not curve.inside[stretch.slice].any():
         # a constant torque does not turn a vehicle to both sides
-        return bool(min(rate.max(), -rate.min()) > SWEPT * range_width)
+        return bool(min(rate.max(), -rate.min()) > MIN_SWEPT_RANGE_SHARE * range_width)
     left = (batch.damping - curve.damping)[stretch.slice][curve.inside[stretch.slice]]
     amiss = root_mean_square(left)
-    return amiss > max(UNEXPLAINED * curve.sigma, OF_LARGEST * curve.largest)
+    return amiss > max(UNEXPLAINED_NOISES * curve.sigma, UNEXPLAINED_DAMPING_SHARE * curve.largest)
 
 
 def _undamped(batch: Samples, stretch: Stretch, curve: Curve | None) -> bool:
@@ -140,14 +145,14 @@ def _undamped(batch: Samples, stretch: Stretch, curve: Curve | None) -> bool:
     kept = curve.inside[stretch.slice]
     torque, damping = batch.raw[TORQUE][stretch.slice][kept], curve.damping[stretch.slice][kept]
     left = batch.damping[stretch.slice][kept] - damping
-    if left.size < FEWEST or abs(float(np.median(torque))) < HELD * curve.largest:
+    if left.size < MIN_STILL_SAMPLES or abs(float(np.median(torque))) < HOLDING_TORQUE_SHARE * curve.largest:
         return False
     about = damping - damping.mean()
     power = float(about @ about)
     if not power > 0.0:
         return False
     slope = float(about @ left) / power
-    return slope + 2.0 * curve.sigma / float(np.sqrt(power)) < LETS_GO
+    return slope + 2.0 * curve.sigma / float(np.sqrt(power)) < LOST_DRAG_SLOPE
 
 
 def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:
@@ -155,8 +160,8 @@ def _finding(batch: Samples, name: str, stretch: Stretch) -> Finding:
     level = 0.5 * float(low[stretch.slice].min() + high[stretch.slice].max())
     since, until = batch.time[stretch.first], batch.time[stretch.last]
     other = "the torque varies" if name == "yaw_rate" else "the vehicle turns as no constant torque turns it"
-    where = f"stands still at {level:.4g} {UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
+    where = f"stands still at {level:.4g} {STREAM_UNITS[name]} from {since:.10g} to {until:.10g} s while {other}"
     end = 0.01 * float(np.ptp((low.min(), high.max())))
     at_end = end > 0.0 and min(level - low.min(), high.max() - level) < end
     cure = "it is stuck, or clipped at the end of its range; check the sensor" if at_end else "check the sensor"
-    return Finding(f"{name} stuck", Decision.PAUSE, f"the {CALLED[name]} {where}; {cure}")
+    return Finding(f"{name} stuck", Decision.PAUSE, f"the {STREAM_WORDS[name]} {where}; {cure}")

@@ -9,18 +9,19 @@ import numpy as np
 
 from incsvr.numerics import Array, robust_deviation, root_mean_square, running_integral
 
-WINDOW = 60.0
-"""Over which both are compared [s]."""
-TURNED = 0.3
-"""How far the vehicle must turn to and fro in one (RMS) for anything to be told [rad]."""
-APART = 0.7
-"""Of that, what a heading differs by, counted either way, from which on it does not follow: a compass that errs by 10°
-differs by half as much."""
-DRIFTED = 0.35
-"""Of a whole recording [rad]: 20°, to both sides of which the deviation of a compass does not reach."""
-CERTAIN = 5.0
+WINDOW_S = 60.0
+"""Window over which both are compared [s]."""
+MIN_TURNED_RAD = 0.3
+"""Turn to and fro of the vehicle in one window (RMS) from which on anything is told [rad]."""
+MAX_DIFFERENCE_SHARE = 0.7
+"""Part of that turn which a heading differs by, counted either way, from which on it does not follow: a compass that
+errs by 10° differs by half as much."""
+MAX_DRIFT_RAD = 0.35
+"""Drift over a whole recording that is borne [rad]: 20°, to both sides of which the deviation of a compass does not
+reach."""
+DRIFT_SIGMAS = 5.0
 """Standard deviations beyond which a drift is believed."""
-FEWEST = 3
+MIN_WINDOWS = 3
 """Windows from which anything is told."""
 
 
@@ -39,8 +40,8 @@ def beside_yaw_rate(rate: tuple[Array, Array], heading: tuple[Array, Array]) -> 
     stamps, angle = stamps[inside], np.unwrap(angle[inside])
     gyro = np.interp(stamps, time, turned)
     slopes, follows = [], []
-    for begin in np.arange(stamps[0], stamps[-1] - WINDOW, WINDOW) if stamps.size else ():
-        here = (stamps >= begin) & (stamps < begin + WINDOW)
+    for begin in np.arange(stamps[0], stamps[-1] - WINDOW_S, WINDOW_S) if stamps.size else ():
+        here = (stamps >= begin) & (stamps < begin + WINDOW_S)
         if here.sum() < 10:
             continue
         at = stamps[here] - begin
@@ -48,19 +49,19 @@ def beside_yaw_rate(rate: tuple[Array, Array], heading: tuple[Array, Array]) -> 
         away, _ = _detrended(at, gyro[here])
         opposite, _ = _detrended(at, angle[here] + gyro[here])
         slopes.append(slope)
-        if away > TURNED:
+        if away > MIN_TURNED_RAD:
             follows.append(min(moved, opposite) / away)
-    if len(follows) >= FEWEST and float(np.median(follows)) > APART:
+    if len(follows) >= MIN_WINDOWS and float(np.median(follows)) > MAX_DIFFERENCE_SHARE:
         return (
             "the heading does not follow the yaw rate: it belongs to another clock, another sensor or another unit; "
             "leave its column out, or mend it"
         )
-    if len(slopes) < FEWEST:
+    if len(slopes) < MIN_WINDOWS:
         return None
     drift, span = float(np.median(slopes)), float(stamps[-1] - stamps[0])
     whole = float(angle[-1] - angle[0] - gyro[-1] + gyro[0])
     doubt = robust_deviation(np.array(slopes) - drift) * 1.2533 / np.sqrt(len(slopes))
-    if min(abs(drift) * span, np.sign(drift) * whole) < DRIFTED or abs(drift) < CERTAIN * doubt:
+    if min(abs(drift) * span, np.sign(drift) * whole) < MAX_DRIFT_RAD or abs(drift) < DRIFT_SIGMAS * doubt:
         return None
     return (
         f"the heading drifts by {drift:+.2g} rad/s against the yaw rate, {np.degrees(drift * span):+.3g}° in all: the "

@@ -4,37 +4,39 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.checks.power import MOVING
-from incsvr.checks.stuck import CALLED, UNITS
+from incsvr.checks.power import MIN_TURNING_RATE_SHARE
+from incsvr.checks.stuck import STREAM_UNITS, STREAM_WORDS
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
-EXCEEDS = 5.0
+ENERGY_OVER_WORK = 5.0
 """How many times the torque's work the kinetic energy grows: a declared inertia may be wrong by some tenths, a yaw rate
 in degrees per second makes 57 of it."""
 
-MANY = 0.75
-ASKED = 1.5
-"""The inertia alone must not take so many times the torque's whole reach in a quarter of the samples of a batch."""
-LOUD = 10.0
-"""Noise levels that it takes at least: a gyro's noise, differentiated, asks for much where the filter is short."""
-IMPLAUSIBLE = 0.2
-"""The part of a stream's values beyond its limit from which on they are no single outliers."""
-FEWEST = 50
+REACH_QUANTILE = 0.75
+"""Quantile of what the inertia takes that is held against the torque's reach: a quarter of the samples of a batch."""
+MAX_TORQUE_REACHES = 1.5
+"""Times the torque's whole reach that the inertia alone must not take in these samples."""
+MIN_INERTIA_NOISES = 10.0
+"""Noise levels that the inertia takes at least: a gyro's noise, differentiated, asks for much where the filter is
+short."""
+IMPLAUSIBLE_SHARE = 0.2
+"""Part of a stream's values beyond its limit from which on they are no single outliers."""
+MIN_VALUES = 50
 """Values of which that part is taken."""
 
 
 def implausible(name: str, refused: int, received: int, limit: float) -> Finding | None:
     """Whether a stream is in another unit, by how many of the values received were refused as beyond its `limit`."""
-    if received < FEWEST or refused < IMPLAUSIBLE * received:
+    if received < MIN_VALUES or refused < IMPLAUSIBLE_SHARE * received:
         return None
     cure = "are they in degrees per second?" if name == "yaw_rate" else "are they in another unit?"
     return Finding(
         "unit",
         Decision.PAUSE,
-        f"{100.0 * refused / received:.0f} % of the {CALLED[name]}'s values are beyond the plausible ±{limit:g} "
-        f"{UNITS[name]}: {cure}",
+        f"{100.0 * refused / received:.0f} % of the {STREAM_WORDS[name]}'s values are beyond the plausible ±{limit:g} "
+        f"{STREAM_UNITS[name]}: {cure}",
     )
 
 
@@ -48,14 +50,14 @@ def unit(batch: Samples, inertia: float, largest_rate: float, reach: float, sigm
         sigma: noise level of a sample [N m]; infinite before it is known.
     """
     rate, torque = batch.yaw_rate, batch.raw[TORQUE]
-    if len(batch) < 2 or float(np.max(np.abs(rate))) < 2.0 * MOVING * largest_rate:
+    if len(batch) < 2 or float(np.max(np.abs(rate))) < 2.0 * MIN_TURNING_RATE_SHARE * largest_rate:
         return []
     energy = 0.5 * inertia * rate**2
     gained = float(np.max(energy - np.minimum.accumulate(energy)))
     work = float(np.median(np.diff(batch.time))) * float(np.sum(np.abs(torque * rate)))
     # what the declared inertia alone takes, of samples that stand apart as well
-    asked, given = float(np.quantile(np.abs(torque - batch.damping), MANY)), max(float(np.ptp(torque)), reach)
-    if gained <= EXCEEDS * work and asked <= max(ASKED * given, LOUD * sigma):
+    asked, given = float(np.quantile(np.abs(torque - batch.damping), REACH_QUANTILE)), max(float(np.ptp(torque)), reach)
+    if gained <= ENERGY_OVER_WORK * work and asked <= max(MAX_TORQUE_REACHES * given, MIN_INERTIA_NOISES * sigma):
         return []
     return [
         Finding(

@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.checks.power import MOVING
+from incsvr.checks.power import MIN_TURNING_RATE_SHARE
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
-FEWEST = 8
-"""Samples in a row: a vehicle that is turned round passes rest within two or three."""
-DRIVES = 0.4
-"""The part of the largest damping that the torque is in the median: so near rest a linear drag takes MOVING of it, dry
-friction some more."""
-TURNED = 0.285
+MIN_SAMPLES = 8
+"""Samples in a row at rest: a vehicle that is turned round passes rest within two or three."""
+DRIVING_TORQUE_SHARE = 0.4
+"""Part of the largest damping that the torque is in the median: so near rest a linear drag takes
+MIN_TURNING_RATE_SHARE of it, dry friction some more."""
+MIN_TURNED_SHARE = 0.285
 """Part of what the torque gave over a stretch, ∫ τ dt, that I Δr is at least where the vehicle is only turned round: in
 41 reversals of a measured ship, whose sway takes most of her rudder's moment, it was 0.29 to 0.73; of thrusters that
 are off it is none, and of an AUV's sway under a Coriolis force as large as its thrust 0.28."""
@@ -33,17 +33,17 @@ def unmoved(batch: Samples, largest_rate: float, largest_damping: float, inertia
         largest_damping: that was learned [N m].
         inertia: as declared [kg m²], by which a reversal is known; 0 knows none.
     """
-    still = np.flatnonzero(np.abs(batch.yaw_rate) < MOVING * largest_rate)
+    still = np.flatnonzero(np.abs(batch.yaw_rate) < MIN_TURNING_RATE_SHARE * largest_rate)
     runs = np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)
     stretch = max(runs, key=len)
-    if stretch.size < FEWEST:
+    if stretch.size < MIN_SAMPLES:
         return []
     torque = batch.raw[TORQUE][stretch]
-    if float(np.median(np.abs(torque))) < DRIVES * largest_damping:
+    if float(np.median(np.abs(torque))) < DRIVING_TORQUE_SHARE * largest_damping:
         return []
     time, rate = batch.time[stretch], batch.yaw_rate[stretch]
     given = float(np.sum(0.5 * (torque[1:] + torque[:-1]) * np.diff(time)))  # [N m s]
-    if inertia * float(rate[-1] - rate[0]) * np.sign(given) >= TURNED * abs(given) > 0.0:
+    if inertia * float(rate[-1] - rate[0]) * np.sign(given) >= MIN_TURNED_SHARE * abs(given) > 0.0:
         return []
     first, last = time[0], time[-1]
     return [

@@ -19,8 +19,8 @@ class Decision(IntEnum):
 
 CHANGE = "change"
 """The kind of a finding that the vehicle changed: no fault."""
-REMEMBERED = 300.0
-"""How long [s] a change of the vehicle is said."""
+CHANGE_MEMORY_S = 300.0
+"""How long a change of the vehicle is said [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class Said:
     def after(self, verdict: Verdict) -> Said:
         """With the verdict on the next batch."""
         now = verdict.span[1]
-        change = self.change if self.change is not None and 0.0 <= now - self.change[0] < REMEMBERED else None
+        change = self.change if self.change is not None and 0.0 <= now - self.change[0] < CHANGE_MEMORY_S else None
         sentences = [finding.sentence for finding in verdict.findings if finding.decision < Decision.PAUSE]
         changes = [finding.sentence for finding in verdict.findings if finding.kind == CHANGE]
         if changes:

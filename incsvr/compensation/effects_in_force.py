@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 from incsvr.effects import Effect, Signals, Term
 from incsvr.numerics import Array
-from incsvr.signals import RUN_PAUSE
+from incsvr.signals import RUN_PAUSE_S
 from incsvr.tracing.model import TracedModel
 
 HEADING = "heading"
@@ -142,12 +142,12 @@ class Compensation:
         (n,) each: a moment [N m]; of an effect that scales the damping its factor; of an inertia zero, because it takes
         its part of the acceleration, which is not looked at here.
         """
-        anew = np.flatnonzero(np.diff(piece.index) * piece.step >= RUN_PAUSE) + 1
+        anew = np.flatnonzero(np.diff(piece.index) * piece.step >= RUN_PAUSE_S) + 1
         edges = [0, *anew.tolist(), piece.index.size]
         found: list[list[Array]] = []
         for first, last in pairwise(edges):
             part = piece.take(slice(first, last))
-            if carried.index is not None and (part.index[0] - carried.index) * piece.step >= RUN_PAUSE:
+            if carried.index is not None and (part.index[0] - carried.index) * piece.step >= RUN_PAUSE_S:
                 carried = Carried(turns=carried.turns, heading=carried.heading if HEADING in piece.channels else None)
             values, carried = self._stretch(part, carried)
             found.append(values)

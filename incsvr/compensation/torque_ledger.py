@@ -23,7 +23,7 @@ from incsvr.plant.body import DECLARED_INERTIA
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.coupled import BodyTorque, without
 from incsvr.signals.smoothing import Smoothed, smooth
-from incsvr.signals.streams import JUMP
+from incsvr.signals.streams import JUMP_S
 from incsvr.signals.takes_torque import TorqueSplit
 
 SUBSTEPS = 6
@@ -71,7 +71,7 @@ class TorqueLedger:
             "rate": _linear(*streams[YAW_RATE], at, self._settings.longest_pause),
             "torque": _linear(*streams[TORQUE], at, self._settings.longest_pause),
             "delayed": _linear(*streams[TORQUE], at - self._compensation.delay, self._settings.longest_pause),
-            **{name: _linear(*streams[name], at, JUMP, name == HEADING) for name in self._channels},
+            **{name: _linear(*streams[name], at, JUMP_S, name == HEADING) for name in self._channels},
         }
         good = ~np.any(np.isnan(list(values.values())), axis=0)
         if not good.any():

@@ -11,8 +11,8 @@ from incsvr.numerics import Array
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.coupled import motion_at
-from incsvr.signals.holding import MISSING
-from incsvr.signals.settings import SETTLES
+from incsvr.signals.holding import MAX_HOLDING_PERIODS
+from incsvr.signals.settings import SETTLING_S
 
 SHORTEST = 1.0
 """A motion shorter than this [s] shows nothing of a vehicle."""
@@ -81,10 +81,10 @@ def held_motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list
     """
     (rate_time, rate), (time, command) = streams[YAW_RATE], streams[TORQUE]
     edges = np.concatenate(([0], np.flatnonzero(np.diff(command) != 0.0) + 1, [time.size]))
-    longest = MISSING * float(np.median(np.diff(time))) if time.size > 1 else gap
+    longest = MAX_HOLDING_PERIODS * float(np.median(np.diff(time))) if time.size > 1 else gap
     found = []
     for first, last in zip(edges[:-1], edges[1:] - 1, strict=True):
-        begin, end = float(time[first]) + SETTLES, float(time[last])
+        begin, end = float(time[first]) + SETTLING_S, float(time[last])
         if end - begin < SHORTEST_HELD or float(np.diff(time[first : last + 1]).max()) > longest:
             continue
         within = (rate_time >= begin) & (rate_time <= end)

@@ -20,7 +20,7 @@ import numpy as np
 from incsvr.numerics import Array, robust_deviation
 from incsvr.signals import SignalSettings, raw
 from incsvr.signals.samples import Samples
-from incsvr.signals.settings import COMMANDED, FOLLOWS
+from incsvr.signals.settings import COMMANDED, MIN_WIDTH_PERIODS
 
 BANDS = ((0.15, 0.35), (0.35, 0.65), (0.65, 1.0))
 """Of the fastest rate, in each of which the error is told."""
@@ -82,7 +82,7 @@ class Unresolved:
     def narrower(self, settings: SignalSettings) -> float | None:
         """The width of a filter [s] that is narrow enough for the motion, or as narrow as the streams allow; None where
         they allow none that is much narrower."""
-        least = FOLLOWS * self._slowest(settings)
+        least = MIN_WIDTH_PERIODS * self._slowest(settings)
         width = max(self.smoothing * (AIMED / self.share) ** 0.5, least)  # the error goes with the width squared
         return float(f"{width:.2g}") if width < WORTH * self.smoothing else None
 
@@ -97,7 +97,7 @@ class Unresolved:
             slowest = self._slowest(settings)
             name = "yaw rate" if slowest <= self.yaw_rate_period else "torque"
             wanted = self.smoothing * (AIMED / self.share) ** 0.5
-            cure = f"send the {name} every {wanted / FOLLOWS:.1g} s and smooth over {wanted:.1g} s"
+            cure = f"send the {name} every {wanted / MIN_WIDTH_PERIODS:.1g} s and smooth over {wanted:.1g} s"
         if settings.torque != COMMANDED:
             cure += ", or, where the torque is a command that holds until the next, set signals.torque to commanded"
         return f"{cure}; `incsvr fit` on a log of it tries what can be set, and says what it gains"

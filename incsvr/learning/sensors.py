@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from incsvr.checks import OF_THE_MODEL, Finding, Vehicle, Verdict, told
+from incsvr.checks import MODEL_KINDS, Finding, Vehicle, Verdict, told
 from incsvr.learning import guarded
 from incsvr.learning.iteration import Settings
 from incsvr.signals.samples import Samples
@@ -49,7 +49,7 @@ def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: boo
     verdicts = [verdict for verdict, _ in guarded.follow(settings, vehicle, samples, rest=True)]
     findings = [finding for verdict in verdicts for finding in verdict.findings]
     refused = IMPOSSIBLE - {SIGN} if coupled else IMPOSSIBLE
-    of_the_model = OF_THE_MODEL | {SIGN, TORQUE_STUCK} if coupled else OF_THE_MODEL
+    of_the_model = MODEL_KINDS | {SIGN, TORQUE_STUCK} if coupled else MODEL_KINDS
     impossible = [finding for finding in findings if finding.kind in refused]
     turned = sum(any(finding.kind == REVERSED for finding in verdict.findings) for verdict in verdicts)
     return Sensors(

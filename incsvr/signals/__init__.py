@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from incsvr.signals.playing import play, synchronise
-from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, RUN_PAUSE, TORQUE, YAW_RATE, SignalSettings
+from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, RUN_PAUSE_S, TORQUE, YAW_RATE, SignalSettings
 from incsvr.signals.synchroniser import Synchroniser
 
 __all__ = [
     "MAX_CHANNELS",
     "REQUIRED",
-    "RUN_PAUSE",
+    "RUN_PAUSE_S",
     "TORQUE",
     "YAW_RATE",
     "SignalSettings",

@@ -6,28 +6,28 @@ import numpy as np
 
 from incsvr.numerics import Array
 
-SHORT = 0.25
-"""Of the mean time between two values: in bursts most follow one another within less. Of values that come at random
-times a fifth does."""
-BETWEEN = 0.1
-"""Time between two bursts [s] up to which they do no harm: few vehicles move within it, and the commands of several
+SHORT_STEP_SHARE = 0.25
+"""Step between two values, as a share of the mean step, below which it is one within a burst: in bursts most are. Of
+values that come at random times a fifth is."""
+MAX_HARMLESS_GAP_S = 0.1
+"""Time between two bursts up to which they do no harm [s]: few vehicles move within it, and the commands of several
 thrusters come together."""
-PAUSES = 0.005
-"""Part of the steps that may be pauses of the stream, which say nothing of how it comes otherwise."""
+PAUSE_SHARE = 0.005
+"""Share of the steps that may be pauses of the stream, which say nothing of how it comes otherwise."""
 
 
 def bursts(stamps: Array) -> float | None:
     """The time between two bursts [s] where a stream (n,) [s] comes in them; None where it does not."""
     steps = np.sort(np.diff(stamps))
-    steps = steps[: steps.size - int(PAUSES * steps.size)]
+    steps = steps[: steps.size - int(PAUSE_SHARE * steps.size)]
     if steps.size < 8:
         return None
     mean = float(steps.mean())
-    between = steps[steps > SHORT * mean]
+    between = steps[steps > SHORT_STEP_SHARE * mean]
     if between.size == 0 or between.size > steps.size // 2:
         return None
     apart = float(np.median(between))
-    return apart if apart > BETWEEN else None
+    return apart if apart > MAX_HARMLESS_GAP_S else None
 
 
 def in_bursts(name: str, apart: float) -> str:

@@ -5,7 +5,7 @@ What is right where clocks are not (`incsvr.signals.streams` says what one strea
 - The stamps of yaw rate and torque do not overlap (seconds since 1970 beside seconds since start, one clock an hour
   ahead): there is no sample, because nothing but the stamps says which values belong together. `readings` says so.
 - One clock begins anew while the other goes on: the samples up to there are completed, what comes after is held, and no
-  sample is made until both clocks show the same time again, within JUMP. Old values are never paired with new ones.
+  sample is made until both clocks show the same time again, within JUMP_S. Old values are never paired with new ones.
 - Both begin anew (the vehicle was switched off and on), or the one goes back to where the other is: all is taken up
   anew from the stamp since which both clocks run. After a clock was set, and only then, the order in which the
   messages of different streams arrive has a say: stamps alone do not tell of which time they are.
@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import inf
 
 from incsvr.signals.settings import MAX_CHANNELS, REQUIRED, TORQUE, YAW_RATE, SignalSettings
-from incsvr.signals.streams import FIRST_BELIEVED, JUMP, Stream
+from incsvr.signals.streams import FIRST_BELIEVED_STAMPS, JUMP_S, Stream
 
 
 class Clocks:
@@ -48,23 +48,23 @@ class Clocks:
         (before, led), lead = self._compared, newest[0] - newest[1]
         self._compared = (clocks, lead)
         # Played faster than they are taken in, two clocks that agree overtake each other.
-        if abs(lead) > JUMP and not (before == clocks and lead * led < 0.0):
+        if abs(lead) > JUMP_S and not (before == clocks and lead * led < 0.0):
             return None
         if not any(self.streams[name].next for name in REQUIRED):
             for name, stream in self.streams.items():
-                if stream.next is not None and abs(stream.next.newest - min(newest)) <= JUMP:
+                if stream.next is not None and abs(stream.next.newest - min(newest)) <= JUMP_S:
                     self.streams[name] = stream.next
             return None
         begin = max(clock.since for clock in clocks)
         for name, stream in self.streams.items():
             clock = stream.latest
-            if name not in REQUIRED and abs(clock.newest - min(newest)) > JUMP:
+            if name not in REQUIRED and abs(clock.newest - min(newest)) > JUMP_S:
                 clock = stream.anew()  # it has still to come
             # What a clock showed that was left alone is told; the seconds between two clocks are a pause like others.
             if clock is not stream:
-                clock.refuse("clock_jump", stream.count(looked_at + JUMP, inf) + clock.count(-inf, clock.since))
+                clock.refuse("clock_jump", stream.count(looked_at + JUMP_S, inf) + clock.count(-inf, clock.since))
             clock.cut(clock.since)
-            clock.refuse("clocks_apart", clock.count(looked_at if clock is stream else -inf, begin - JUMP))
+            clock.refuse("clocks_apart", clock.count(looked_at if clock is stream else -inf, begin - JUMP_S))
             self.streams[name] = clock
         return begin
 
@@ -80,4 +80,4 @@ def empty_streams(settings: SignalSettings) -> dict[str, Stream]:
 
 def channel(settings: SignalSettings) -> Stream:
     """The stream of a channel, which may come slowly."""
-    return Stream(inf, settings.lateness, FIRST_BELIEVED)
+    return Stream(inf, settings.lateness, FIRST_BELIEVED_STAMPS)

@@ -16,7 +16,7 @@ from incsvr.plant import damping_moment
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, DECLARED_INERTIA, RESTORING, Coupled
 from incsvr.signals.settings import TORQUE, YAW_RATE
-from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, smooth
 from incsvr.signals.takes_torque import TakesTorque, TorqueSplit
 
 MAX_PAUSE_S = 1.0
@@ -76,7 +76,7 @@ def body_parts(coupled: Coupled, at: Array, streams: Streams, smoothing: float, 
     one of them is not known.
     """
     time, rate = streams[YAW_RATE]
-    known = _known(coupled, streams, at, WIDTHS * smoothing, gap)
+    known = _known(coupled, streams, at, HALF_WINDOW_WIDTHS * smoothing, gap)
     others = {name: _at(time, streams[stream_of(coupled.axis, name)]) for name in coupled.velocities}
 
     def filtered(values: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-DOUBTED = 1000
+MAX_DOUBTED_VALUES = 1000
 """Values that are doubted at most."""
 
 
@@ -27,7 +27,7 @@ class Doubted:
         """Whether a value with this stamp [s] may be of the same clock, after a pause [s] of at most so long; with none
         before it, it is."""
         newest = self._newest() if self.values else time
-        return len(self.values) < DOUBTED and newest - lateness <= time <= newest + pause
+        return len(self.values) < MAX_DOUBTED_VALUES and newest - lateness <= time <= newest + pause
 
     def add(self, time: float, value: float) -> None:
         self.advanced += time > self._newest()

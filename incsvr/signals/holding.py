@@ -2,7 +2,7 @@
 
 A command that is logged while it holds, as telemetry does it, repeats itself: between two messages that say the same
 it was that all the time, however far apart they are; between two that differ nobody knows when it changed. So a sample
-stands only where the command held throughout the filter's window, and for SETTLES before it, in which the rotors
+stands only where the command held throughout the filter's window, and for SETTLING_S before it, in which the rotors
 follow. There the torque is known exactly, without any filter of its own, and the filter of the yaw rate is as narrow as
 the gyro allows: what a slow stream cannot tell is left out, instead of smoothed over.
 
@@ -23,26 +23,27 @@ from incsvr.numerics import Array
 from incsvr.signals.following import periods, recently, widenings
 from incsvr.signals.settings import (
     COMMANDED,
-    FOLLOWS,
-    LONGEST_PAUSE,
+    MAX_PAUSE_S,
     MEASURED,
-    SETTLES,
+    MIN_WIDTH_PERIODS,
+    SETTLING_S,
     TORQUE,
-    WIDER,
+    WIDENING_FACTOR,
     YAW_RATE,
     SignalSettings,
 )
 from incsvr.signals.smoothing import Smoothed, nowhere, smooth
 
-REPEATED = 0.3
-"""Of a torque's messages that repeat the one before: more are those of a command that was logged while it held."""
-WORTH = 0.1
-"""Of the instants of a slow torque at which it holds for a whole window, by how many of its messages repeat: with fewer
-a line between them is better than next to no samples."""
-MISSING = 2.5
+REPEATED_SHARE = 0.3
+"""Share of a torque's messages that repeat the one before beyond which it is a command that was logged while it
+held."""
+MIN_HOLDING_SHARE = 0.1
+"""Share of the instants of a slow torque at which it holds for a whole window, by how many of its messages repeat: with
+fewer a line between them is better than next to no samples."""
+MAX_HOLDING_PERIODS = 2.5
 """Periods of the torque after which it is no longer known to hold: one message may be lost."""
-STEPS_A_WIDTH = 6
-"""Of the filter, in which a command that is not repeated is drawn as steps."""
+STEPS_PER_WIDTH = 6
+"""Steps in a width of the filter as which a command that is not repeated is drawn."""
 
 
 def filters(
@@ -51,13 +52,14 @@ def filters(
     """How the samples at (m,) times [s] are filtered.
 
     Args:
-        streams: name → (stamps [s], values); the last STEPS before each instant must be there.
+        streams: name → (stamps [s], values); the last PERIOD_STEPS before each instant must be there.
         settled: up to where all streams are known [s].
         on_a_line: whether samples are freed of what knows no torque but one on a line.
 
     Returns:
-        (m,) whether the torque is a command that was logged while it held; (m,) by how many steps of WIDER the filter
-        is widened; how many of the instants, from the first on, have a filter that does not reach beyond what is known.
+        (m,) whether the torque is a command that was logged while it held; (m,) by how many steps of WIDENING_FACTOR
+        the filter is widened; how many of the instants, from the first on, have a filter that does not reach beyond
+        what is known.
     """
     time, value = streams[TORQUE]
     period = periods(time, at)
@@ -65,7 +67,7 @@ def filters(
     commands = holding if on_a_line or settings.torque != COMMANDED else np.ones(at.size, dtype=bool)
     widening = widenings(settings, np.maximum(periods(streams[YAW_RATE][0], at), np.where(commands, 0.0, period)))
     until = np.where(commands, _known_until(time, settled), settled) if commands.any() else settled
-    waits = np.flatnonzero((at + settings.reach * WIDER**widening > until) & (commands | (widening > 0)))
+    waits = np.flatnonzero((at + settings.reach * WIDENING_FACTOR**widening > until) & (commands | (widening > 0)))
     return holding, widening, int(waits[0]) if waits.size else at.size
 
 
@@ -78,12 +80,12 @@ def _holds(settings: SignalSettings, torque: tuple[Array, Array], at: Array, per
     if settings.torque == MEASURED:
         return np.zeros(at.size, dtype=bool)
     if settings.torque == COMMANDED:
-        return np.asarray(_repeated(torque[1], torque[0], at) > REPEATED)
-    slow = FOLLOWS * period > settings.smoothing * (1.0 + 1e-9)
+        return np.asarray(_repeated(torque[1], torque[0], at) > REPEATED_SHARE)
+    slow = MIN_WIDTH_PERIODS * period > settings.smoothing * (1.0 + 1e-9)
     if not slow.any():
         return slow
-    spanned = 1.0 + (2.0 * settings.reach + SETTLES) / np.maximum(period, 1e-9)
-    return np.asarray(slow & (_repeated(torque[1], torque[0], at) ** spanned >= WORTH))
+    spanned = 1.0 + (2.0 * settings.reach + SETTLING_S) / np.maximum(period, 1e-9)
+    return np.asarray(slow & (_repeated(torque[1], torque[0], at) ** spanned >= MIN_HOLDING_SHARE))
 
 
 def _repeated(value: Array, time: Array, at: Array) -> Array:
@@ -113,13 +115,13 @@ def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoo
     if time.size < 2:
         return nowhere(at.size)
     period = periods(time, at)
-    first = np.searchsorted(time, at - reach - SETTLES, side="right") - 1
+    first = np.searchsorted(time, at - reach - SETTLING_S, side="right") - 1
     last = np.searchsorted(time, at + reach, side="left")
     inside = (first >= 0) & (last < time.size)
     head, tail = np.maximum(first, 0), np.minimum(last, time.size - 1)
     changes = np.concatenate(([0], np.cumsum(np.diff(value) != 0.0)))
     steps = np.diff(time)
-    longest = np.maximum(gap, np.minimum(MISSING * period, LONGEST_PAUSE))
+    longest = np.maximum(gap, np.minimum(MAX_HOLDING_PERIODS * period, MAX_PAUSE_S))
     without_gap = np.array([steps[a:b].max(initial=0.0) for a, b in zip(head, tail, strict=True)]) <= longest
     held_there = inside & (changes[head] == changes[tail]) & without_gap
     known = np.where(held_there, value[head], np.nan)
@@ -149,8 +151,8 @@ def stepped(time: Array, value: Array, at: Array, smoothing: float, gap: float) 
     """
     if time.size < 2:
         return smooth(time, value, at, smoothing=smoothing, gap=gap)
-    step = smoothing / STEPS_A_WIDTH
-    begin, end = np.ceil(time[:-1] / step), np.ceil(np.minimum(time[1:], time[:-1] + LONGEST_PAUSE) / step)
+    step = smoothing / STEPS_PER_WIDTH
+    begin, end = np.ceil(time[:-1] / step), np.ceil(np.minimum(time[1:], time[:-1] + MAX_PAUSE_S) / step)
     counts = np.maximum(end - begin, 0.0).astype(np.intp)
     starts = np.cumsum(counts) - counts
     index = np.repeat(begin - starts, counts) + np.arange(counts.sum())

@@ -12,7 +12,8 @@ from incsvr.signals.settings import SignalSettings
 from incsvr.signals.synchroniser import Synchroniser
 from incsvr.signals.takes_torque import TakesTorque
 
-_BLOCK = 4096
+_BLOCK_VALUES = 4096
+"""Values of the longest stream that are pushed at once."""
 
 
 def synchronise(
@@ -49,7 +50,7 @@ def _interleaved(streams: Streams) -> Iterator[list[tuple[str, Array, Array]]]:
     """The streams cut into slices at the same times, so that none runs far ahead of the others."""
     clocks = {name: np.fmax.accumulate(time) for name, (time, _) in streams.items()}
     longest = max(clocks.values(), key=len, default=np.empty(0))
-    cuts = longest[_BLOCK::_BLOCK]
+    cuts = longest[_BLOCK_VALUES::_BLOCK_VALUES]
     edges = {name: [0, *np.searchsorted(clock, cuts).tolist(), clock.size] for name, clock in clocks.items()}
     for part in range(cuts.size + 1):
         chunks: list[tuple[str, Array, Array]] = []

@@ -12,9 +12,9 @@ from incsvr.plant import damping_moment
 from incsvr.signals import raw
 from incsvr.signals.holding import held, stepped
 from incsvr.signals.samples import Samples
-from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
-from incsvr.signals.smoothing import WIDTHS, Smoothed, smooth
-from incsvr.signals.streams import JUMP
+from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDENING_FACTOR, YAW_RATE, SignalSettings
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, smooth
+from incsvr.signals.streams import JUMP_S
 from incsvr.signals.takes_torque import TakesTorque, TorqueSplit
 
 LeftOut = Mapping[str, Array]
@@ -32,7 +32,7 @@ def samples_at(
     """The complete samples among the instants `at` (m,) [s], and the stamps of what was left out before the filter.
 
     Args:
-        widening: (m,) by how many steps of WIDER the filter is widened at each.
+        widening: (m,) by how many steps of WIDENING_FACTOR the filter is widened at each.
         holds: (m,) whether the torque is a command that was logged while it held.
         streams: whatever the filter reaches at them.
         takes: what they are freed of; None where there is nothing.
@@ -58,10 +58,10 @@ def _alike(
     takes: TakesTorque | None,
 ) -> tuple[Samples, LeftOut]:
     """The complete samples among instants with a filter of one width and a torque of one kind."""
-    smoothing = float(settings.smoothing * WIDER**widening)
+    smoothing = float(settings.smoothing * WIDENING_FACTOR**widening)
     gap = settings.bridged(smoothing)
     if holds:
-        torque = held(*streams[TORQUE], at, WIDTHS * smoothing, gap)
+        torque = held(*streams[TORQUE], at, HALF_WINDOW_WIDTHS * smoothing, gap)
     elif settings.torque == COMMANDED and (takes is None or not takes.on_a_line):
         torque = stepped(*streams[TORQUE], at, smoothing, gap)
     else:
@@ -90,13 +90,13 @@ def _raw(at: Array, streams: Streams, torque: Smoothed, yaw_rate: Smoothed) -> d
     shown = {raw.TORQUE: torque.value}
     shown |= {raw.RATE_SPREAD: yaw_rate.spread, raw.TORQUE_SLOPE: torque.slope}
     shown |= raw.around(TORQUE, torque) | raw.around(YAW_RATE, yaw_rate)
-    return shown | (raw.newest(*streams[raw.HEADING], at, JUMP) if raw.HEADING in streams else {})
+    return shown | (raw.newest(*streams[raw.HEADING], at, JUMP_S) if raw.HEADING in streams else {})
 
 
 def _last(time: Array, value: Array, at: Array) -> Array:
-    """A slow channel's last value at each instant, NaN where it is older than JUMP."""
+    """A slow channel's last value at each instant, NaN where it is older than JUMP_S."""
     if time.size == 0:
         return np.full(at.size, np.nan)
     position = np.searchsorted(time, at, side="right") - 1
     age = at - time[np.maximum(position, 0)]
-    return np.where((position >= 0) & (age <= JUMP), value[position], np.nan)
+    return np.where((position >= 0) & (age <= JUMP_S), value[position], np.nan)

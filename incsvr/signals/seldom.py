@@ -10,27 +10,28 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.signals.scales import time_scale
 
-TOO_SLOW = 0.1
+MAX_PERIOD_SCALES = 0.1
 """Period of the torque over the vehicle's time scale from which it is said. In 143 simulated recordings of 24 vehicles
 (steps held for 0.8 to 2.4 s, torque at 1 to 20 Hz; seeds 780000 to 780023) a curve that was learned with the torque as
 a measurement was off at its worst rate by less than a third below it, in nine of ten, and from 0.4 on by two thirds in
 the median."""
-JITTERS = 1.05
-"""What comes nearly as often as is asked for is not too seldom."""
-REGULAR = 0.5
+JITTER_FACTOR = 1.05
+"""Factor on the period that is asked for: what comes nearly as often is not too seldom."""
+MAX_PAUSE_SPREAD = 0.5
 """Spread of the middle eight tenths of the pauses over their median, below which a stream is sampled; what is sent on
 change alone is known between its messages, too."""
 
 
-_HOW = {
+_CURES = {
     "blueos": "on ArduPilot by the message interval of SERVO_OUTPUT_RAW, or from the vehicle's own .BIN",
     "px4": "on PX4 by the high-rate bit of SDLOG_PROFILE, or by the topic's line in etc/logging/logger_topics.txt",
     "ros2": "by the rate at which the node publishes it",
     "keelson": "by the rate at which its connector publishes it",
 }
 """By whose log it is, how more of a torque gets into it."""
-SAMPLES = 2.0
-"""A yaw rate that changes within so few of its own samples shows its noise, and not how fast the vehicle is."""
+MIN_SCALE_SAMPLES = 2.0
+"""Samples of a yaw rate within which it changes at least: of one that changes faster they show its noise, and not how
+fast the vehicle is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +63,7 @@ class TooSlow:
 
     def of_a_log_by(self, preset: str | None) -> str:
         """The same with the cure in the words of whose log it is; None is nobody's in particular."""
-        how = _HOW.get(preset or "", "")
+        how = _CURES.get(preset or "", "")
         return f"{self.fault}; record it at {self.hertz} Hz or more{f' ({how})' if how else ''}"
 
     def on_a_bus(self, asks: bool) -> str:
@@ -85,7 +86,7 @@ def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> TooSlow 
     low, high = np.quantile(steps, (0.1, 0.9))
     even = float(np.median(np.diff(rate[0])))
     scale = time_scale([np.interp(np.arange(rate[0][0], rate[0][-1], even), *rate)], even)
-    if high - low > REGULAR * period or scale <= SAMPLES * even:
+    if high - low > MAX_PAUSE_SPREAD * period or scale <= MIN_SCALE_SAMPLES * even:
         return None
-    hertz = ceil(1.0 / (TOO_SLOW * scale))
-    return None if period * hertz < JITTERS else TooSlow(period, scale, hertz)
+    hertz = ceil(1.0 / (MAX_PERIOD_SCALES * scale))
+    return None if period * hertz < JITTER_FACTOR else TooSlow(period, scale, hertz)

@@ -7,30 +7,34 @@ from math import isfinite
 from typing import Literal
 
 from incsvr.errors import BadInput
-from incsvr.signals.smoothing import WIDTHS
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS
 
 YAW_RATE, TORQUE = "yaw_rate", "torque"
 REQUIRED = (YAW_RATE, TORQUE)
 MAX_CHANNELS = 64
-RUN_PAUSE = 5.0
+RUN_PAUSE_S = 5.0
 """Time between two recordings that are joined to one [s]: longer than any gap that a window may hold."""
-BRIDGED = 5.0 / 3.0
-"""The longest pause that is bridged, in widths of the filter, where none is set: a window is six widths long."""
-LONGEST_PAUSE = 4.0
-"""No longer pause is bridged where none is set [s]: joined recordings are further apart."""
-FOLLOWS = 0.9
-"""Width of the filter over the period of the slower stream, at least: pauses of 1.5 periods are bridged then."""
-WIDER, WIDTH_STEPS = 1.25, 4
-"""The filter is widened in so many steps of this factor, so that jitter of the stamps does not change it."""
-ROTOR_LAG = 0.2
-"""How far rotors commonly trail their command [s]; a filter this wide forgives it where the torque is a command."""
-SETTLES = ROTOR_LAG
-"""How long after a change a command that holds is not yet what acts [s]."""
+MAX_PAUSE_WIDTHS = 5.0 / 3.0
+"""Longest pause that is bridged, in widths of the filter, where none is set: a window is six widths long."""
+MAX_PAUSE_S = 4.0
+"""Longest pause that is bridged where none is set [s]: joined recordings are further apart."""
+MIN_WIDTH_PERIODS = 0.9
+"""Width of the filter in periods of the slower stream, at least: pauses of 1.5 periods are bridged then."""
+WIDENING_FACTOR = 1.25
+"""Factor by which the filter is widened in each step, so that jitter of the stamps does not change it."""
+MAX_WIDENING_STEPS = 4
+"""Steps in which it is widened at most."""
+ROTOR_LAG_S = 0.2
+"""Lag by which rotors commonly trail their command [s]; a filter this wide forgives it where the torque is a
+command."""
+SETTLING_S = ROTOR_LAG_S
+"""Time after a change for which a command that holds is not yet what acts [s]."""
 TorqueKind = Literal["measured", "commanded"]
 COMMANDED: TorqueKind = "commanded"
 MEASURED: TorqueKind = "measured"
-WIDEST = WIDER**WIDTH_STEPS
-"""A filter wider than this times the configured one would show another vehicle than the one that was asked for."""
+MAX_WIDENING = WIDENING_FACTOR**MAX_WIDENING_STEPS
+"""Width of the filter in configured ones, at most: one that is wider would show another vehicle than the one that was
+asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,31 +81,31 @@ class SignalSettings:
                 f"a gap of {self.gap} s is longer than twice the smoothing of {self.smoothing} s, and the filter would "
                 "bridge what it has not seen: raise the smoothing or lower the gap"
             )
-        if self.gap is not None and self.gap >= RUN_PAUSE:
-            raise BadInput(f"a gap of {self.gap} s would join recordings that are apart: keep it below {RUN_PAUSE} s")
+        if self.gap is not None and self.gap >= RUN_PAUSE_S:
+            raise BadInput(f"a gap of {self.gap} s would join recordings that are apart: keep it below {RUN_PAUSE_S} s")
         if len(self.channels) > MAX_CHANNELS:
             raise BadInput(f"{len(self.channels)} channels are declared: at most {MAX_CHANNELS} are kept")
 
     @property
     def reach(self) -> float:
         """Half the smoothing window [s]."""
-        return WIDTHS * self.smoothing
+        return HALF_WINDOW_WIDTHS * self.smoothing
 
     @property
     def widest_reach(self) -> float:
         """Half the window of a filter that was widened as far as it may be [s]."""
-        return self.reach if self.gap is not None else self.reach * WIDEST
+        return self.reach if self.gap is not None else self.reach * MAX_WIDENING
 
     @property
     def looks_back(self) -> float:
         """How long before a sample's time a stream is looked at, but for its period [s]."""
-        return self.widest_reach + SETTLES
+        return self.widest_reach + SETTLING_S
 
     @property
     def longest_pause(self) -> float:
         """The longest pause that is bridged, however wide the filter is [s]."""
-        return self.bridged(self.smoothing * WIDEST)
+        return self.bridged(self.smoothing * MAX_WIDENING)
 
     def bridged(self, smoothing: float) -> float:
         """The longest pause that a filter of this width bridges [s]."""
-        return min(BRIDGED * smoothing, LONGEST_PAUSE) if self.gap is None else self.gap
+        return min(MAX_PAUSE_WIDTHS * smoothing, MAX_PAUSE_S) if self.gap is None else self.gap

@@ -24,10 +24,12 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array
 from incsvr.signals.spikes import distances, spikes
 
-WIDTHS = 3.0
-"""Half the window in units of the bell's standard deviation."""
-_EDGE = float(np.exp(-0.5 * WIDTHS**2))
-_BLOCK = 200_000
+HALF_WINDOW_WIDTHS = 3.0
+"""Half of the window, in standard deviations of the bell."""
+_EDGE_WEIGHT = float(np.exp(-0.5 * HALF_WINDOW_WIDTHS**2))
+"""Weight of the bell at the ends of the window, in that of its middle."""
+_BLOCK_VALUES = 200_000
+"""Values that are filtered at once, about: the memory stays bounded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +80,11 @@ def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float
         time: (n,) stamps [s], strictly increasing.
         value: (n,) samples, finite.
         at: (m,) instants [s], increasing.
-        smoothing: standard deviation of the Gaussian bell [s]; the window reaches WIDTHS times as far to both sides.
+        smoothing: standard deviation of the Gaussian bell [s]; the window reaches HALF_WINDOW_WIDTHS times as far to
+            both sides.
         gap: longest pause between two samples [s], at most 2 · smoothing; a window with a longer one is not complete.
     """
-    reach = WIDTHS * smoothing
+    reach = HALF_WINDOW_WIDTHS * smoothing
     first = np.searchsorted(time, at - reach, side="left")
     last = np.searchsorted(time, at + reach, side="right")
     filled = np.flatnonzero(_covered(time, at, first, last, reach, gap))
@@ -91,7 +94,7 @@ def smooth(time: Array, value: Array, at: Array, *, smoothing: float, gap: float
     # Blocks keep the memory bounded, whatever the rate of the stream.
     ends = np.cumsum(last[filled] - first[filled])
     while filled.size:
-        size = max(1, int(np.searchsorted(ends, _BLOCK)))
+        size = max(1, int(np.searchsorted(ends, _BLOCK_VALUES)))
         block, filled = filled[:size], filled[size:]
         ends = ends[size:] - ends[size - 1]
         left_out.append(_lines(time, value, away, at, first, last, block, smoothing, smoothed))
@@ -161,7 +164,7 @@ def _lines(
     # Differences to a sample of the window itself: a large mean would cost digits.
     level = samples[starts]
     change = samples - np.repeat(level, counts)
-    weight = (bell - _EDGE) * cell
+    weight = (bell - _EDGE_WEIGHT) * cell
     height, _ = _line(weight, offset, change, starts)
     smoothed.value[block] = level + height
     about = change - np.repeat(height, counts)

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array
 
-DISTANCE = 6.0
-"""A spike is so many typical steps from the median of itself and its neighbours: of normal noise one value in two
-thousand is, whose loss nobody notices."""
-FEW = 4.0
-"""Where no more than one value in so many differs from the one before, a stream stands still or comes in levels."""
-WINDOW = 12
+SPIKE_STEPS = 6.0
+"""Typical steps from the median of itself and its neighbours beyond which a value is a spike: of normal noise one value
+in two thousand is, whose loss nobody notices."""
+LEVEL_VALUES = 4.0
+"""Values of which no more than one differs from the one before in a stream that stands still or comes in levels."""
+MIN_WINDOW_VALUES = 12
 """Values in a window from which on its neighbours say what a value should be."""
 
 
@@ -51,9 +51,9 @@ def spikes(
     logarithm = np.log(np.where(moves, step, 1.0))
     usual = np.exp(np.add.reduceat(logarithm, starts) / np.maximum(many, 1.0))
     smallest = np.minimum.reduceat(np.where(moves, step, np.inf), starts)
-    still = (FEW * many < counts) & (counts >= WINDOW)
-    typical = np.where(counts < WINDOW, np.inf, np.where(still, smallest, usual))
-    found: NDArray[np.bool_] = away > DISTANCE * np.repeat(typical, counts)
+    still = (LEVEL_VALUES * many < counts) & (counts >= MIN_WINDOW_VALUES)
+    typical = np.where(counts < MIN_WINDOW_VALUES, np.inf, np.where(still, smallest, usual))
+    found: NDArray[np.bool_] = away > SPIKE_STEPS * np.repeat(typical, counts)
     return found, (away > 0.0) & np.repeat(still, counts)
 
 

@@ -6,16 +6,16 @@ and on their stamps: never on a clock on the wall, on other streams, or on how m
 What is right for each thing that a clock does:
 
 - A stamp up to `lateness` behind the newest is put in its place. One further behind is late, and refused.
-- A stamp more than JUMP away is doubted: it is held, and so is what follows on it. If the clock goes on where it was,
-  all that is doubted is refused as `clock_jump`. If instead BELIEVED different stamps follow one another, the clock is
-  where they say; the same stamp again proves nothing. Nothing that was held is lost then.
+- A stamp more than JUMP_S away is doubted: it is held, and so is what follows on it. If the clock goes on where it was,
+  all that is doubted is refused as `clock_jump`. If instead BELIEVED_STAMPS different stamps follow one another, the
+  clock is where they say; the same stamp again proves nothing. Nothing that was held is lost then.
 - A clock that is believed to be ahead goes on with the same stream: it had a pause.
 - A clock that is believed to be back has begun anew (the sensor was switched off and on, or a wrong clock was put
   right). Its values are kept apart, as the stream's `next`, until the synchroniser knows what they belong to.
 - A counter of 32 bits that wraps, in microseconds or milliseconds, goes on: what it lost is added from then on.
 
-A wrong belief ends as it began: BELIEVED stamps of the right clock bring the stream back to it. No stamps, however
-wrong or many, deafen a stream for longer than that.
+A wrong belief ends as it began: BELIEVED_STAMPS stamps of the right clock bring the stream back to it. No stamps,
+however wrong or many, deafen a stream for longer than that.
 """
 
 from __future__ import annotations
@@ -33,23 +33,25 @@ from incsvr.numerics import Array
 from incsvr.signals.bursts import bursts
 from incsvr.signals.doubt import Doubted
 
-JUMP = 10.0
-"""A stamp further from the newest than this [s] may be wrong, or of a clock that was set."""
-BELIEVED = 10
-"""So many different stamps, each later than those before, and none of the clock before in between, are no mistake."""
-FIRST_BELIEVED = 2
-"""The same where no clock is known yet, and for a channel: it may come once in seconds, and no sample hangs on it."""
-WRAPS = (2**32 / 1e6, 2**32 / 1e3)
-"""After so long [s] a counter of 32 bits begins at zero: of microseconds, of milliseconds."""
-WRAP_PAUSE = 1.0
+JUMP_S = 10.0
+"""Distance of a stamp from the newest beyond which it may be wrong, or of a clock that was set [s]."""
+BELIEVED_STAMPS = 10
+"""Different stamps, each later than those before, and none of the clock before in between, that are no mistake."""
+FIRST_BELIEVED_STAMPS = 2
+"""Stamps that are believed where no clock is known yet, and of a channel: it may come once in seconds, and no sample
+hangs on it."""
+WRAP_PERIODS_S = (2**32 / 1e6, 2**32 / 1e3)
+"""Times after which a counter of 32 bits begins at zero [s]: of microseconds, of milliseconds."""
+MAX_WRAP_PAUSE_S = 1.0
 """Longest pause [s] at which a clock that goes back by exactly such a time has wrapped."""
-FUTURE = 1e11
-"""Stamps from here on [s] are no time that any clock shows."""
-CAPACITY = 200_000
+MAX_STAMP_S = 1e11
+"""Stamp from which on it is no time that any clock shows [s]."""
+MAX_WAITING_VALUES = 200_000
 """Values that wait for the other streams at most; beyond, the oldest go."""
-STEPS = 32
-"""So many steps between stamps tell the period of a stream; their stamps are kept."""
-_CHUNK = 512
+PERIOD_STEPS = 32
+"""Steps between stamps that tell the period of a stream; their stamps are kept."""
+_CHUNK_VALUES = 512
+"""Values of a stream that are taken at once, and the newest whose stamps tell whether it comes in bursts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ class Stream:
     """
 
     def __init__(
-        self, limit: float, lateness: float, believed: int = BELIEVED, rejected: dict[str, int] | None = None
+        self, limit: float, lateness: float, believed: int = BELIEVED_STAMPS, rejected: dict[str, int] | None = None
     ) -> None:
         self.limit = min(limit, sys.float_info.max)
         self.lateness = lateness
@@ -134,19 +136,19 @@ class Stream:
     def reading(self) -> Reading:
         """What is to be said of it now."""
         clock = self.latest
-        steps = np.diff(clock._time[-STEPS - 1 :])
+        steps = np.diff(clock._time[-PERIOD_STEPS - 1 :])
         return Reading(
             newest=clock.newest if isfinite(clock.newest) else None,
             period=float(np.median(steps)) if steps.size else None,
             longest=float(steps.max()) if steps.size else None,
             held=self.held,
             began_anew=self.next is not None,
-            bursts=bursts(np.array(clock._time[-_CHUNK:])),
+            bursts=bursts(np.array(clock._time[-_CHUNK_VALUES:])),
         )
 
     def push(self, time: float, value: float) -> None:
         """Takes one value, or counts why not."""
-        if not 0.0 <= time < FUTURE:
+        if not 0.0 <= time < MAX_STAMP_S:
             self.refuse("not_finite" if not isfinite(time) else "negative_time" if time < 0.0 else "implausible_time")
         elif not abs(value) <= self.limit:
             self.refuse("implausible" if isfinite(value) else "not_finite")
@@ -155,27 +157,27 @@ class Stream:
             if self.next.next is not None:  # once more, alone: nothing will ever belong to what was between
                 self.refuse("clocks_apart", len(self.next))
                 self.next = self.next.next
-        elif not self._doubted and 0.0 < time + self._wrapped - self.newest <= JUMP:
+        elif not self._doubted and 0.0 < time + self._wrapped - self.newest <= JUMP_S:
             self.newest = time + self._wrapped
             self._time.append(self.newest)
             self._value.append(value)
         else:
             self._push_unusual(time, value)
-        if len(self._time) > CAPACITY:
-            self.refuse("overflow", len(self._time) - CAPACITY * 7 // 8)
-            self.cut(self._time[-CAPACITY * 7 // 8])
+        if len(self._time) > MAX_WAITING_VALUES:
+            self.refuse("overflow", len(self._time) - MAX_WAITING_VALUES * 7 // 8)
+            self.cut(self._time[-MAX_WAITING_VALUES * 7 // 8])
 
     def push_many(self, time: Array, value: Array) -> None:
         """Takes (n,) stamps and values: the same as one push for each, but quick where nothing is unusual."""
-        for start in range(0, time.size, _CHUNK):
-            stamps, values = time[start : start + _CHUNK], value[start : start + _CHUNK]
+        for start in range(0, time.size, _CHUNK_VALUES):
+            stamps, values = time[start : start + _CHUNK_VALUES], value[start : start + _CHUNK_VALUES]
             if not self.latest._extend(stamps, values):
                 for pair in zip(stamps.tolist(), values.tolist(), strict=True):
                     self.push(*pair)
 
     def forget(self, before: float) -> None:
         """Drops the values with stamps before this time [s], but for those that tell the period there."""
-        self._drop(max(bisect_left(self._time, before) - STEPS - 1, 0))
+        self._drop(max(bisect_left(self._time, before) - PERIOD_STEPS - 1, 0))
 
     def cut(self, before: float) -> None:
         """Drops all values with stamps before this time [s]."""
@@ -221,7 +223,7 @@ class Stream:
     def _push_unusual(self, time: float, value: float) -> None:
         """The first value, a clock that jumps, what comes out of order, late or twice."""
         own = time + self._wrapped
-        if not self.newest - JUMP <= own <= self.newest + JUMP:
+        if not self.newest - JUMP_S <= own <= self.newest + JUMP_S:
             self._doubt(time, value)
             return
         self._refuse_doubted()
@@ -241,17 +243,17 @@ class Stream:
             self.refuse("duplicate")
             return
         # Of yaw rate and torque a first clock is told by stamps near each other: two alone may be one of them wrong.
-        first = not isfinite(self.newest) and self.believed == BELIEVED
-        if not self._doubted.followed_by(time, self.lateness, JUMP if first else inf):
+        first = not isfinite(self.newest) and self.believed == BELIEVED_STAMPS
+        if not self._doubted.followed_by(time, self.lateness, JUMP_S if first else inf):
             self._refuse_doubted()
         self._doubted.add(time, value)
-        if self._doubted.advanced >= (self.believed if isfinite(self.newest) else FIRST_BELIEVED):
+        if self._doubted.advanced >= (self.believed if isfinite(self.newest) else FIRST_BELIEVED_STAMPS):
             self._believe(self._doubted.take())
 
     def _believe(self, doubted: list[tuple[float, float]]) -> None:
         """The clock is where the stamps are that were doubted."""
         begin = doubted[0][0] + self._wrapped
-        wrap = next((wrap for wrap in WRAPS if 0.0 < begin + wrap - self.newest <= WRAP_PAUSE), None)
+        wrap = next((wrap for wrap in WRAP_PERIODS_S if 0.0 < begin + wrap - self.newest <= MAX_WRAP_PAUSE_S), None)
         clock = self
         if wrap is not None:
             self._wrapped += wrap
@@ -269,13 +271,13 @@ class Stream:
 
     def _extend(self, time: Array, value: Array) -> bool:
         """Takes all of these where push would append every single one; else none."""
-        if self._doubted or self.next is not None or len(self._time) + time.size > CAPACITY:
+        if self._doubted or self.next is not None or len(self._time) + time.size > MAX_WAITING_VALUES:
             return False
-        if not (time.min() >= 0.0 and time.max() < FUTURE and np.abs(value).max() <= self.limit):
+        if not (time.min() >= 0.0 and time.max() < MAX_STAMP_S and np.abs(value).max() <= self.limit):
             return False
         own = time + self._wrapped
         step = np.diff(own, prepend=self.newest)
-        if not (step.min() > 0.0 and step.max() <= JUMP):
+        if not (step.min() > 0.0 and step.max() <= JUMP_S):
             return False
         self._time.frombytes(own.tobytes())
         self._value.frombytes(value.tobytes())

@@ -6,11 +6,12 @@ yaw rate and its damping moment d = τ − I ṙ (Eq. 5) are computed from the s
 
 Deterministic: the samples depend on each stream's own messages, in that stream's order, and on their stamps. How the
 messages are bundled, how the streams are interleaved and when `ready` is called make no difference, to the last bit.
-Only a stream that falls further behind than the bounds below (JUMP for a channel, CAPACITY for yaw rate and torque) is
-not waited for. The same code serves recordings, the simulator and the service.
+Only a stream that falls further behind than the bounds below (JUMP_S for a channel, MAX_WAITING_VALUES for yaw rate and
+torque) is not waited for. The same code serves recordings, the simulator and the service.
 
 What is right where clocks are not, `incsvr.signals.clocks` says, and `incsvr.signals.following` how the filter follows
-slow streams. A channel that was not configured is waited for while it comes: once it is JUMP behind, it delays nothing.
+slow streams. A channel that was not configured is waited for while it comes: once it is JUMP_S behind, it delays
+nothing.
 """
 
 from __future__ import annotations
@@ -29,16 +30,17 @@ from incsvr.signals.clocks import Clocks, channel
 from incsvr.signals.holding import filters
 from incsvr.signals.samples import Samples
 from incsvr.signals.sampling import samples_at
-from incsvr.signals.settings import LONGEST_PAUSE, REQUIRED, TORQUE, WIDER, YAW_RATE, SignalSettings
+from incsvr.signals.settings import MAX_PAUSE_S, REQUIRED, TORQUE, WIDENING_FACTOR, YAW_RATE, SignalSettings
 from incsvr.signals.spikes import SpikeCount
-from incsvr.signals.streams import JUMP, Reading
+from incsvr.signals.streams import JUMP_S, Reading
 from incsvr.signals.takes_torque import TakesTorque
 
-FORM = 2
-"""Of what `to_dict` gives."""
-_BLOCK = 4096
-_ROUNDING = 1e-3
-"""More than stamps of any clock are rounded by [s]."""
+STATE_FORM = 2
+"""Number of the form of what `to_dict` gives."""
+_BLOCK_SAMPLES = 4096
+"""Samples that are made at once, at most: the memory stays bounded."""
+_STAMP_ROUNDING_S = 1e-3
+"""Time by which stamps of any clock are rounded, at most [s]."""
 _NOTHING = Samples.empty()
 
 
@@ -88,7 +90,7 @@ class Synchroniser:
     @property
     def smoothing(self) -> float:
         """The width of the filter at the newest samples [s]: as configured, or wider for a slow stream."""
-        return float(self.settings.smoothing * WIDER**self._widening)
+        return float(self.settings.smoothing * WIDENING_FACTOR**self._widening)
 
     def newest(self, name: str) -> float | None:
         """The newest stamp of a stream's clock [s]; None before its first two messages."""
@@ -142,9 +144,9 @@ class Synchroniser:
         channels = [
             stream.settled
             for name, stream in self._streams.items()
-            if name not in REQUIRED and (name in self.settings.channels or moving - stream.settled <= JUMP)
+            if name not in REQUIRED and (name in self.settings.channels or moving - stream.settled <= JUMP_S)
         ]
-        settled = max(min([moving, *channels]), moving - JUMP) if channels else moving
+        settled = max(min([moving, *channels]), moving - JUMP_S) if channels else moving
         end = ceil((settled - self.settings.reach) / self.settings.sample_period)
         return self._samples(end, settled) if end > self._next else _NOTHING
 
@@ -168,7 +170,7 @@ class Synchroniser:
     def to_dict(self) -> dict[str, Any]:
         """The whole state as plain data, exact to the bit in JSON; `restore` continues from it."""
         return {
-            "settings": asdict(self.settings) | {"channels": list(self.settings.channels), "form": FORM},
+            "settings": asdict(self.settings) | {"channels": list(self.settings.channels), "form": STATE_FORM},
             "next": self._next,
             "refused": dict(self._refused),
             "streams": {name: stream.to_dict() for name, stream in self._streams.items()},
@@ -193,7 +195,7 @@ class Synchroniser:
         """The next sample on the grid; it is not complete before `_due` [s] on both clocks, which is quick to see."""
         self._next = following
         settings = self.settings
-        self._due = following * settings.sample_period + settings.reach + settings.lateness - _ROUNDING
+        self._due = following * settings.sample_period + settings.reach + settings.lateness - _STAMP_ROUNDING_S
 
     def _samples(self, end: int, settled: float) -> Samples:
         """The samples on the grid from where the last call ended up to `end`, without those across a gap.
@@ -202,7 +204,7 @@ class Synchroniser:
         """
         period, reach = self.settings.sample_period, self.settings.reach
         widest = self.settings.widest_reach
-        far = widest + LONGEST_PAUSE
+        far = widest + MAX_PAUSE_S
         held = {name: stream.arrays() for name, stream in self._streams.items()}
         takes = self._takes
         if takes is not None:
@@ -216,7 +218,7 @@ class Synchroniser:
                 following = int(np.searchsorted(time, start * period - far))
                 upcoming = min(time[following] if following < time.size else inf, self._streams[name].settled)
                 start = max(start, min(end, ceil((upcoming - far) / period)))
-            stop = min(end, start + _BLOCK)
+            stop = min(end, start + _BLOCK_SAMPLES)
             if start < stop:
                 at = np.arange(start, stop, dtype=np.float64) * period
                 holding, widening, known = filters(
@@ -238,7 +240,7 @@ class Synchroniser:
                 end * period - self.settings.looks_back, stream.settled, inf if takes is None else takes.needed
             )
             if name not in REQUIRED:
-                needed = min(needed - JUMP, stream.settled)
+                needed = min(needed - JUMP_S, stream.settled)
             stream.forget(needed)
         if takes is not None:
             takes.forget(end * period - widest)

@@ -26,7 +26,7 @@ from typing import Any
 import zenoh
 
 from incsvr.errors import BadInput, Failed
-from incsvr.signals import RUN_PAUSE
+from incsvr.signals import RUN_PAUSE_S
 from service.bus.session import answer, connecting, free_endpoint, open_session
 from service.cli.output import add_json_argument, destination, emit, writing
 from service.commands import demo_underway
@@ -118,7 +118,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
     if subprocess.run(_command(*runs), check=False).returncode:
         raise Failed("the simulator could not write the experiment")
     hull_comes = _last_time(out / "T1.csv")
-    third_act = hull_comes + RUN_PAUSE + _last_time(out / "T2.csv") - _first_time(out / "T2.csv")
+    third_act = hull_comes + RUN_PAUSE_S + _last_time(out / "T2.csv") - _first_time(out / "T2.csv")
     validation = [f"validation.{name}={out / name}.csv" for name in ("V1", "V2")]
     with ExitStack() as stack:
         # A state of its own, gone afterwards: the demo begins with nothing learned and touches no other's.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from incsvr.checks import YOUNG, Verdict
+from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
 from incsvr.errors import BadInput
 from incsvr.learning.excitation import MANOEUVRE, Excitation
 from incsvr.learning.model import Model
@@ -52,7 +52,7 @@ def of_a_command(
 def refuse_wrong(name: str, verdicts: Sequence[Verdict], cures: Cures) -> None:
     """Refuse recordings of which most is wrong from beginning to end: no curve that is learned of them is right."""
     aside = [verdict for verdict in verdicts if not verdict.learn]
-    if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG:
+    if 2 * len(aside) > len(verdicts) and sum(verdict.learn for verdict in verdicts) < YOUNG_CURVE_BATCHES:
         raise BadInput(f"{name}: {cures.sentence(aside[0].findings[0])}")
 
 

@@ -18,7 +18,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.signals import MAX_CHANNELS
-from incsvr.signals.streams import JUMP
+from incsvr.signals.streams import JUMP_S
 from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
@@ -226,7 +226,7 @@ class HealthWatch:
             needed = dict.fromkeys(self._body, "what it takes of the torque") | needed
             for name, what in needed.items():
                 at = self._stream(name).at
-                if now - (self._started if at is None else at) > max(self._limits.stale_after, JUMP):
+                if now - (self._started if at is None else at) > max(self._limits.stale_after, JUMP_S):
                     stale.append(f"{name} does not come, and without it no sample can be freed of {what}")
         return stale
 

@@ -13,8 +13,8 @@ from typing import Protocol
 
 from incsvr.signals import REQUIRED, TORQUE, SignalSettings
 from incsvr.signals.bursts import in_bursts
-from incsvr.signals.settings import COMMANDED, SETTLES
-from incsvr.signals.streams import JUMP, Reading
+from incsvr.signals.settings import COMMANDED, SETTLING_S
+from incsvr.signals.streams import JUMP_S, Reading
 
 STREAM_NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
 """The words of people for the streams that the learner cannot do without."""
@@ -106,7 +106,7 @@ class Starvation:
         hint = "".join(_unit(name, self._pace.get(name, 1.0)) for name in REQUIRED)
         assert rate.newest is not None
         assert torque.newest is not None
-        if abs(rate.newest - torque.newest) > JUMP:
+        if abs(rate.newest - torque.newest) > JUMP_S:
             return _apart(rate, torque) + hint
         for name in REQUIRED:
             longest, period = readings[name].longest or 0.0, readings[name].period or 0.0
@@ -117,16 +117,16 @@ class Starvation:
                 return in_bursts(STREAM_NAMES[name], apart)
             if longest > settings.longest_pause:
                 return _slow(name, period, longest, settings) + hint
-        late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP]
+        late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP_S]
         if late:
             return (
-                f"samples wait {JUMP:g} s for {', '.join(late)}, which signals.channels names and which does not come"
+                f"samples wait {JUMP_S:g} s for {', '.join(late)}, which signals.channels names and which does not come"
             )
         advanced = (now - self._since.at) * min(self._pace.get(name, 1.0) for name in REQUIRED)
         if advanced < settings.sample_period + 2.0 * settings.reach + settings.lateness:
             return None  # played slowly
         if settings.torque == COMMANDED:
-            needed = 2.0 * settings.reach + SETTLES + (torque.period or 0.0)
+            needed = 2.0 * settings.reach + SETTLING_S + (torque.period or 0.0)
             return (
                 f"no command holds for the {needed:.2g} s that a sample needs; set signals.smoothing below "
                 f"{settings.smoothing:g}, hold the commands for longer, or set signals.torque to measured"

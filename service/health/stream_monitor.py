@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.numerics import Array
-from incsvr.signals.streams import FUTURE, JUMP, Reading
+from incsvr.signals.streams import JUMP_S, MAX_STAMP_S, Reading
 from service import wire
 from service.bus.sequence import Sequence
 
@@ -28,16 +28,16 @@ class StreamMonitor:
         """(n,) stamps [s] and values came at a time of the wall's clock [s], n at least 1; those that are believed."""
         self.received += t.size
         self.at = at
-        believed = (t >= 0.0) & (t < FUTURE) & np.isfinite(value)
+        believed = (t >= 0.0) & (t < MAX_STAMP_S) & np.isfinite(value)
         if not believed.all():
             t, value = t[believed], value[believed]
             if not t.size:
                 return t, value
         # Over a jump of the clock nothing is known.
-        changed = np.flatnonzero((value[1:] != value[:-1]) | (np.abs(np.diff(t)) > JUMP))
+        changed = np.flatnonzero((value[1:] != value[:-1]) | (np.abs(np.diff(t)) > JUMP_S))
         if changed.size:
             self.still_since = float(t[changed[-1] + 1])
-        elif value[0] != self.value or self.t is None or abs(float(t[0]) - self.t) > JUMP:
+        elif value[0] != self.value or self.t is None or abs(float(t[0]) - self.t) > JUMP_S:
             self.still_since = float(t[0])
         self.t, self.value = float(t[-1]), float(value[-1])
         return t, value

@@ -4,8 +4,9 @@ The streams go through the synchroniser; its samples wait here until they fill a
 overload the oldest samples go and are counted.
 
 The streams' stamps alone say which values belong together. Where one clock is an hour ahead, they say so, an hour
-later, of values that are an hour apart. So while the clocks of two streams that come by turns differ by more than JUMP,
-no sample is taken, but counted as `clocks_apart`. This follows from the order of arrival, not from a clock on the wall.
+later, of values that are an hour apart. So while the clocks of two streams that come by turns differ by more than
+JUMP_S, no sample is taken, but counted as `clocks_apart`. This follows from the order of arrival, not from a clock
+on the wall.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, Synchroniser, play
 from incsvr.signals.samples import Samples
-from incsvr.signals.streams import JUMP, Reading
+from incsvr.signals.streams import JUMP_S, Reading
 
 if TYPE_CHECKING:
     from incsvr.compensation.effects_in_force import Compensation
@@ -239,7 +240,7 @@ class Batches:
         rate, torque = (self._synchroniser.newest(name) for name in (YAW_RATE, TORQUE))
         lead = 0.0 if rate is None or torque is None else rate - torque
         # Played faster than they are taken in, each is ahead in its turn.
-        together = abs(lead) <= JUMP or lead * self._leads < 0.0
+        together = abs(lead) <= JUMP_S or lead * self._leads < 0.0
         self._turns = 0 if together else self._turns + 1
         self._leads = lead
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.signals.seldom import TooSlow, too_slow
-from incsvr.signals.streams import JUMP
+from incsvr.signals.streams import JUMP_S
 
 CAPACITY_VALUES = 1024
 """Values of a stream: a minute and more of what comes at 2 to 20 Hz."""
@@ -27,7 +27,7 @@ class RecentStream:
 
     def add(self, t: Array, value: Array) -> None:
         """(n,) more; what jumps to another time begins anew."""
-        if self.t and not -1.0 < float(t[0]) - self.t[-1] < JUMP:
+        if self.t and not -1.0 < float(t[0]) - self.t[-1] < JUMP_S:
             self.t.clear()
             self.value.clear()
         last = self.t[-1] if self.t else -np.inf

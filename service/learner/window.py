@@ -9,7 +9,7 @@ from __future__ import annotations
 from incsvr.numerics import Array
 from incsvr.signals import REQUIRED, SignalSettings
 from incsvr.signals.clocks import empty_streams
-from incsvr.signals.streams import CAPACITY
+from incsvr.signals.streams import MAX_WAITING_VALUES
 
 _FORGETTING_SLACK = 1.05  # forgetting moves all that is kept, so it is done once for many values
 
@@ -47,7 +47,7 @@ class Window:
         """Whether yaw rate and torque reach back over the whole length, or hold as many values as are kept."""
         reach = [self.newest - self._streams[name].first for name in REQUIRED]
         held = max(len(self._streams[name]) for name in REQUIRED)
-        return min(reach) >= self._length / _FORGETTING_SLACK or held >= CAPACITY * 3 // 4
+        return min(reach) >= self._length / _FORGETTING_SLACK or held >= MAX_WAITING_VALUES * 3 // 4
 
     def streams(self) -> dict[str, tuple[Array, Array]]:
         """Name → (stamps [s], values) of every stream that came, as copies, none older than the window."""

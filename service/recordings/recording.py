@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.plant.axes import VELOCITIES, YAW, Axis, stream_of
-from incsvr.signals import REQUIRED, RUN_PAUSE
+from incsvr.signals import REQUIRED, RUN_PAUSE_S
 
 Streams = dict[str, tuple[Array, Array]]
 
@@ -86,13 +86,13 @@ def from_streams(name: str, streams: Mapping[str, tuple[Array, Array]]) -> Recor
 
 
 def sequence(runs: Sequence[Recording]) -> Recording:
-    """The runs one after the other as one recording, RUN_PAUSE apart, so that no sample reaches across two of them.
+    """The runs one after the other as one recording, RUN_PAUSE_S apart, so that no sample reaches across two of them.
 
     The first keeps its time; the others are moved behind it.
     """
     times = [runs[0].time]
     for run in runs[1:]:
-        times.append(run.time - run.time[0] + (float(times[-1][-1]) + RUN_PAUSE))
+        times.append(run.time - run.time[0] + (float(times[-1][-1]) + RUN_PAUSE_S))
     return _one_after_the_other(runs, np.concatenate(times))
 
 

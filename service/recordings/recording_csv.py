@@ -22,7 +22,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from incsvr.signals.streams import FUTURE
+from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import going_on, set_at
 from service.logs.cutting import WHOLE, Cut, Span, columns_inside, rows_inside, since_1970
 from service.recordings.recording import Recording, of_axis, own_columns
@@ -203,7 +203,7 @@ def _check_time(path: Path, time: Array) -> None:
             f"{path}, row 3: t advances by {typical:g} in a typical row; "
             "if the stamps are milliseconds, divide them by 1000"
         )
-    if time[-1] >= FUTURE:
+    if time[-1] >= MAX_STAMP_S:
         raise BadInput(
             f"{path}, row {time.size + 1}: t is {time[-1]:g}, which is no time in seconds; convert the stamps"
         )

@@ -16,11 +16,11 @@ from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
-from incsvr.signals.holding import REPEATED, held
+from incsvr.signals.holding import REPEATED_SHARE, held
 from incsvr.signals.raw import HEADING
 from incsvr.signals.samples import Samples
-from incsvr.signals.settings import COMMANDED, LONGEST_PAUSE, MEASURED, ROTOR_LAG, TorqueKind
-from incsvr.signals.smoothing import WIDTHS
+from incsvr.signals.settings import COMMANDED, MAX_PAUSE_S, MEASURED, ROTOR_LAG_S, TorqueKind
+from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS
 from service.recordings.recorded_streams import refuse_bursts, remarks_of
 from service.recordings.recording import Recording, Streams
 
@@ -78,7 +78,7 @@ def signals_for(
             raise BadInput(f"{recordings[0].name}: {name} holds a single sample; record at least a few seconds")
         periods.append(float(f"{np.median(steps):.2g}"))  # a clock's jitter must not show in the settings
     slower = periods[REQUIRED.index(YAW_RATE)] if torque == COMMANDED else max(periods)
-    smoothing = max(3.0 * slower, ROTOR_LAG)
+    smoothing = max(3.0 * slower, ROTOR_LAG_S)
     duration = sum(float(np.ptp(recording.time)) for recording in recordings)
     narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], HELD_SMOOTHING)
     share = 0.0 if torque == MEASURED else _held_share(recordings, narrow)
@@ -97,7 +97,7 @@ def signals_for(
         sample_period=float(np.clip(duration / 500.0, 0.5 * smoothing, 5.0 * smoothing)),
         smoothing=smoothing,
         lateness=0.0,
-        gap=None if torque == COMMANDED else min(5.0 * slower, 2.0 * smoothing, LONGEST_PAUSE),
+        gap=None if torque == COMMANDED else min(5.0 * slower, 2.0 * smoothing, MAX_PAUSE_S),
         rate_limit=rate_limit,
         torque_limit=TORQUE_LIMIT,
         torque=torque or MEASURED,
@@ -115,14 +115,14 @@ def _held_share(recordings: Sequence[Recording], smoothing: float) -> float:
     does not repeat itself, or where the vehicle passes over some of its rates too fast for such a window."""
     streams = [recording.streams() for recording in recordings]
     same = np.concatenate([np.diff(each[TORQUE][1]) == 0.0 for each in streams])
-    if same.size == 0 or np.mean(same) <= REPEATED:
+    if same.size == 0 or np.mean(same) <= REPEATED_SHARE:
         return 0.0
     rates, known = [], []
     for each in streams:
         (time, rate), (stamps, command) = each[YAW_RATE], each[TORQUE]
         at = np.arange(time[0], time[-1], smoothing)
         rates.append(np.interp(at, time, rate))
-        known.append(held(stamps, command, at, WIDTHS * smoothing, LONGEST_PAUSE).complete)
+        known.append(held(stamps, command, at, HALF_WINDOW_WIDTHS * smoothing, MAX_PAUSE_S).complete)
     everywhere, there = np.concatenate(rates), np.concatenate(known)
     if there.size == 0:
         return 0.0

@@ -11,7 +11,7 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser
 from incsvr.signals.samples import Samples
-from incsvr.signals.streams import BELIEVED, WRAPS
+from incsvr.signals.streams import BELIEVED_STAMPS, WRAP_PERIODS_S
 
 SETTINGS = SignalSettings()
 RATE, TORQUE = "yaw_rate", "torque"
@@ -66,8 +66,8 @@ WRONG_STAMPS = {
     "twice the same": [1e9, 1e9],
     "two that are near": [1e9, 1e9 + 0.05],
     "the same for ever": [1e9] * 500,
-    "many that follow one another": (1e9 + 0.05 * np.arange(3 * BELIEVED)).tolist(),
-    "many in the past": (50.0 + 0.05 * np.arange(3 * BELIEVED)).tolist(),
+    "many that follow one another": (1e9 + 0.05 * np.arange(3 * BELIEVED_STAMPS)).tolist(),
+    "many in the past": (50.0 + 0.05 * np.arange(3 * BELIEVED_STAMPS)).tolist(),
     "here and there": [1e9, 5e8, 2e9, 7.0, 1e9, 40.0],
 }
 
@@ -166,7 +166,7 @@ def test_stamps_that_do_not_overlap_give_no_sample(ahead: str, offset: float) ->
     assert_right(vehicle.drive(60.0, rate=lambda t: t + 2e9, torque=lambda t: t + 2e9), 60.0)
 
 
-@pytest.mark.parametrize("wrap", WRAPS)
+@pytest.mark.parametrize("wrap", WRAP_PERIODS_S)
 @pytest.mark.parametrize("streams", [(RATE,), (TORQUE,), (RATE, TORQUE)], ids="+".join)
 def test_a_counter_that_wraps_goes_on(wrap: float, streams: tuple[str, ...]) -> None:
     begin = wrap - 100.0

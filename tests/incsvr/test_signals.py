@@ -14,7 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals import MAX_CHANNELS, SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples
-from incsvr.signals.streams import CAPACITY, JUMP
+from incsvr.signals.streams import JUMP_S, MAX_WAITING_VALUES
 
 SETTINGS = SignalSettings(inertia=350.0, sample_period=0.6, smoothing=0.12, lateness=0.2, gap=0.2)
 Message = tuple[float, float]
@@ -200,9 +200,9 @@ def test_a_wrong_second_stamp_is_not_the_first_clock() -> None:
 def test_the_size_of_the_blocks_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """They only bound the memory."""
     whole, _ = synchronise(SETTINGS, sine(60.0))
-    monkeypatch.setattr("incsvr.signals.smoothing._BLOCK", 100)
-    monkeypatch.setattr("incsvr.signals.synchroniser._BLOCK", 7)
-    monkeypatch.setattr("incsvr.signals.playing._BLOCK", 7)
+    monkeypatch.setattr("incsvr.signals.smoothing._BLOCK_VALUES", 100)
+    monkeypatch.setattr("incsvr.signals.synchroniser._BLOCK_SAMPLES", 7)
+    monkeypatch.setattr("incsvr.signals.playing._BLOCK_VALUES", 7)
     assert same(whole, synchronise(SETTINGS, sine(60.0))[0])
 
 
@@ -230,12 +230,12 @@ def test_a_pause_of_years_costs_nothing() -> None:
 
 def test_memory_is_bounded_where_one_stream_is_dead() -> None:
     synchroniser = Synchroniser(SETTINGS)
-    time = 0.02 * np.arange(3 * CAPACITY)
+    time = 0.02 * np.arange(3 * MAX_WAITING_VALUES)
     for start in range(0, time.size, 10_000):
         synchroniser.push("yaw_rate", time[start : start + 10_000], np.zeros(10_000))
         assert len(synchroniser.ready()) == 0
     held = len(synchroniser.to_dict()["streams"]["yaw_rate"]["time"])
-    assert held <= CAPACITY
+    assert held <= MAX_WAITING_VALUES
     assert synchroniser.rejected["overflow"] == time.size - held
 
 
@@ -262,7 +262,7 @@ def test_a_dead_channel_delays_but_does_not_stop() -> None:
     streams = sine(40.0)
     samples, _ = synchronise(SignalSettings(channels=("depth",)), streams)
     assert np.isnan(samples.channels["depth"]).all()
-    assert 40.0 - JUMP - 2.0 < samples.time[-1] < 40.0 - JUMP
+    assert 40.0 - JUMP_S - 2.0 < samples.time[-1] < 40.0 - JUMP_S
 
 
 def test_there_is_an_end_to_channels() -> None:

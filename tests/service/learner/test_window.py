@@ -8,7 +8,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
-from incsvr.signals.streams import BELIEVED, CAPACITY
+from incsvr.signals.streams import BELIEVED_STAMPS, MAX_WAITING_VALUES
 from service.learner.batches import Batches
 from service.learner.window import Window
 from simulator import leng
@@ -40,7 +40,7 @@ def test_streams_that_are_too_quick_for_its_length_are_bounded_in_number() -> No
     for name in ("yaw_rate", "torque"):
         window.push(name, *turning(300.0, 0.001))
     assert window.full
-    assert all(t.size <= CAPACITY for t, _ in window.streams().values())
+    assert all(t.size <= MAX_WAITING_VALUES for t, _ in window.streams().values())
 
 
 def test_what_the_synchroniser_refuses_is_not_in_it() -> None:
@@ -84,7 +84,7 @@ def test_a_clock_that_begins_anew_empties_it() -> None:
         batches.push(name, time + 1000.0, value)
     assert batches.window_end() == 1000.0 + time[-1]
     for name in ("yaw_rate", "torque"):
-        batches.push(name, time[: 2 * BELIEVED], value[: 2 * BELIEVED])
+        batches.push(name, time[: 2 * BELIEVED_STAMPS], value[: 2 * BELIEVED_STAMPS])
     assert batches.clock_restarts == 1
     assert batches.window_end() is None
     with pytest.raises(BadInput, match="clock began anew"):

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from incsvr.errors import BadInput
-from incsvr.signals import RUN_PAUSE, SignalSettings, synchronise
+from incsvr.signals import RUN_PAUSE_S, SignalSettings, synchronise
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.recording_csv import read, write
 
@@ -147,7 +147,7 @@ def test_no_sample_reaches_across_two_runs() -> None:
     alone = len(synchronise(settings, run.streams())[0])
     samples, rejected = synchronise(settings, joined.streams())
     assert not rejected
-    assert np.diff(samples.time).max() > RUN_PAUSE
+    assert np.diff(samples.time).max() > RUN_PAUSE_S
     assert abs(len(samples) - 2 * alone) <= 2  # the grid falls otherwise into the second run, and it lacks a successor
 
 
