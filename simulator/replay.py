@@ -15,7 +15,7 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import Refused, client_config, client_place, nobody_at, open_session, told_to_stop
+from service.bus.session import BusRefusal, client_config, client_place, nobody_at, open_session, told_to_stop
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
@@ -95,7 +95,7 @@ def play_to_learner(
     learners = [Keys(config.prefix), *map(Keys, others)]
     try:
         session = open_session(client_config(config.bus), args.wait, stop)
-    except Refused:
+    except BusRefusal:
         raise
     except BadInput:
         if stop.is_set():  # told to stop while it waited: that needs no word

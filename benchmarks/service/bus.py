@@ -22,7 +22,7 @@ import psutil
 import zenoh
 
 from incsvr.numerics import Array
-from service.bus.ingest import RING
+from service.bus.ingest import RING_PLACES
 from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
 from service.wire.json_text import json_text
@@ -223,7 +223,7 @@ def at_50_hz(seconds: float = 12.0) -> dict[str, Any]:
     """Cost with both streams at 50 Hz, one value in a message, after Leng's first training run."""
     with learner() as subject:
         _teach(subject)
-        for _ in range(RING):  # a ring is resident once each of its places was used, here after three minutes
+        for _ in range(RING_PLACES):  # a ring is resident once each of its places was used, here after three minutes
             for key in (KEYS.rate, KEYS.torque):
                 subject.session.put(key, b"", congestion_control=BLOCK)
         stop = threading.Event()

@@ -14,7 +14,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from service.bus.ingest import AS_JSON, MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, RING
+from service.bus.ingest import AS_JSON, MAX_PAYLOAD_BYTES, MESSAGE_OVERHEAD_BYTES, QUEUE_BYTES, RING_PLACES
 from service.inputs.bus_keys import BRIDGED, bridged
 from service.inputs.input_mapper import InputMapper
 from service.inputs.presets.ros import READ
@@ -36,7 +36,7 @@ class Arrivals:
         session: zenoh.Session,
         hearing: InputMapper,
         refused: Callable[[str, int], None],
-        places: int = RING,
+        places: int = RING_PLACES,
         most_bytes: int = QUEUE_BYTES,
         archive: Archive | None = None,
     ) -> None:
@@ -87,8 +87,8 @@ class Arrivals:
         self._subscribers.append(self._session.declare_subscriber(expression, Callback(arrived, indirect=False)))
 
     def _keep(self, key: str, sample: Any, at: float) -> None:
-        size, lost = len(sample.payload) + MESSAGE_BYTES, 0
-        if size > MAX_PAYLOAD + MESSAGE_BYTES:
+        size, lost = len(sample.payload) + MESSAGE_OVERHEAD_BYTES, 0
+        if size > MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES:
             self._refused("too_large", 1)
             return
         with self._lock:

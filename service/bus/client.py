@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 import zenoh
 
 from incsvr.errors import BadInput, Failed
-from service.bus.session import Refused, client_config, client_place, nobody_at, open_session
+from service.bus.session import BusRefusal, client_config, client_place, nobody_at, open_session
 from service.config.configuration import Config
 from service.wire import ErrorReply, FormType, Keys, decode
 
-RETRY = 0.3
+RETRY_PERIOD_S = 0.3
 """Pause between two attempts while a learner restarts [s]; it is back within one and a half."""
 
 
@@ -80,7 +80,7 @@ class Client:
                     if not again(refusal):
                         raise BadInput(refusal.error)
                     problem = refusal.error
-            if time.monotonic() >= self.until or self.stop.wait(RETRY):
+            if time.monotonic() >= self.until or self.stop.wait(RETRY_PERIOD_S):
                 raise NoAnswer(problem)
 
 
@@ -94,13 +94,13 @@ def reaching(config: Config, patience_s: float, stop: threading.Event | None = N
 
     Raises:
         NoAnswer: nobody listens there within the time.
-        Refused: somebody does, and we cannot meet.
+        BusRefusal: somebody does, and we cannot meet.
     """
     where = client_place(config.bus)
     until = time.monotonic() + patience_s
     try:
         session = open_session(client_config(config.bus), patience_s, stop)
-    except Refused:
+    except BusRefusal:
         raise
     except BadInput as error:
         raise NoAnswer(nobody_at(where)) from error

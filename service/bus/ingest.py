@@ -24,21 +24,23 @@ from service.inputs.forms.own import Refused, parse
 from service.recordings.archive import Archive
 from service.wire import Keys
 
-#: Messages that a stream may be behind, 0.4 s at 20,000 a second; in time every place, 250 bytes, is resident.
-RING = 8192
-#: The learners of a process share them, down to half a second at 1,000 a second: a hundred would keep 400 MB else.
-LEAST = 512
-#: A larger payload is not read [bytes]; 50,000 numbers fit, and to read it takes a hundredth of a second.
-MAX_PAYLOAD = 1_000_000
-MAX_NAME = 64
-#: Messages of a stream that wait to be read [bytes]; the learners of a process share them, down to one large message.
+RING_PLACES = 8192
+"""Messages that a stream may be behind, 0.4 s at 20,000 a second; in time every place, 250 bytes, is resident."""
+MIN_RING_PLACES = 512
+"""Messages that a stream of one learner among many in a process may be behind, half a second at 1,000 a second: they
+share the places, for a hundred learners would keep 400 MB else."""
+MAX_PAYLOAD_BYTES = 1_000_000
+"""The largest payload that is read; 50,000 numbers fit, and to read it takes a hundredth of a second."""
+MAX_NAME_CHARS = 64
+"""The longest name of a channel."""
 QUEUE_BYTES = 8_000_000
-#: What a message costs beside its payload [bytes].
-MESSAGE_BYTES = 500
-#: Read of one stream before it is the next one's turn [bytes]: a flood on one key does not keep the others waiting.
+"""Messages of a stream that wait to be read; the learners of a process share them, down to one large message."""
+MESSAGE_OVERHEAD_BYTES = 500
+"""The memory that a message takes beside its payload."""
 TURN_BYTES = 1_000_000
-#: A message of this size is read for as long as others wait to be taken from their rings [bytes].
-LARGE = 100_000
+"""The messages of one stream that are read before the next one's turn: a flood on one key keeps no other waiting."""
+LARGE_MESSAGE_BYTES = 100_000
+"""The size from which on a message is read for as long as others wait to be taken from their rings."""
 AS_JSON = str(zenoh.Encoding.APPLICATION_JSON)
 _ENCODINGS = {
     str(encoding)
@@ -53,7 +55,7 @@ _ENCODINGS = {
 
 def places(learners: int) -> int:
     """Messages that a stream of one of so many learners in a process may be behind."""
-    return max(RING // learners, LEAST)
+    return max(RING_PLACES // learners, MIN_RING_PLACES)
 
 
 class _Queue:
@@ -72,8 +74,8 @@ class _Queue:
             if sample is None:
                 break
             payload = sample.payload
-            size = len(payload) + MESSAGE_BYTES
-            if size > MAX_PAYLOAD + MESSAGE_BYTES:
+            size = len(payload) + MESSAGE_OVERHEAD_BYTES
+            if size > MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES:
                 refused("too_large")
                 continue
             keep((sample, payload, size))
@@ -89,7 +91,7 @@ class _Queue:
             message = self._waiting.popleft()
             size = message[2]
             self._bytes -= size
-            read += size - MESSAGE_BYTES
+            read += size - MESSAGE_OVERHEAD_BYTES
             yield message
 
 
@@ -109,7 +111,7 @@ class Ingest:
         archive: Archive | None = None,
     ) -> None:
         self._watch, self._places, self._archive = watch, places(learners), archive
-        most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
+        most_bytes = max(QUEUE_BYTES // learners, MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES)
         self._queues = [
             _Queue(name, session.declare_subscriber(key, RingChannel(self._places)), most_bytes)
             # The channels first: a sample is complete when both others have passed it, and takes what is there of them.
@@ -126,7 +128,7 @@ class Ingest:
             self._fill()
             for sample, payload, size in queue.turn():
                 self._take(sample, payload, queue.name, taken)
-                if size > LARGE:
+                if size > LARGE_MESSAGE_BYTES:
                     self._fill()  # to read it took long
             read += [Measurements(stream, *_arrays(t, value)) for stream, (t, value) in taken.items() if t]
         return Arrived(read, read)
@@ -152,7 +154,7 @@ class Ingest:
                 raise Refused("wrong_encoding")
             if name is None:
                 name = str(sample.key_expr).rpartition("/")[2]
-                if len(name) > MAX_NAME or name in REQUIRED:
+                if len(name) > MAX_NAME_CHARS or name in REQUIRED:
                     raise Refused("wrong_channel_name")
             t, value, sequence = parse(payload.to_bytes())
         except Refused as refusal:

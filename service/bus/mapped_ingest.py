@@ -16,7 +16,7 @@ import zenoh
 from incsvr.errors import BadInput
 from service.bus.arrivals import Arrivals
 from service.bus.feed import Arrived, Measurements
-from service.bus.ingest import MAX_PAYLOAD, MESSAGE_BYTES, QUEUE_BYTES, places
+from service.bus.ingest import MAX_PAYLOAD_BYTES, MESSAGE_OVERHEAD_BYTES, QUEUE_BYTES, places
 from service.config.configuration import Config
 from service.health.health_watch import HealthWatch
 from service.inputs.input_mapper import InputMapper
@@ -25,10 +25,11 @@ from service.inputs.source_binding import RATE, TORQUE
 from service.recordings.archive import Archive
 from service.wire import Keys
 
-SETTLED = 2.0
-"""What has not come after so long [s] is said to be missing: a heartbeat comes every second, streams more often."""
-SLOWER = 4
-"""Times as many messages may wait as of our own form: each is read by itself, at 5,000 to 10,000 a second."""
+GRACE_S = 2.0
+"""The time after which what has not come is said to be missing [s]: a heartbeat comes every second, streams more
+often."""
+PLACES_FACTOR = 4
+"""The messages that may wait over those of our own form: each is read by itself, at 5,000 to 10,000 a second."""
 
 
 class MappedIngest:
@@ -54,8 +55,8 @@ class MappedIngest:
         self._watch = watch
         self.mapper = InputMapper(mapping(config), parameters)
         self._began, self._lock = time.monotonic(), threading.Lock()
-        most_bytes = SLOWER * max(QUEUE_BYTES // learners, MAX_PAYLOAD + MESSAGE_BYTES)
-        waiting = SLOWER * places(learners)
+        most_bytes = PLACES_FACTOR * max(QUEUE_BYTES // learners, MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES)
+        waiting = PLACES_FACTOR * places(learners)
         self._arrivals = Arrivals(session, self.mapper, watch.refused, waiting, most_bytes, archive)
 
     def read(self) -> Arrived:
@@ -83,12 +84,12 @@ class MappedIngest:
     @property
     def why_not(self) -> str | None:
         """Why nothing that comes is learned from; None where it is."""
-        early = self.mapper.armed is None and time.monotonic() - self._began < SETTLED
+        early = self.mapper.armed is None and time.monotonic() - self._began < GRACE_S
         return self.mapper.why_not if self.mapper.known and not early else None
 
     def notices(self) -> list[str]:
         """What a person should know of how the measurements come about, and what is missing."""
-        late = time.monotonic() - self._began > SETTLED
+        late = time.monotonic() - self._began > GRACE_S
         with self._lock:
             return [*(self.mapper.missing.values() if late else ()), *self.mapper.notices()]
 

@@ -10,11 +10,11 @@ from service.bus.session import client_settings
 from service.wire import Keys
 from service.wire.json_text import json_text
 
-PATIENCE = 1.0
-"""How long who is there may take to answer [s]; a bus answers within a tenth."""
+ANSWER_PATIENCE_S = 1.0
+"""The time that who is there may take to answer [s]; a bus answers within a tenth."""
 
 
-def taken(listened: Sequence[str], tls: bool) -> str:
+def port_in_use(listened: Sequence[str], tls: bool) -> str:
     """Who is at the first of these endpoints, which cannot be listened at, and the flags that help.
 
     Args:
@@ -44,13 +44,13 @@ def taken(listened: Sequence[str], tls: bool) -> str:
 def _learners(endpoint: str) -> list[str] | None:
     """The prefixes of the learners on the bus there; None where there is no bus."""
     settings = client_settings(endpoint)
-    settings["transport"]["unicast"] = {"open_timeout": int(1000 * PATIENCE)}
+    settings["transport"]["unicast"] = {"open_timeout": int(1000 * ANSWER_PATIENCE_S)}
     try:
         session = zenoh.open(zenoh.Config.from_json5(json_text(settings)))
     except zenoh.ZError:
         return None
     with session:
         alive = Keys("**").alive
-        replies = session.liveliness().get(alive, timeout=PATIENCE)
+        replies = session.liveliness().get(alive, timeout=ANSWER_PATIENCE_S)
         keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
     return sorted(key.removesuffix("/alive") for key in keys)

@@ -14,12 +14,12 @@ JSON = zenoh.Encoding.APPLICATION_JSON
 """The encoding of all that a learner says."""
 
 
-class Outgoing:
+class Publishers:
     """The publications of one learner; from one thread at a time for each key."""
 
     def __init__(self, session: zenoh.Session, keys: wire.Keys, archive: Archive | None) -> None:
         self._session, self._archive = session, archive
-        self._publishers = {key: _late_joiners_too(session, key) for key in (keys.model, keys.iteration)}
+        self._publishers = {key: _publisher_with_cache(session, key) for key in (keys.model, keys.iteration)}
         self._publishers[keys.health] = session.declare_publisher(keys.health, encoding=JSON)
 
     def publish(self, key: str, payload: bytes) -> None:
@@ -33,7 +33,7 @@ class Outgoing:
             self._archive.went(key, payload)
 
 
-def _late_joiners_too(session: zenoh.Session, key: str) -> Any:
+def _publisher_with_cache(session: zenoh.Session, key: str) -> Any:
     """A publisher whose latest publication reaches those who subscribe later (with an advanced subscriber)."""
     return declare_advanced_publisher(
         session,

@@ -12,10 +12,10 @@ from typing import Any
 import zenoh
 
 from service.bus.zenoh_file import endpoints, tls_section
-from service.security.validity import dates, early, now, validities
+from service.security.validity import dates, not_yet_valid, now, validities
 
-PATIENCE = 2.0
-"""How long the other side may take for each step [s]."""
+STEP_TIMEOUT_S = 2.0
+"""The time that the other side may take for each step [s]."""
 _NO_TLS = frozenset({"WRONG_VERSION_NUMBER", "RECORD_LAYER_FAILURE", "PACKET_LENGTH_TOO_LONG", "HTTP_REQUEST"})
 _ANOTHER = "on its machine `incsvr keys DIR --role learner --replace` makes another; then start what listens there anew"
 
@@ -60,7 +60,7 @@ def _dated(endpoint: str, der: bytes) -> str | None:
     if now() > ends:
         return f"the certificate of what listens at {endpoint} ended on {ends:%Y-%m-%d}: {_ANOTHER}"
     if now() < begins:
-        return early(f"the certificate of what listens at {endpoint}", begins, now())
+        return not_yet_valid(f"the certificate of what listens at {endpoint}", begins, now())
     return None
 
 
@@ -105,7 +105,7 @@ def _context(tls: Mapping[str, Any], verified: bool = False) -> ssl.SSLContext:
 
 
 def _handshake(place: tuple[str, int], context: ssl.SSLContext) -> ssl.SSLSocket:
-    raw = socket.create_connection(place, PATIENCE)
+    raw = socket.create_connection(place, STEP_TIMEOUT_S)
     try:
         return context.wrap_socket(raw, server_hostname=place[0])
     except BaseException:

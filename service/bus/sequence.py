@@ -6,7 +6,7 @@ still is found again. Numbers that begin anew (the sender was restarted) are fol
 
 from __future__ import annotations
 
-MISSING = 4096
+MAX_MISSING = 4096
 """Missing numbers that are remembered; those of a larger gap cannot be found again."""
 
 
@@ -29,13 +29,13 @@ class Sequence:
         """A message with this number came."""
         highest, self._overtaken = self._highest, 0
         again = highest is not None and number <= highest and number not in self._missing
-        if highest is None or (again and (number == self._last + 1 or number < highest - MISSING)):
+        if highest is None or (again and (number == self._last + 1 or number < highest - MAX_MISSING)):
             self._begin(number)
         elif number > highest:
-            first = max(highest + 1, number - MISSING)
+            first = max(highest + 1, number - MAX_MISSING)
             self._lost += first - highest - 1
             self._missing.update(dict.fromkeys(range(first, number)))
-            while len(self._missing) > MISSING:
+            while len(self._missing) > MAX_MISSING:
                 del self._missing[next(iter(self._missing))]
                 self._lost += 1
             self._overtaken, self._highest = number - first, number

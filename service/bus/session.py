@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_COMMON: dict[str, Any] = {
+_COMMON_SETTINGS: dict[str, Any] = {
     # Nothing is scouted for, so waiting half a second for answers would only delay the start.
     "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": False}},
     "timestamping": {"enabled": True},
     # A hung process is noticed after two seconds, not ten. Shared memory would only add a way to fail.
     "transport": {"link": {"tx": {"lease": 2000}}, "shared_memory": {"enabled": False}},
 }
-_RELAYED: dict[str, Any] = {
+_RELAY_SETTINGS: dict[str, Any] = {
     # Whoever asks and does not read is cut off after this time [µs]: Zenoh holds its tables while a message waits for
     # room, so that for all others the bus stands still so long. Sixteen batches of 64 kB are more than one answer
     # (`service.learner.answers`), so that a slow link that reads on is never cut off.
@@ -48,10 +48,10 @@ _RELAYED: dict[str, Any] = {
     # What is larger [bytes] is dropped by Zenoh while it arrives; the learner counts what is smaller and too large.
     "rx": {"max_message_size": 16_000_000},
 }
-LOOK = 10.0
-"""Whoever waits for a bus looks so often why it cannot be met [s]."""
-CLOSING = 1.0
-"""How long an end may take [s]; Zenoh itself waits ten for a client that does not read."""
+LOOK_PERIOD_S = 10.0
+"""The time after which whoever waits for a bus looks again why it cannot be met [s]."""
+CLOSING_TIMEOUT_S = 1.0
+"""The time that an end may take [s]; Zenoh itself waits ten for a client that does not read."""
 
 
 def told_to_stop() -> threading.Event:
@@ -69,8 +69,10 @@ def told_to_stop() -> threading.Event:
 
 def listener_settings(endpoint: str) -> dict[str, Any]:
     """Zenoh's settings of a learner that listens at `endpoint` and relays between its clients."""
-    transport = _COMMON["transport"] | {"link": _RELAYED}
-    return copy.deepcopy(_COMMON | {"transport": transport, "mode": "router", "listen": {"endpoints": [endpoint]}})
+    transport = _COMMON_SETTINGS["transport"] | {"link": _RELAY_SETTINGS}
+    return copy.deepcopy(
+        _COMMON_SETTINGS | {"transport": transport, "mode": "router", "listen": {"endpoints": [endpoint]}}
+    )
 
 
 def client_settings(endpoint: str) -> dict[str, Any]:
@@ -84,7 +86,7 @@ def client_settings(endpoint: str) -> dict[str, Any]:
         "exit_on_failure": True,
         "retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
     }
-    return copy.deepcopy(_COMMON) | {"mode": "client", "connect": connect}
+    return copy.deepcopy(_COMMON_SETTINGS) | {"mode": "client", "connect": connect}
 
 
 def listening(endpoint: str) -> zenoh.Config:
@@ -123,7 +125,7 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
         stop: ends the waiting.
 
     Raises:
-        Refused: the endpoint is taken, or the credentials are refused; at once where the patience has an end.
+        BusRefusal: the endpoint is taken, or the credentials are refused; at once where the patience has an end.
         BadInput: nobody listens there.
     """
     zenoh.init_log_from_env_or("error")
@@ -138,12 +140,12 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
             if not over and time.monotonic() < look:
                 continue
             problem = BadInput(_first_line(error)) if stop.is_set() else _problem(config, error)
-            if over or (isinstance(problem, Refused) and math.isfinite(patience_s)):
+            if over or (isinstance(problem, BusRefusal) and math.isfinite(patience_s)):
                 raise type(problem)(f"the bus cannot be opened: {problem}") from error
             if str(problem) != said:
-                level = logging.WARNING if isinstance(problem, Refused) else logging.INFO
+                level = logging.WARNING if isinstance(problem, BusRefusal) else logging.INFO
                 log.log(level, "waiting for the bus: %s", problem)
-            said, look = str(problem), time.monotonic() + LOOK
+            said, look = str(problem), time.monotonic() + LOOK_PERIOD_S
         else:
             for each in certificates(config):
                 if (sentence := each.sentence_now()) is not None:
@@ -151,7 +153,7 @@ def open_session(config: zenoh.Config, patience_s: float = 0.0, stop: threading.
             return session
 
 
-class Refused(BadInput):
+class BusRefusal(BadInput):
     """Somebody is at the endpoint, and we cannot meet."""
 
 
@@ -171,18 +173,18 @@ def certificates(config: zenoh.Config) -> tuple[Validity, ...]:
 
 
 def _problem(config: zenoh.Config, error: zenoh.ZError) -> BadInput:
-    """Why no session could be opened: `Refused` where somebody is at the endpoint."""
+    """Why no session could be opened: `BusRefusal` where somebody is at the endpoint."""
     tls = bool(tls_section(config))
     if "address already in use" in str(error).lower():
-        from service.bus.neighbour import taken
+        from service.bus.neighbour import port_in_use
 
-        return Refused(taken(endpoints(config, "listen"), tls))
+        return BusRefusal(port_in_use(endpoints(config, "listen"), tls))
     if tls:
         from service.bus.refusal import refusal
 
         why_not = refusal(config)
         if why_not is not None:
-            return Refused(why_not)
+            return BusRefusal(why_not)
     return BadInput(_first_line(error))
 
 
@@ -199,10 +201,10 @@ def answer(session: zenoh.Session, selector: str, form: type[FormType], timeout_
 
 
 def in_time(work: Callable[[], object]) -> None:
-    """Does what ends a session or a part of it; a client that does not read holds it up no longer than `CLOSING`."""
+    """Ends a session or a part of it; a client that does not read holds that up for CLOSING_TIMEOUT_S at most."""
     closing = threading.Thread(target=work, daemon=True)
     closing.start()
-    closing.join(CLOSING)
+    closing.join(CLOSING_TIMEOUT_S)
 
 
 def _first_line(error: Exception) -> str:

@@ -21,8 +21,8 @@ from service.bus.session import client_settings, listener_settings
 from service.cli.output import add_json_argument, emit
 from service.config.core_yaml import shown
 from service.config.section import Prefix
-from service.security.certificates import VALID, Pair, authority, loaded, signed
-from service.security.roles import CLIENTS, LEARNER, ROLES, ROUTER, WATCHING, access_control, shared_access
+from service.security.certificates import VALIDITY_SPAN, Pair, authority, load, sign
+from service.security.roles import CLIENTS, LEARNER, ROLES, ROUTER, SHORE_ROLES, access_control, shared_access
 from service.wire.json_text import json_text
 
 ENDPOINT = "tls/127.0.0.1:7447"
@@ -56,7 +56,7 @@ class Place:
     @property
     def roles(self) -> tuple[str, ...]:
         """All for whom there are keys."""
-        return (ROUTER, *self.vehicles, *WATCHING) if self.shared else ROLES
+        return (ROUTER, *self.vehicles, *SHORE_ROLES) if self.shared else ROLES
 
     def may(self, role: str) -> tuple[str, ...]:
         """What a role may do, in words."""
@@ -85,7 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--role", metavar="ROLE", action="append",
         help=f"this role alone, with the authority that is there; repeatable; of {', '.join(ROLES)}; with --router a "
-        f"vehicle, {ROUTER} or {' or '.join(WATCHING)}",
+        f"vehicle, {ROUTER} or {' or '.join(SHORE_ROLES)}",
     )  # fmt: skip
     parser.add_argument(
         "--router",
@@ -159,7 +159,7 @@ def make(
         _write(folder / "ca.key", by.key_pem, SECRET)
         _write(folder / "ca.pem", by.certificate_pem, PUBLIC)
     for role in roles:
-        pair = signed(by, role, hosts, server=role == place.listener)
+        pair = sign(by, role, hosts, server=role == place.listener)
         _write(folder / f"{role}.key", pair.key_pem, SECRET, owner)
         _write(folder / f"{role}.pem", pair.certificate_pem, PUBLIC)
         _write(folder / f"{role}.json5", zenoh_file(role, place).encode(), PUBLIC)
@@ -205,7 +205,7 @@ def _check_roles(place: Place, only: Sequence[str]) -> None:
 def _authority(folder: Path) -> Pair:
     """The authority that is there."""
     try:
-        return loaded((folder / "ca.pem").read_bytes(), (folder / "ca.key").read_bytes())
+        return load((folder / "ca.pem").read_bytes(), (folder / "ca.key").read_bytes())
     except (OSError, ValueError) as error:
         raise BadInput(
             f"the authority in {folder} (ca.pem, ca.key) cannot be used: {error}; bring both files back, or make all "
@@ -256,7 +256,7 @@ def _host(endpoint: str) -> str:
 
 def _summary(place: Place, roles: Sequence[str]) -> str:
     """What was made, and what to do with it."""
-    years = VALID.days // 365
+    years = VALIDITY_SPAN.days // 365
     lines = [f"{place.folder}: keys for {', '.join(place.prefixes)} at {place.endpoint}, good for {years} years"]
     width = max(len(role) for role in roles)
     lines += [f"  {role:{width}}  {place.sentence(role)}" for role in roles]

@@ -17,7 +17,7 @@ from service.config.sources import from_arguments
 from service.export import python_vehicle_simulator, simulators
 from service.export.learned import Learned, of_file, of_snapshot
 from service.export.table import as_csv, as_json
-from service.state.state_file import Damaged, StateFile
+from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
 from service.wire.json_text import json_text
 
@@ -114,7 +114,7 @@ def _kept(path: Path) -> Learned:
             row = file.row(file.newest)
         finally:
             file.close()
-    except (Damaged, sqlite3.Error, OSError) as error:
+    except (StateDamage, sqlite3.Error, OSError) as error:
         raise BadInput(f"{path}: this state cannot be read ({error}); name another, or a running learner") from None
     if row is None:
         raise BadInput(f"{path}: nothing was learned yet; export once it has turned the vehicle both ways")

@@ -17,25 +17,25 @@ from service.inputs.bus_keys import ros_type
 from service.inputs.forms import cdr
 from service.wire import Health
 
-TYPE = "diagnostic_msgs/msg/DiagnosticArray"
+DIAGNOSTIC_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 RMW_TYPE = "diagnostic_msgs::msg::dds_::DiagnosticArray_"
-HASH = "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"
-"""What REP-2011 makes of the definition of the type."""
+TYPE_HASH = "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"
+"""The hash that REP-2011 makes of the definition of the type."""
 TOPIC = "diagnostics"
-"""Where ROS 2 has its diagnostics (REP-107)."""
-LEVELS = {"OK": 0, "WARN": 1, "ERROR": 2, "STALE": 3}
-NODE, ENTITY = 0, 1
+"""The topic at which ROS 2 has its diagnostics (REP-107)."""
+LEVEL_BYTES = {"OK": 0, "WARN": 1, "ERROR": 2, "STALE": 3}
+NODE_NUMBER, ENTITY_NUMBER = 0, 1
 """Numbers of the node and of its publisher in the tokens of a session, which is no other's."""
 
 
-def beside(rate_key: str) -> str:
+def diagnostics_key(rate_key: str) -> str:
     """The key of the diagnostics on the bus of ROS 2 on which the yaw rate has this key."""
     if ros_type(rate_key) is None:
         return TOPIC
-    return f"{rate_key.partition('/')[0]}/{TOPIC}/{RMW_TYPE}/{HASH}"
+    return f"{rate_key.partition('/')[0]}/{TOPIC}/{RMW_TYPE}/{TYPE_HASH}"
 
 
-def array(health: Health, prefix: str, vehicle: str, at: int) -> bytes:
+def diagnostic_array(health: Health, prefix: str, vehicle: str, at: int) -> bytes:
     """Health as a DiagnosticArray of one status; `at` is its stamp [ns since 1970]."""
     learning = health.learning
     said = {
@@ -48,13 +48,13 @@ def array(health: Health, prefix: str, vehicle: str, at: int) -> bytes:
         **{f"reason {number}": reason for number, reason in enumerate(health.reasons[1:], start=2)},
     }
     status = {
-        "level": LEVELS[health.level],
+        "level": LEVEL_BYTES[health.level],
         "name": f"incsvr: {prefix}",
         "message": health.reasons[0] if health.reasons else learning.state,
         "hardware_id": vehicle,
         "values": [{"key": name, "value": value} for name, value in said.items() if value],
     }
-    return cdr.encoded(TYPE, {"header": {"stamp": at, "frame_id": ""}, "status": [status]})
+    return cdr.encoded(DIAGNOSTIC_TYPE, {"header": {"stamp": at, "frame_id": ""}, "status": [status]})
 
 
 class Diagnostics:
@@ -64,7 +64,7 @@ class Diagnostics:
         self._prefix, self._vehicle, self._sequence = prefix, vehicle, 0
         self._publisher = session.declare_publisher(key)
         self._gid, self._tokens = b"", list[Any]()
-        if ros_type(key) == TYPE:
+        if ros_type(key) == DIAGNOSTIC_TYPE:
             tokens = _tokens(str(session.info.zid()), key, prefix)
             self._gid = hashlib.md5(tokens[-1].encode(), usedforsecurity=False).digest()
             self._tokens = [session.liveliness().declare_token(token) for token in tokens]
@@ -73,7 +73,7 @@ class Diagnostics:
         at = time.time_ns()
         self._sequence += 1
         attachment = z_serialize((Int64(self._sequence), Int64(at), self._gid)) if self._gid else None
-        self._publisher.put(array(health, self._prefix, self._vehicle, at), attachment=attachment)
+        self._publisher.put(diagnostic_array(health, self._prefix, self._vehicle, at), attachment=attachment)
 
     def close(self) -> None:
         for token in self._tokens:
@@ -83,7 +83,10 @@ class Diagnostics:
 def _tokens(session: str, key: str, prefix: str) -> tuple[str, str]:
     """The liveliness tokens of a node and of its publisher, whose settings are those that are usual."""
     domain, *topic, kind, hashed = key.split("/")
-    node = f"@ros2_lv/{domain}/{session}/{NODE}"
+    node = f"@ros2_lv/{domain}/{session}/{NODE_NUMBER}"
     name = "incsvr_" + "".join(letter if letter.isalnum() else "_" for letter in prefix)
     place = "".join(f"%{part}" for part in topic)
-    return f"{node}/{NODE}/NN/%/%/{name}", f"{node}/{ENTITY}/MP/%/%/{name}/{place}/{kind}/{hashed}/::,10:,:,:,,"
+    return (
+        f"{node}/{NODE_NUMBER}/NN/%/%/{name}",
+        f"{node}/{ENTITY_NUMBER}/MP/%/%/{name}/{place}/{kind}/{hashed}/::,10:,:,:,,",
+    )

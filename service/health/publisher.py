@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from service import wire
-from service.bus.publishers import Outgoing
+from service.bus.publishers import Publishers
 from service.cli.log_lines import learning_line
 from service.config.configuration import Config
 
@@ -24,8 +24,8 @@ HEALTH_PERIOD_S = 1.0
 class HealthPublisher:
     """Publishes and logs the health of one learner; from one thread alone."""
 
-    def __init__(self, session: zenoh.Session, config: Config, outgoing: Outgoing) -> None:
-        self._session, self._config, self._outgoing = session, config, outgoing
+    def __init__(self, session: zenoh.Session, config: Config, publishers: Publishers) -> None:
+        self._session, self._config, self._publishers = session, config, publishers
         self._key = wire.Keys(config.prefix).health
         self._diagnostics: Diagnostics | None = None
         self._said: tuple[Any, ...] = ()
@@ -43,7 +43,7 @@ class HealthPublisher:
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons), health.learning.state)
         if now >= self._next_health or says != self._said:
-            self._outgoing.publish(self._key, wire.encode(health))
+            self._publishers.publish(self._key, wire.encode(health))
             self._tell_ros(health, ros_rate)
             self._next_health, self._said = now + HEALTH_PERIOD_S, says
         if health.learning.state != self._learning:
@@ -66,9 +66,9 @@ class HealthPublisher:
             key = self._config.health.diagnostics
             if key is None and ros_rate is None:
                 return
-            from service.health.diagnostics import Diagnostics, beside
+            from service.health.diagnostics import Diagnostics, diagnostics_key
 
-            key = key or beside(ros_rate or "")
+            key = key or diagnostics_key(ros_rate or "")
             log.info("%s: health goes out as diagnostics on %s, too", self._config.prefix, key)
             self._diagnostics = Diagnostics(self._session, key, self._config.prefix, self._config.vehicle.name)
         self._diagnostics.tell(health)

@@ -24,7 +24,7 @@ from incsvr.numerics import Array
 from service import wire
 from service.bus.feed import Feed
 from service.bus.ingest import Ingest
-from service.bus.publishers import Outgoing
+from service.bus.publishers import Publishers
 from service.bus.session import certificates, from_file, in_time
 from service.config.configuration import Config
 from service.health.health_watch import HealthConditions, HealthWatch
@@ -38,7 +38,7 @@ from service.live.effects import OperatorVerb, TracedEffects, configured_effects
 from service.recordings.archive import archive_of
 from service.recordings.validation import read_validation
 from service.state.history import IN_MEMORY_BYTES, History
-from service.state.persist_then_publish import PARAMETERS, PersistThenPublish
+from service.state.persist_then_publish import PARAMETERS_KEY, PersistThenPublish
 from service.state.store import Store
 
 if TYPE_CHECKING:
@@ -70,26 +70,26 @@ class Host:
         zenoh_file = config.bus.zenoh_file
         self._certificates = () if zenoh_file is None else certificates(from_file(zenoh_file))
         self._archive = archive_of(config, self.node.boot, learners)
-        self._outgoing = Outgoing(session, self.keys, self._archive)
+        self._publishers = Publishers(session, self.keys, self._archive)
         self.mapped = self._mapping(learners)
         self._persist_then_publish = PersistThenPublish(
-            config, self.node, self._store, self._history, self._outgoing, self._live, self.mapped
+            config, self.node, self._store, self._history, self._publishers, self._live, self.mapped
         )
         self._switch: EffectSwitch | None = None
         if self._live is not None:
             self._switch = EffectSwitch(config, self.node, self._live, self._persist_then_publish)
             self._switch.tell_node()
-        self._health_publisher = HealthPublisher(session, config, self._outgoing)
+        self._health_publisher = HealthPublisher(session, config, self._publishers)
         latest = self.node.latest()
         if latest is not None:
             log.info("%s: resumes after revision %d", config.prefix, latest.revision)
-            self._outgoing.publish(self.keys.model, wire.encode(latest))
+            self._publishers.publish(self.keys.model, wire.encode(latest))
         self.answers = Answers(session, self.keys, self.node, self.watch, self._history)
         # Further channels come on our own keys, whoever brings yaw rate and torque.
         own = Ingest(session, self.keys, self.watch, learners, required=self.mapped is None, archive=self._archive)
         self.feed = Feed(self.node, self.watch, (own,) if self.mapped is None else (own, self.mapped))
         self.tick()
-        self._outgoing.publish(self.keys.effects, wire.encode(self.node.ledger))
+        self._publishers.publish(self.keys.effects, wire.encode(self.node.ledger))
         self._token: Any = session.liveliness().declare_token(self.keys.alive)
 
     def _mapping(self, learners: int) -> MappedIngest | None:
@@ -100,7 +100,7 @@ class Host:
         from service.bus.mapped_ingest import MappedIngest
 
         memory = (self._store.memory if self._store is not None else None) or {}
-        known = memory.get(PARAMETERS) or {}
+        known = memory.get(PARAMETERS_KEY) or {}
         return MappedIngest(self._session, self.watch, self._config, known, learners, self._archive)
 
     def _restore(self) -> tuple[LearnerNode, LiveTracing | None]:
@@ -196,7 +196,7 @@ class Host:
         found = estimate(self.node, self.watch.silent("yaw_rate"))
         if found is None:
             return ()
-        self._outgoing.publish(self.keys.estimate, wire.encode(found))
+        self._publishers.publish(self.keys.estimate, wire.encode(found))
         return (f"{self.keys.estimate} is the model's own: {found.why}",)
 
     def learn(self) -> bool:

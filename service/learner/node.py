@@ -39,7 +39,7 @@ from service.learner.recent_batches import RecentBatches
 from service.learner.stand_in import StandIn
 from service.learner.window import Window
 from service.live.effects import TracedEffects
-from service.state.restored import restored
+from service.state.restored import restore
 
 
 class LearnerNode:
@@ -74,7 +74,7 @@ class LearnerNode:
         self._settings = config.learner_settings()
         self._validation: dict[str, Samples] = {}
         self._clock = clock
-        known = restored(memory, self._settings)
+        known = restore(memory, self._settings)
         self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
         paused = known.guarded.checks.paused_since is not None
         self.said = Said("it was before the restart; the next batch will tell" if paused else None)

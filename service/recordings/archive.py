@@ -25,7 +25,7 @@ from incsvr.errors import BadInput
 from service.config.configuration import Config
 from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
 from service.logs.packages import needed
-from service.state.disk import OTHER_ARCHIVE, passes, refusal
+from service.state.disk import OTHER_ARCHIVE, may_pass, refusal
 from service.wire import Keys
 from service.wire.json_text import json_text
 
@@ -89,7 +89,7 @@ class Archive:
         try:
             self._begin()
         except OSError as error:
-            if not passes(error):
+            if not may_pass(error):
                 why_not = refusal(error, directory, OTHER_ARCHIVE)
                 raise BadInput(f"nothing can be archived in {directory}: {why_not}") from error
             self._fails(error)

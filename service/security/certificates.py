@@ -16,11 +16,13 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-VALID = timedelta(days=3650)
-"""Ten years, about a vehicle's life: a certificate that ends at sea ends the learning without anybody near."""
-BEGINS = datetime(2020, 1, 1, tzinfo=UTC)
-"""A vehicle without a battery for its clock begins in the past, and a certificate of the future is refused there."""
-AUTHORITY = "incsvr authority"
+VALIDITY_SPAN = timedelta(days=3650)
+"""The time for which a certificate is valid, about a vehicle's life: one that ends at sea ends the learning without
+anybody near."""
+VALID_FROM = datetime(2020, 1, 1, tzinfo=UTC)
+"""The time from which a certificate is valid: a vehicle without a battery for its clock begins in the past, and a
+certificate of the future is refused there."""
+AUTHORITY_NAME = "incsvr authority"
 
 
 @dataclass(frozen=True)
@@ -44,16 +46,16 @@ class Pair:
 def authority() -> Pair:
     """A new authority, which signs itself."""
     key = ec.generate_private_key(ec.SECP256R1())
-    name = _named(AUTHORITY)
+    name = _name(AUTHORITY_NAME)
     builder = (
-        _begun(name, name, key)
+        _builder(name, name, key)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .add_extension(_usage(sign_certificates=True), critical=True)
     )
     return Pair(builder.sign(key, hashes.SHA256()), key)
 
 
-def loaded(certificate_pem: bytes, key_pem: bytes) -> Pair:
+def load(certificate_pem: bytes, key_pem: bytes) -> Pair:
     """An authority from its two files.
 
     Raises:
@@ -66,13 +68,13 @@ def loaded(certificate_pem: bytes, key_pem: bytes) -> Pair:
     return Pair(certificate, key)
 
 
-def signed(by: Pair, role: str, hosts: Sequence[str], *, server: bool) -> Pair:
+def sign(by: Pair, role: str, hosts: Sequence[str], *, server: bool) -> Pair:
     """A role's certificate, signed by an authority; `hosts` are the names and addresses that a server is met at."""
     key = ec.generate_private_key(ec.SECP256R1())
     purpose = ExtendedKeyUsageOID.SERVER_AUTH if server else ExtendedKeyUsageOID.CLIENT_AUTH
     alternatives = [_host(host) for host in hosts] if server else [x509.DNSName(role)]
     builder = (
-        _begun(_named(role), by.certificate.subject, key)
+        _builder(_name(role), by.certificate.subject, key)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(_usage(sign_certificates=False), critical=True)
         .add_extension(x509.ExtendedKeyUsage([purpose]), critical=False)
@@ -82,20 +84,20 @@ def signed(by: Pair, role: str, hosts: Sequence[str], *, server: bool) -> Pair:
     return Pair(builder.sign(by.key, hashes.SHA256()), key)
 
 
-def _begun(subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey) -> x509.CertificateBuilder:
+def _builder(subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey) -> x509.CertificateBuilder:
     return (
         x509.CertificateBuilder()
         .subject_name(subject)
         .issuer_name(issuer)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(BEGINS)
-        .not_valid_after(datetime.now(UTC) + VALID)
+        .not_valid_before(VALID_FROM)
+        .not_valid_after(datetime.now(UTC) + VALIDITY_SPAN)
         .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
     )
 
 
-def _named(name: str) -> x509.Name:
+def _name(name: str) -> x509.Name:
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
 
 

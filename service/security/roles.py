@@ -72,10 +72,10 @@ CLIENTS: dict[str, tuple[str, ...]] = {
 ROLES = (LEARNER, *CLIENTS)
 
 
-WATCHING = ("viewer", "operator")
+SHORE_ROLES = ("viewer", "operator")
 """The roles ashore, at a router that vehicles share: on each vehicle its own name is its role."""
 
-EVERYTHING = (
+ALL_MESSAGES = (
     "put", "delete", "query", "reply", "declare_subscriber", "declare_queryable", "liveliness_token",
     "liveliness_query", "declare_liveliness_subscriber",
 )  # fmt: skip
@@ -88,13 +88,13 @@ def shared_access(vehicles: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     Args:
         vehicles: of each, by the common name of its certificate, the prefixes below which it may do everything.
     """
-    ashore = access_control([prefix for prefixes in vehicles.values() for prefix in prefixes], WATCHING)
+    ashore = access_control([prefix for prefixes in vehicles.values() for prefix in prefixes], SHORE_ROLES)
     own = [
         {
             "id": f"{vehicle}: its own keys",
             "permission": "allow",
             "flows": ["ingress", "egress"],
-            "messages": list(EVERYTHING),
+            "messages": list(ALL_MESSAGES),
             "key_exprs": [key for prefix in prefixes for key in (f"{prefix}/**", f"{prefix}/*/@adv/**")],
         }
         for vehicle, prefixes in vehicles.items()

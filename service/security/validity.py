@@ -20,10 +20,10 @@ import zenoh
 
 from service.bus.zenoh_file import tls_section
 
-SOON = timedelta(days=30)
-"""So long before its end a certificate is said to end: a month leaves time for a visit to the vehicle."""
-FIRST = datetime(2020, 1, 1, tzinfo=UTC)
-"""Since then our certificates are valid (`service.security.certificates`): a clock that says less is wrong."""
+WARNING_SPAN = timedelta(days=30)
+"""The time before its end in which a certificate is said to end: a month leaves time for a visit to the vehicle."""
+EARLIEST_CLOCK = datetime(2020, 1, 1, tzinfo=UTC)
+"""The time from which our certificates are valid (`service.security.certificates`): a clock that says less is wrong."""
 _PEM = re.compile(rb"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----", re.DOTALL)
 _UTC_TIME, _GENERALIZED_TIME, _VERSION = 0x17, 0x18, 0xA0
 
@@ -62,24 +62,24 @@ class Validity:
     def sentence(self, now: datetime) -> str | None:
         """What is wrong with it at this time, or will soon be, and the cure; None where nothing is."""
         if now < self.begins:  # of an authority that says nothing more: what it signed is not valid either
-            return None if self.authority else early(f"the certificate {self.path}", self.begins, now)
+            return None if self.authority else not_yet_valid(f"the certificate {self.path}", self.begins, now)
         if now > self.ends:
             who = "other programs than Zenoh do not go by it" if self.authority else "nobody accepts it"
             return (
                 f"the certificate {self.path} ended on {self.ends:%Y-%m-%d}, and {who} any more: {self.cure}; then "
                 "start again"
             )
-        if now > self.ends - SOON:
+        if now > self.ends - WARNING_SPAN:
             days = (self.ends - now).days
             return f"the certificate {self.path} ends on {self.ends:%Y-%m-%d}, in {days} days: {self.cure}"
         return None
 
 
-def early(what: str, begins: datetime, now: datetime, where: str = "this machine") -> str:
+def not_yet_valid(what: str, begins: datetime, now: datetime, where: str = "this machine") -> str:
     """A certificate that is not valid yet: by a clock that is wrong, or because it was made so."""
     clock = f"the clock of {where} says {now:%Y-%m-%d %H:%M} UTC"
     cure = "`timedatectl set-ntp true`, or `date -s`"
-    if now < FIRST:
+    if now < EARLIEST_CLOCK:
         return f"{clock}, and {what} is valid from {begins:%Y-%m-%d} on: set the clock ({cure})"
     return f"{what} is valid from {begins:%Y-%m-%d %H:%M} UTC on, and {clock}: set it if it is wrong ({cure}), or wait"
 

@@ -8,18 +8,18 @@ import pwd
 import sqlite3
 from pathlib import Path
 
-_PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
-_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
-_DENIED = frozenset({errno.EACCES, errno.EPERM})
-_IN_ITS_PLACE = frozenset({errno.ENOTDIR, errno.EEXIST})
+_PASSING_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
+_FULL_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT})
+_DENIED_ERRORS = frozenset({errno.EACCES, errno.EPERM})
+_NO_DIRECTORY_ERRORS = frozenset({errno.ENOTDIR, errno.EEXIST})
 OTHER_STATE = "set `state` to another directory"
 OTHER_ARCHIVE = "name another one with --archive"
 
 
-def passes(error: Exception) -> bool:
+def may_pass(error: Exception) -> bool:
     """Whether a disk may take again later, by itself or after a repair, what it does not take now."""
     if isinstance(error, OSError):
-        return error.errno in _PASSING
+        return error.errno in _PASSING_ERRORS
     code = _code(error)
     return code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_READONLY)
 
@@ -31,28 +31,28 @@ def is_read_only(error: Exception) -> bool:
 
 def refusal(error: Exception, path: Path, otherwise: str) -> str:
     """Why nothing can be written at `path`, and what to do; `otherwise` says how to do without that place."""
-    number, code, place = getattr(error, "errno", None), _code(error), _there(path)
+    number, code, place = getattr(error, "errno", None), _code(error), _nearest_place(path)
     if number == errno.EROFS or (code is not None and _mounted_read_only(place)):
-        return _read_only(place, otherwise)
-    if number in _FULL or code == sqlite3.SQLITE_FULL or (code == sqlite3.SQLITE_IOERR and _is_full(place)):
+        return _read_only_sentence(place, otherwise)
+    if number in _FULL_ERRORS or code == sqlite3.SQLITE_FULL or (code == sqlite3.SQLITE_IOERR and _is_full(place)):
         return f"no space is left on the disk of {place}; free some, or {otherwise}"
-    if number in _DENIED or code == sqlite3.SQLITE_READONLY:
-        return _denied(Path(getattr(error, "filename", None) or place), otherwise)
+    if number in _DENIED_ERRORS or code == sqlite3.SQLITE_READONLY:
+        return _denied_sentence(Path(getattr(error, "filename", None) or place), otherwise)
     if number == errno.EIO or code == sqlite3.SQLITE_IOERR:
         return f"the disk of {place} fails ({error}); look into the log of the kernel (dmesg), or {otherwise}"
-    if number in _IN_ITS_PLACE:
+    if number in _NO_DIRECTORY_ERRORS:
         return f"{place} is no directory; {otherwise}"
     return f"{error}; {otherwise}"
 
 
 def unwritable(path: Path, otherwise: str) -> str | None:
     """Why a file or a directory, or the place where it will be made, cannot be written now; None where it can."""
-    place, effective = _there(path), os.access in os.supports_effective_ids
+    place, effective = _nearest_place(path), os.access in os.supports_effective_ids
     if place != path.absolute() and not place.is_dir():
         return f"{place} is no directory; {otherwise}"
     if os.access(place, os.W_OK | (os.X_OK if place.is_dir() else 0), effective_ids=effective):
         return None
-    return _read_only(place, otherwise) if _mounted_read_only(place) else _denied(place, otherwise)
+    return _read_only_sentence(place, otherwise) if _mounted_read_only(place) else _denied_sentence(place, otherwise)
 
 
 def user_name(user: int | None = None) -> str:
@@ -64,7 +64,7 @@ def user_name(user: int | None = None) -> str:
         return f"user {number}"
 
 
-def _read_only(place: Path, otherwise: str) -> str:
+def _read_only_sentence(place: Path, otherwise: str) -> str:
     mount = next(folder for folder in (place, *place.parents) if folder.is_mount())
     return (
         f"the file system at {mount} is read-only; make it writable (`mount -o remount,rw {mount}`; a disk that fails "
@@ -72,12 +72,12 @@ def _read_only(place: Path, otherwise: str) -> str:
     )
 
 
-def _denied(place: Path, otherwise: str) -> str:
+def _denied_sentence(place: Path, otherwise: str) -> str:
     me = user_name()
     return f"{place} cannot be written by {me}; give it to {me} (`chown {me} {place}`), or {otherwise}"
 
 
-def _there(path: Path) -> Path:
+def _nearest_place(path: Path) -> Path:
     """The path as an absolute one, or the nearest folder above it that is there."""
     whole = path.absolute()
     return next(place for place in (whole, *whole.parents) if place.exists())

@@ -13,14 +13,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from incsvr.errors import BadInput
-from service.state.state_file import Damaged, Row, StateFile
+from service.state.state_file import Row, StateDamage, StateFile
 
 log = logging.getLogger(__name__)
 
 WAITING_BYTES = 16_000_000
 """Revisions that wait for the disk; beyond, the oldest go. A thousand of them fit."""
 IN_MEMORY_BYTES = 1_000_000
-"""Likewise of a learner without a state, which keeps them all the time. Fifty fit: half an hour of batches."""
+"""Revisions that a learner without a state keeps all the time. Fifty fit: half an hour of batches."""
 
 
 class NotKept(BadInput):
@@ -77,15 +77,15 @@ class History:
             if before is not None and before[0] <= first <= before[1] + 1:
                 self.lost = (*self.lost[:-1], (before[0], max(last, before[1])))
                 return
-            self.lost = (*self.lost, (first, last))[-MOST_GAPS:]
-            self._lost_now = min(self._lost_now + 1, MOST_GAPS)
+            self.lost = (*self.lost, (first, last))[-MAX_GAPS:]
+            self._lost_now = min(self._lost_now + 1, MAX_GAPS)
             log.error("%s", _gap(first, last))
 
     @property
     def gaps(self) -> tuple[str, ...]:
         """The gaps that this start found, as sentences."""
         with self.lock:
-            return tuple(_gap(*gap) for gap in self.lost[len(self.lost) - self._lost_now :][-MOST_SENTENCES:])
+            return tuple(_gap(*gap) for gap in self.lost[len(self.lost) - self._lost_now :][-MAX_SENTENCES:])
 
     @property
     def unsaved(self) -> list[Row]:
@@ -134,7 +134,7 @@ class History:
                 with self._reading(f"revision {revision}"):
                     found = self.file.row(revision)
                     if found is None and max(self.file.newest - self._keep, 0) < revision <= self.file.newest:
-                        raise Damaged("its row is missing")
+                        raise StateDamage("its row is missing")
             if found is None:
                 raise NotKept(f"revision {revision} is not kept; the latest is {self.published}")
             return found
@@ -164,19 +164,19 @@ class History:
     def _reading(self, what: str) -> Iterator[None]:
         try:
             yield
-        except Damaged as error:
+        except StateDamage as error:
             sentence = f"{what} is damaged in the history"
             if sentence not in self.damage:
                 log.error("%s: %s", sentence, error)
-                self.damage = (*self.damage, sentence)[-MOST_SENTENCES:]
+                self.damage = (*self.damage, sentence)[-MAX_SENTENCES:]
             raise NotKept(f"{sentence}: {error}") from error
         except sqlite3.Error as error:
             raise NotKept(f"the history cannot be read: {error}") from error
 
 
-MOST_SENTENCES = 10
-"""What is told of damage; a file that is damaged all over would fill health else."""
-MOST_GAPS = 1_000
+MAX_SENTENCES = 10
+"""Sentences about damage that are told; a file that is damaged all over would fill health else."""
+MAX_GAPS = 1_000
 """Gaps that are remembered, one for each time that a disk was full; the oldest go."""
 
 

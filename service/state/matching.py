@@ -11,12 +11,13 @@ from typing import Any
 
 from incsvr.learning import learner
 from service.config.configuration import Config
-from service.state.state_file import Damaged, StateFile
+from service.state.state_file import StateDamage, StateFile
 from service.wire.json_text import json_text
 
-FORM = 2  # of the tables and of what is in them
-BESIDE = ("-journal", "-wal", "-shm")
-"""What SQLite keeps beside a file, by the end of its name."""
+STATE_FORM = 2
+"""The version of the tables and of what is in them."""
+SIDE_FILE_ENDINGS = ("-journal", "-wal", "-shm")
+"""The endings of the names of what SQLite keeps beside a file."""
 
 
 def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
@@ -27,7 +28,7 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     if coupled is not None:  # what samples are freed of, as JSON gives it back
         inertia = json.loads(json_text(coupled.to_dict()))
     return {
-        "form": [FORM, learner.FORM],
+        "form": [STATE_FORM, learner.FORM],
         "vehicle": config.vehicle.name,
         "prefix": config.prefix,
         "inertia": inertia,
@@ -40,8 +41,8 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     }
 
 
-LOST = "lost"
-"""Beside the identity in a state: the first and the last revision of each gap in its history."""
+LOST_KEY = "lost"
+"""The key beside the identity in a state of the first and the last revision of each gap in its history."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,26 +59,26 @@ class OpenState:
     lost: tuple[tuple[int, int], ...] = ()
 
 
-def take_up(path: Path, own: Mapping[str, Any], changing: bool) -> OpenState:
+def open_state(path: Path, own: Mapping[str, Any], changing: bool) -> OpenState:
     """Opens a state that agrees with `own`, its identity.
 
     Args:
         changing: the traced effects may change while it learns: then its memory says which they are.
 
     Raises:
-        Damaged: it is, or it belongs to another vehicle, version or setting.
+        StateDamage: it is damaged, or it belongs to another vehicle, version or setting.
     """
     file = StateFile(path)
     try:
         kept, memory = file.identity(), file.memory()
         if not (memory is None or isinstance(memory, dict)):
-            raise Damaged("its memory has not the form of one")
+            raise StateDamage("its memory has not the form of one")
         if changing and memory is not None:
             own = {**own, "effects": memory.get("effects")}
-        lost = tuple((int(first), int(last)) for first, last in kept.get(LOST, ()))
+        lost = tuple((int(first), int(last)) for first, last in kept.get(LOST_KEY, ()))
         for name in own:
             if kept.get(name) != own[name]:
-                raise Damaged(f"it was learned with {name} {kept.get(name)}, and now {name} is {own[name]}")
+                raise StateDamage(f"it was learned with {name} {kept.get(name)}, and now {name} is {own[name]}")
     except BaseException:
         file.close()
         raise
@@ -103,17 +104,17 @@ def bring_back(path: Path, own: Mapping[str, Any], changing: bool, but: frozense
         if earlier in but:
             continue
         try:
-            take_up(earlier, own, changing).file.close()
-        except (Damaged, OSError, sqlite3.Error):
+            open_state(earlier, own, changing).file.close()
+        except (StateDamage, OSError, sqlite3.Error):
             continue
         _rename(earlier, path)
         return earlier
     return None
 
 
-def is_lost(path: Path) -> bool:
+def has_lost_file(path: Path) -> bool:
     """Whether the file is gone while something beside it shows that it was there."""
-    return not path.exists() and any(path.with_name(path.name + end).exists() for end in BESIDE)
+    return not path.exists() and any(path.with_name(path.name + end).exists() for end in SIDE_FILE_ENDINGS)
 
 
 def _number(path: Path) -> int:
@@ -122,7 +123,7 @@ def _number(path: Path) -> int:
 
 
 def _rename(path: Path, to: Path) -> None:
-    for end in (*BESIDE, ""):
+    for end in (*SIDE_FILE_ENDINGS, ""):
         beside = path.with_name(path.name + end)
         if beside.exists():
             beside.rename(to.with_name(to.name + end))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from incsvr.plant.axes import AXES
 from service import wire
-from service.bus.publishers import Outgoing
+from service.bus.publishers import Publishers
 from service.cli.log_lines import iteration_line
 from service.config.configuration import Config
 from service.learner.node import LearnerNode
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-PARAMETERS = "parameters"
-"""The vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
+PARAMETERS_KEY = "parameters"
+"""The key of the vehicle's parameters in the learner's memory: it may not tell them again after a restart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class PersistThenPublish:
     node: LearnerNode
     store: Store | None
     history: History
-    outgoing: Outgoing
+    publishers: Publishers
     live: LiveTracing | None
     mapped: MappedIngest | None
 
@@ -47,16 +47,16 @@ class PersistThenPublish:
             self.history.add(*row)
         else:
             self.store.save(self._memory(outcome.memory), *row)
-        self.outgoing.publish(keys.model, snapshot)
-        self.outgoing.publish(keys.iteration, report)
-        self.outgoing.publish(keys.coefficients, wire.encode(self.node.coefficients()))
+        self.publishers.publish(keys.model, snapshot)
+        self.publishers.publish(keys.iteration, report)
+        self.publishers.publish(keys.coefficients, wire.encode(self.node.coefficients()))
         log.info("%s: %s", keys.prefix, iteration_line(outcome.report, AXES[self.config.vehicle.axis]))
 
     def ledger(self) -> None:
         """The ledger of effects as the node has it."""
         if self.store is not None:
             self.store.save_memory(self._memory(self.node.memory()))
-        self.outgoing.publish(wire.Keys(self.config.prefix).effects, wire.encode(self.node.ledger))
+        self.publishers.publish(wire.Keys(self.config.prefix).effects, wire.encode(self.node.ledger))
 
     @property
     def problem(self) -> str | None:
@@ -74,7 +74,7 @@ class PersistThenPublish:
     def _memory(self, memory: dict[str, Any]) -> dict[str, Any]:
         """The learner's memory, what the vehicle said of itself, and where live tracing stands."""
         if self.mapped is not None:
-            memory = memory | {PARAMETERS: self.mapped.parameters()}
+            memory = memory | {PARAMETERS_KEY: self.mapped.parameters()}
         if self.live is None:
             return memory
         effects = self.live.effects

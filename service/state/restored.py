@@ -20,14 +20,14 @@ from incsvr.learning.model import Model
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-MOST = 2**53
-"""Above any count of a learner's life; whole numbers are exact in JSON up to it."""
-ROUNDING = 1e-6
-"""How far a weight may be beyond its bound, as a part of it: what the solver's arithmetic leaves."""
+MAX_COUNT = 2**53
+"""The number above any count of a learner's life; whole numbers are exact in JSON up to it."""
+WEIGHT_ROUNDING_PART = 1e-6
+"""The part of its bound by which a weight may be beyond it: what the solver's arithmetic leaves."""
 
 
 @dataclass(frozen=True, slots=True)
-class Restored:
+class RestoredMemory:
     """What a learner goes on from.
 
     Attributes:
@@ -45,22 +45,22 @@ class Restored:
     on_the_way: Mapping[str, Any] | None = None
 
 
-def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
+def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMemory:
     """Reads what `LearnerNode.memory` gave; None begins anew.
 
     Raises:
         Exception: of any kind, where it is not what a learner under these settings can have written.
     """
     if memory is None:
-        return Restored(guard.begin(settings), np.full(settings.bins, -math.inf))
+        return RestoredMemory(guard.begin(settings), np.full(settings.bins, -math.inf))
     guarded = Guarded.from_dict(memory)
     state = guarded.learner
     for name, number in (("revision", memory["revision"]), ("iterations", state.iterations)):
-        if type(number) is not int or not 0 <= number < MOST:
+        if type(number) is not int or not 0 <= number < MAX_COUNT:
             raise BadInput(f"its {name} is {number!r}, which is no count")
-    _believable(state.model, settings)
+    _check_model(state.model, settings)
     if guarded.before is not None:
-        _believable(guarded.before.model, settings)
+        _check_model(guarded.before.model, settings)
     if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW:
         raise BadInput("its account of what moves the vehicle cannot be")
     if min(state.disagreement.claimed, state.disagreement.groups) < 0.0:
@@ -72,11 +72,11 @@ def restored(memory: Mapping[str, Any] | None, settings: Settings) -> Restored:
     t = None if memory["t"] is None else float(memory["t"])
     if t is not None and not math.isfinite(t):
         raise BadInput(f"its newest sample is of the time {t}")
-    _goes_on(state, settings)
-    return Restored(guarded, covered, memory["revision"], t, memory.get("on_the_way"))
+    _check_next_iteration(state, settings)
+    return RestoredMemory(guarded, covered, memory["revision"], t, memory.get("on_the_way"))
 
 
-def _believable(model: Model, settings: Settings) -> None:
+def _check_model(model: Model, settings: Settings) -> None:
     """The model is one that these settings allow."""
     arrays = (model.support_rate, model.support_damping, model.weight, model.count)
     if any(array.shape != model.support_rate.shape or not np.isfinite(array).all() for array in arrays):
@@ -88,7 +88,9 @@ def _believable(model: Model, settings: Settings) -> None:
         raise BadInput(f"its model was learned over {', '.join(others) or 'the own velocity alone'}")
     if model.several is not None and not model.several.possible(model.support_rate):
         raise BadInput("its model's further velocities cannot be")
-    if (model.count <= 0.0).any() or (np.abs(model.weight) > settings.C * model.count * (1.0 + ROUNDING)).any():
+    if (model.count <= 0.0).any() or (
+        np.abs(model.weight) > settings.C * model.count * (1.0 + WEIGHT_ROUNDING_PART)
+    ).any():
         raise BadInput("its model holds a weight beyond C times the samples that it stands for")
     if not 0.0 <= model.correlation < 1.0 or min(model.water.to_list()) < 0.0:
         raise BadInput("its model holds noise that cannot be")
@@ -98,7 +100,7 @@ def _believable(model: Model, settings: Settings) -> None:
         raise BadInput("its model holds a negative error")
 
 
-def _goes_on(state: State, settings: Settings) -> None:
+def _check_next_iteration(state: State, settings: Settings) -> None:
     """Another iteration can follow, as it is and with samples that are learned whatever came before; no result is kept.
 
     Two samples alone are too few to tell what moved them, and are taken for evidence.

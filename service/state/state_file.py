@@ -40,11 +40,11 @@ _DISK = frozenset(
     }
 )
 """Errors of SQLite that say nothing about what is in the file."""
-PATIENCE = 0.5
-"""How long a reader from outside may hold up an iteration [s]; beyond, it is saved with the next."""
+READER_PATIENCE_S = 0.5
+"""The time for which a reader from outside may hold up an iteration [s]; beyond, it is saved with the next."""
 
 
-class Damaged(Exception):
+class StateDamage(Exception):
     """What is in the file is not what was written there; the message says how it shows."""
 
 
@@ -59,7 +59,7 @@ class Row(NamedTuple):
 
 
 class StateFile:
-    """An open state; from one thread at a time. A damaged one raises `Damaged`, a disk that fails `sqlite3.Error`.
+    """An open state; from one thread at a time. A damaged one raises `StateDamage`, a disk that fails `sqlite3.Error`.
 
     Attributes:
         newest: the newest revision of the history; 0 where there is none.
@@ -67,17 +67,17 @@ class StateFile:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        with _damage_is_told():
+        with _telling_damage():
             if path.is_dir():
-                raise Damaged("a directory stands in its place")
-            self._identity = _place(path)
+                raise StateDamage("a directory stands in its place")
+            self._identity = _file_identity(path)
             if path.stat().st_size == 0:
-                raise Damaged("it is empty, as a power cut can leave it")
+                raise StateDamage("it is empty, as a power cut can leave it")
             self._connection = _connect(path)
             try:
                 found = dict(self._connection.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
                 if found != {name.encode(): sql.encode() for name, sql in _TABLES.items()}:
-                    raise Damaged("its tables are damaged or of another version")
+                    raise StateDamage("its tables are damaged or of another version")
                 (newest,) = self._connection.execute("SELECT max(revision) FROM history").fetchone()
                 self.newest: int = newest or 0
             except BaseException:
@@ -92,7 +92,7 @@ class StateFile:
             leftover.unlink(missing_ok=True)
         with closing(_connect(fresh, "rwc")) as connection:
             if known is not None:
-                with _damage_is_told():
+                with _telling_damage():
                     known._connection.backup(connection)
             else:
                 connection.executescript(";".join(_TABLES.values()))
@@ -107,27 +107,29 @@ class StateFile:
     def in_place(self) -> bool:
         """Whether this file still stands where it was opened."""
         try:
-            return _place(self._path) == self._identity and self._path.stat().st_size > 0
+            return _file_identity(self._path) == self._identity and self._path.stat().st_size > 0
         except OSError:
             return False
 
     def identity(self) -> dict[str, Any]:
         """Whose state it is."""
-        with _damage_is_told():
+        with _telling_damage():
             rows = self._connection.execute("SELECT name, value, checksum FROM identity").fetchall()
-            return {name.decode(): json.loads(_sound("identity", name, value, sum_)) for name, value, sum_ in rows}
+            return {
+                name.decode(): json.loads(_checked_value("identity", name, value, sum_)) for name, value, sum_ in rows
+            }
 
     def memory(self) -> Any:
         """The learner's memory; None where nothing has been learned."""
-        with _damage_is_told():
+        with _telling_damage():
             row = self._connection.execute("SELECT value, checksum FROM memory").fetchone()
             if row is None:
-                raise Damaged("its memory is missing")
-            return json.loads(_sound("memory", *row))
+                raise StateDamage("its memory is missing")
+            return json.loads(_checked_value("memory", *row))
 
     def write(self, memory: bytes, rows: Sequence[Row], keep: int, changed: Mapping[str, Any]) -> None:
         """All of these on the disk when this returns, or nothing: the memory, revisions, parts of the identity."""
-        with _damage_is_told(), self._connection as connection:
+        with _telling_damage(), self._connection as connection:
             _write_memory(connection, memory)
             _write_identity(connection, changed)
             for row in rows:
@@ -143,18 +145,18 @@ class StateFile:
 
     def at(self, t: float) -> tuple[Row | None, Row | None]:
         """The newest row that is not younger than the vehicle's time t [s], and the one after it."""
-        with _damage_is_told():
+        with _telling_damage():
             (revision,) = self._connection.execute("SELECT max(revision) FROM history WHERE t <= ?", (t,)).fetchone()
         if revision is None:
             return None, None
         found, following = self.row(revision), self._one("WHERE revision > ? ORDER BY revision LIMIT 1", revision)
         if found is None or found.t > t or (following is not None and following.t <= t):
-            raise Damaged("its index of times is damaged")
+            raise StateDamage("its index of times is damaged")
         return found, following
 
     def revisions(self, after: int, limit: int) -> list[int]:
         """At most `limit` revisions of the history after this one, in their order."""
-        with _damage_is_told():
+        with _telling_damage():
             query = "SELECT revision FROM history WHERE revision > ? ORDER BY revision LIMIT ?"
             return [revision for (revision,) in self._connection.execute(query, (after, limit))]
 
@@ -162,18 +164,18 @@ class StateFile:
         self._connection.close()
 
     def _one(self, where: str, value: int) -> Row | None:
-        with _damage_is_told():
+        with _telling_damage():
             query = f"SELECT revision, previous, t, snapshot, report, checksum FROM history {where}"
             found = self._connection.execute(query, (value,)).fetchone()
             if found is None:
                 return None
-            _sound("history", *found)
+            _checked_value("history", *found)
             return Row(*found[:-1])
 
 
 def _connect(path: Path, mode: str = "rw") -> sqlite3.Connection:
     uri = f"file:{quote(str(path))}?mode={mode}"
-    connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=PATIENCE)
+    connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=READER_PATIENCE_S)
     connection.text_factory = bytes  # a flipped bit may make it no UTF-8
     try:
         connection.execute("PRAGMA journal_mode = TRUNCATE")
@@ -201,29 +203,29 @@ def _checksum(table: str, *values: object) -> bytes:
     return hashlib.blake2b(repr((table, *values)).encode(), digest_size=8).digest()
 
 
-def _sound(table: str, *row: Any) -> Any:
+def _checked_value(table: str, *row: Any) -> Any:
     """The last value before the checksum, which closes the row."""
     *values, checksum = row
     if _checksum(table, *values) != checksum:
-        raise Damaged(f"a row of its {table} does not fit its checksum")
+        raise StateDamage(f"a row of its {table} does not fit its checksum")
     return values[-1]
 
 
 @contextmanager
-def _damage_is_told() -> Iterator[None]:
-    """Makes `Damaged` of what a damaged file raises; what the disk raises passes."""
+def _telling_damage() -> Iterator[None]:
+    """Makes `StateDamage` of what a damaged file raises; what the disk raises passes."""
     try:
         yield
     except sqlite3.Error as error:
         code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT)
         if code & 0xFF in _DISK and code != sqlite3.SQLITE_IOERR_SHORT_READ:
             raise
-        raise Damaged(f"it is damaged ({error})") from error
+        raise StateDamage(f"it is damaged ({error})") from error
     except (ValueError, TypeError, AttributeError) as error:
-        raise Damaged(f"it is damaged ({error})") from error
+        raise StateDamage(f"it is damaged ({error})") from error
 
 
-def _place(path: Path) -> tuple[int, int]:
+def _file_identity(path: Path) -> tuple[int, int]:
     status = path.stat()
     return status.st_dev, status.st_ino
 

@@ -15,10 +15,10 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.state.disk import OTHER_STATE, is_read_only, passes, refusal, unwritable
+from service.state.disk import OTHER_STATE, is_read_only, may_pass, refusal, unwritable
 from service.state.history import History
-from service.state.matching import LOST, bring_back, identity, is_lost, set_aside, take_up
-from service.state.state_file import Damaged, StateFile
+from service.state.matching import LOST_KEY, bring_back, has_lost_file, identity, open_state, set_aside
+from service.state.state_file import StateDamage, StateFile
 from service.state.state_lock import StateLock
 from service.wire.json_text import json_text
 
@@ -58,7 +58,7 @@ class Store:
             self._begin()
             self._look()
         except (OSError, sqlite3.Error) as error:
-            if not passes(error):
+            if not may_pass(error):
                 self.close()
                 why_not = refusal(error, self.path, OTHER_STATE)
                 raise BadInput(f"the state cannot be kept in {directory}: {why_not}") from error
@@ -138,9 +138,9 @@ class Store:
         if self.path.exists():
             try:
                 self._adopt()
-            except Damaged as error:
+            except StateDamage as error:
                 self._another(str(error))
-        elif claim.marked or is_lost(self.path):
+        elif claim.marked or has_lost_file(self.path):
             self._another("it is gone, although a learner kept it here")
         else:
             self._create()
@@ -155,7 +155,7 @@ class Store:
 
     def _adopt(self) -> None:
         """Takes up the state in its place."""
-        taken = take_up(self.path, self._own, self._changing)
+        taken = open_state(self.path, self._own, self._changing)
         self.history.remember(taken.lost)
         self.history.file, self.memory, self._kept = taken.file, taken.memory, json_text(taken.memory).encode()
 
@@ -212,11 +212,11 @@ class Store:
             self._stand()
             try:
                 self._write_rows()
-            except Damaged as error:
+            except StateDamage as error:
                 self._tell(f"the state was set aside as {self._put_aside().name} while the learner ran: {error}")
                 self._create()
                 self._write_rows()
-        except (OSError, sqlite3.Error, Damaged, BadInput) as error:
+        except (OSError, sqlite3.Error, StateDamage, BadInput) as error:
             self._fails(error)
             return
         if self.problem is not None:
@@ -228,7 +228,7 @@ class Store:
         assert self._file is not None
         changed: dict[str, Any] = {"effects": self._own["effects"]} if self._changing else {}
         if self.history.gaps:
-            changed[LOST] = self.history.lost
+            changed[LOST_KEY] = self.history.lost
         self._file.write(self._kept, self.history.unsaved, self._keep, changed)
 
     def _stand(self) -> None:
@@ -246,7 +246,7 @@ class Store:
             log.error("the state that stands in %s was set aside as %s", self.path, set_aside(self.path).name)
         try:
             self._create(gone)
-        except Damaged:  # what is gone was emptied before
+        except StateDamage:  # what is gone was emptied before
             self._create()
         if gone is not None:
             gone.close()

@@ -43,8 +43,8 @@ def run(tmp_path: Path) -> Path:
 def test_what_is_lost_at_too_high_a_speed_is_said_with_a_lower_one(
     run: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ingest, "RING", 64)
-    monkeypatch.setattr(ingest, "LEAST", 64)
+    monkeypatch.setattr(ingest, "RING_PLACES", 64)
+    monkeypatch.setattr(ingest, "MIN_RING_PLACES", 64)
     with learner() as endpoint:
         assert main(["replay", str(run), "--connect", endpoint, "--speed", "1e9"]) == 0
         said = capsys.readouterr().err

@@ -9,7 +9,7 @@ import pytest
 
 from service import wire
 from service.bus.feed import Feed
-from service.bus.ingest import LEAST, MAX_PAYLOAD, QUEUE_BYTES, RING, Ingest, places
+from service.bus.ingest import MAX_PAYLOAD_BYTES, MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest, places
 from service.bus.session import free_endpoint, listening, open_session
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
@@ -22,14 +22,14 @@ def test_of_what_is_not_taken_in_time_the_newest_is_kept() -> None:
     config = configured()
     node, watch = LearnerNode(config, boot=""), HealthWatch(config.health, time.monotonic(), time.monotonic)
     with open_session(listening(free_endpoint())) as session:
-        feed = Feed(node, watch, [Ingest(session, KEYS, watch, learners=RING)])
-        for number in range(LEAST + 136):  # within a session a put is with its subscriber when it returns
+        feed = Feed(node, watch, [Ingest(session, KEYS, watch, learners=RING_PLACES)])
+        for number in range(MIN_RING_PLACES + 136):  # within a session a put is with its subscriber when it returns
             session.put(KEYS.rate, wire.measurement(0.02 * number, 0.0, number))
         feed.drain()
         feed.close()
     stream = watch.report(node).streams["yaw_rate"]
-    assert stream.received == LEAST
-    assert stream.t == pytest.approx(0.02 * (LEAST + 135))
+    assert stream.received == MIN_RING_PLACES
+    assert stream.t == pytest.approx(0.02 * (MIN_RING_PLACES + 135))
 
 
 def test_what_waits_is_bounded_by_its_bytes_and_what_goes_for_it_is_counted() -> None:
@@ -53,9 +53,9 @@ def test_what_waits_is_bounded_by_its_bytes_and_what_goes_for_it_is_counted() ->
 
 
 def test_the_learners_of_a_process_share_the_places() -> None:
-    assert places(1) == RING
-    assert places(4) == RING // 4
-    assert places(1000) == LEAST
+    assert places(1) == RING_PLACES
+    assert places(4) == RING_PLACES // 4
+    assert places(1000) == MIN_RING_PLACES
 
 
 @pytest.mark.parametrize("declared", [[], ["depth"]])
@@ -73,6 +73,6 @@ def test_an_infinite_value_of_a_channel_costs_no_batch(start: StartBench, declar
 
 def test_a_question_that_is_too_long_is_not_read(start: StartBench) -> None:
     bench = start()
-    _, refusal = bench.get(bench.keys.damping, payload=b" " * (MAX_PAYLOAD + 1))
+    _, refusal = bench.get(bench.keys.damping, payload=b" " * (MAX_PAYLOAD_BYTES + 1))
     assert refusal is not None
     assert "ask in several queries" in refusal.error

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from service.bus.session import Refused, free_endpoint, from_file, listening, open_session
+from service.bus.session import BusRefusal, free_endpoint, from_file, listening, open_session
 from service.cli.command_line import main
 from service.wire import Keys
 from tests.service.security.test_validity import tls
@@ -16,7 +16,7 @@ __all__ = ["tls"]
 
 
 def refused(endpoint: str) -> str:
-    with pytest.raises(Refused) as failed:
+    with pytest.raises(BusRefusal) as failed:
         open_session(listening(endpoint))
     return str(failed.value)
 
@@ -44,5 +44,8 @@ def test_another_program_is_no_bus() -> None:
 
 def test_a_secured_port_is_said_to_be_a_learners_or_a_routers(tls: Path) -> None:
     config = from_file(tls / "learner.json5")
-    with open_session(config), pytest.raises(Refused, match=r"in use, by another learner or a router; `incsvr status`"):
+    with (
+        open_session(config),
+        pytest.raises(BusRefusal, match=r"in use, by another learner or a router; `incsvr status`"),
+    ):
         open_session(config)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bus.sequence import MISSING, Sequence
+from service.bus.sequence import MAX_MISSING, Sequence
 
 
 def lost(*numbers: int) -> int:
@@ -44,7 +44,7 @@ def test_any_order_counts_the_same(order: list[int], dropped: set[int]) -> None:
 
 def test_memory_is_bounded() -> None:
     sequence = Sequence()
-    for number in range(0, 10 * MISSING, 2):
+    for number in range(0, 10 * MAX_MISSING, 2):
         sequence.came(number)
-    assert sequence.lost == 5 * MISSING - 2
-    assert len(sequence._missing) <= MISSING
+    assert sequence.lost == 5 * MAX_MISSING - 2
+    assert len(sequence._missing) <= MAX_MISSING

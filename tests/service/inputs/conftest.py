@@ -69,7 +69,7 @@ Board = Callable[..., Vessel]
 @pytest.fixture
 def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
     """Starts a learner on a vessel's bus; `inputs` is the section of that name, `state` where it is kept."""
-    monkeypatch.setattr(mapped_ingest, "SETTLED", 0.3)  # what is missing is said at once
+    monkeypatch.setattr(mapped_ingest, "GRACE_S", 0.3)  # what is missing is said at once
     with ExitStack() as outer, ExitStack() as stack:
 
         def begin(inputs: dict[str, Any], state: Path | None = None, **more: Any) -> Vessel:

@@ -20,7 +20,7 @@ from service.bus.session import free_endpoint, from_file, open_session
 from service.cli.command_line import main
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
-from service.security.certificates import loaded
+from service.security.certificates import load
 from tests.service.conftest import PATIENCE, configured, teach
 
 KEYS = wire.Keys("rov7/yaw")
@@ -63,7 +63,7 @@ def secured(folder: Path, state: Path) -> Iterator[Secured]:
 
 def redated(folder: Path, name: str, begins: timedelta, ends: timedelta) -> None:
     """The certificate of this name again, valid between other times, counted from now."""
-    by = loaded((folder / "ca.pem").read_bytes(), (folder / "ca.key").read_bytes())
+    by = load((folder / "ca.pem").read_bytes(), (folder / "ca.key").read_bytes())
     found = x509.load_pem_x509_certificate((folder / f"{name}.pem").read_bytes())
     again = x509.CertificateBuilder(
         issuer_name=found.issuer,

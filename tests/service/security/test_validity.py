@@ -16,13 +16,13 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_bus
-from service.bus.session import Refused, certificates, connecting, free_endpoint, from_file, open_session
+from service.bus.session import BusRefusal, certificates, connecting, free_endpoint, from_file, open_session
 from service.bus.zenoh_file import endpoints
 from service.cli.command_line import main
 from service.config.sections import Bus
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
-from service.security.validity import SOON, Validity, dates
+from service.security.validity import WARNING_SPAN, Validity, dates
 from tests.service.conftest import configured
 from tests.service.security.secured import redated, until_settled
 
@@ -50,7 +50,7 @@ def test_the_dates_are_those_of_the_certificate(tls: Path, years: int) -> None:
 @pytest.mark.parametrize(
     ("now", "sentence"),
     [
-        (ENDS - SOON - DAY, None),
+        (ENDS - WARNING_SPAN - DAY, None),
         (
             ENDS - 23 * DAY,
             "the certificate /tls/learner.pem ends on 2026-12-31, in 23 days: `incsvr keys /tls --role learner --repl",
@@ -133,7 +133,7 @@ def test_a_clock_that_is_wrong_on_the_other_side_is_named(tls: Path, monkeypatch
     redated(tls, "learner", -9 * DAY, 9 * DAY)
     with (
         open_session(from_file(tls / "learner.json5")),
-        pytest.raises(Refused, match=r"viewer\.pem for one of another time, .* set the clock of the other machine"),
+        pytest.raises(BusRefusal, match=r"viewer\.pem for one of another time, .* set the clock of the other machine"),
     ):
         open_session(from_file(tls / "viewer.json5"))
 
@@ -161,7 +161,7 @@ def no_certificate(tls: Path) -> str:
     ],
 )
 def test_keys_of_somebody_else_are_named(tls: Path, client: Callable[[Path], str], sentence: str) -> None:
-    with open_session(from_file(tls / "learner.json5")), pytest.raises(Refused, match=sentence):
+    with open_session(from_file(tls / "learner.json5")), pytest.raises(BusRefusal, match=sentence):
         open_session(from_file(Path(client(tls))))
 
 
@@ -169,7 +169,7 @@ def test_a_bus_without_tls_is_named(tls: Path) -> None:
     host, _, port = endpoint(tls).removeprefix("tls/").rpartition(":")
     with socket.create_server((host, int(port))) as other:
         threading.Thread(target=answer_in_http, args=(other,), daemon=True).start()
-        with pytest.raises(Refused, match="speaks no TLS; write tcp/"):
+        with pytest.raises(BusRefusal, match="speaks no TLS; write tcp/"):
             open_session(from_file(tls / "viewer.json5"))
 
 
@@ -188,7 +188,7 @@ def answer_in_http(server: socket.socket) -> None:
 def test_where_nobody_listens_or_nothing_is_secured_no_certificate_is_blamed(tls: Path) -> None:
     with pytest.raises(BadInput, match="Unable to connect") as failed:
         open_session(from_file(tls / "viewer.json5"))
-    assert not isinstance(failed.value, Refused)
+    assert not isinstance(failed.value, BusRefusal)
     assert certificates(connecting("tcp/127.0.0.1:1")) == ()
 
 
