@@ -1,36 +1,28 @@
 """How often bands of 95 % hold what they should: fresh samples within ±1.96 σ, the truth within the curve's own band.
 
-    python -m benchmarks.learner.coverage [--seeds N] [--first-seed S] [--out FOLDER]
-
 `make coverage`. In five bands of yaw rate, for both policies, on the simulated Leng and on samples whose noise is
 correlated at 0.9. Every figure is the mean over the seeds and over all iterations of a run from the fourth on: a band
-must be right whenever it is served. Writes coverage.json and coverage.md.
+must be right whenever it is served.
 """
 
 from __future__ import annotations
 
-import argparse
-import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from pathlib import Path
-from typing import Any
+from itertools import chain, pairwise
 
 import numpy as np
 
-from benchmarks.learner.policies import POLICIES, Policy
+from benchmarks.learner.policies import POLICIES, Policy, batches
 from benchmarks.learner.policy_scenarios import FIRST, Scenario
-from benchmarks.study import RESULTS, provenance
-from benchmarks.tables import table
+from benchmarks.study import Record, begin, in_processes, options, publish
+from benchmarks.tables import grouped, page, table
 from incsvr.learning.criteria import Mask
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
-from service.cli.progress import progress
-from service.wire.json_text import json_text
 from simulator import leng
 
 FIRST_SEED = 640_000
@@ -95,14 +87,14 @@ def _by_band(rate: Array, held: Mask) -> Array:
     return np.array([held[place == band].mean() if (place == band).any() else np.nan for band in range(len(EDGES) - 1)])
 
 
-def voyage(runs: Sequence[Run], policy: Policy) -> list[dict[str, Any]]:
+def voyage(runs: Sequence[Run], policy: Policy) -> list[Record]:
     """A record for each run: both coverages (5,) as means over its iterations, and the noise level after each."""
     settings = Settings(policy=policy)
     state, records = start(settings), []
     for run in runs:
         shares, sigmas = [], []
-        for number, first in enumerate(range(0, len(run.training) - settings.batch + 1, settings.batch), 1):
-            state, iteration = step(settings, state, run.training.take(slice(first, first + settings.batch)))
+        for number, batch in enumerate(batches(run.training, settings.batch), 1):
+            state, iteration = step(settings, state, batch)
             sigmas.append(iteration.model.sigma)
             if number >= SETTLED:
                 shares.append(judged(iteration.model, run))
@@ -111,66 +103,59 @@ def voyage(runs: Sequence[Run], policy: Policy) -> list[dict[str, Any]]:
     return records
 
 
-def study(seeds: Sequence[int]) -> list[dict[str, Any]]:
-    """The records of all seeds, with a progress bar."""
-    records = []
-    with progress("coverage", len(seeds)) as advance:
-        for seed in seeds:
-            for runs in voyages(seed):
-                for policy in POLICIES:
-                    records += [record | {"seed": seed} for record in voyage(runs, policy)]
-            advance()
-    return records
+def examine(seed: int) -> list[Record]:
+    """The records of a seed."""
+    return [record | {"seed": seed} for runs in voyages(seed) for policy in POLICIES for record in voyage(runs, policy)]
 
 
-def report(document: dict[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
-    records = document["records"]
-    names = list(dict.fromkeys(record["run"] for record in records))
+    runs = {name: grouped(own, "policy") for name, own in grouped(document["records"], "run").items()}
     bands = [f"{low:g}–{high:g} rad/s" for low, high in pairwise(EDGES)]
-    parts = [
+    first = next(iter(runs))
+    noise = [
+        [policy, *(f"{part.mean():.2f} ± {part.std(ddof=min(1, part.size - 1)):.2f}" for part in sigma.T)]
+        for policy, own in runs[first].items()
+        for sigma in [np.array([record["sigma"] for record in own])[:, np.array(EARLY) - 1]]
+    ]
+    return page(
         "# How often the bands of 95 % hold what they should",
         f"Made by `{document['command']}` on {document['date']}, seeds {document['seeds']}. Shares in %, mean ± "
         f"standard error over the seeds, over all iterations of a run from number {SETTLED} on.",
-    ]
-    for key, title in (("samples", "Fresh samples within ±1.96 σ"), ("curve", "The truth within the curve's own band")):
-        rows = []
-        for name in names:
-            for policy in POLICIES:
-                chosen = [record[key] for record in records if (record["run"], record["policy"]) == (name, policy)]
-                values = 100.0 * np.array(chosen, dtype=np.float64)
-                error = np.nanstd(values, axis=0, ddof=1) / np.sqrt(len(chosen)) if len(chosen) > 1 else 0.0 * values[0]
-                cells = [f"{m:.1f} ± {e:.1f}" for m, e in zip(np.nanmean(values, axis=0), error, strict=True)]
-                rows.append([name, policy, *cells, f"{np.nanmean(values):.1f}"])
-        parts += [f"## {title}", table(["run", "policy", *bands, "all"], rows)]
-    rows = []
-    for policy in POLICIES:
-        sigma = np.array([r["sigma"] for r in records if (r["run"], r["policy"]) == (names[0], policy)])
-        told = [sigma[:, number - 1] for number in EARLY]
-        rows.append([policy, *(f"{part.mean():.2f} ± {part.std(ddof=min(1, part.size - 1)):.2f}" for part in told)])
-    head = ["policy", *(f"after iteration {number}" for number in EARLY)]
-    parts += [f"## The noise level that is served, {names[0]} [N m]", "Mean ± standard deviation over the seeds."]
-    return "\n\n".join([*parts, table(head, rows)]) + "\n"
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.learner.coverage",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "## Fresh samples within ±1.96 σ",
+        table(["run", "policy", *bands, "all"], _shares(runs, "samples")),
+        "## The truth within the curve's own band",
+        table(["run", "policy", *bands, "all"], _shares(runs, "curve")),
+        f"## The noise level that is served, {first} [N m]",
+        "Mean ± standard deviation over the seeds.",
+        table(["policy", *(f"after iteration {number}" for number in EARLY)], noise),
     )
-    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="number of seeds (20)")
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, metavar="S")
-    parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER")
-    args = parser.parse_args(arguments)
+
+
+def _shares(runs: Record, key: str) -> list[list[str]]:
+    rows = []
+    for name, policies in runs.items():
+        for policy, own in policies.items():
+            values = 100.0 * np.array([record[key] for record in own], dtype=np.float64)
+            error = np.nanstd(values, axis=0, ddof=1) / np.sqrt(len(own)) if len(own) > 1 else 0.0 * values[0]
+            cells = [f"{m:.1f} ± {e:.1f}" for m, e in zip(np.nanmean(values, axis=0), error, strict=True)]
+            rows.append([name, policy, *cells, f"{np.nanmean(values):.1f}"])
+    return rows
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.learner.coverage",
+        __doc__,
+        seeds=(20, "voyages of each kind"),
+        first_seed=(FIRST_SEED, "of them"),
+        processes=(1, "seeds at once"),
+    )
+    args, measured = begin(parser, words)
     seeds = range(args.first_seed, args.first_seed + args.seeds)
-    command = ["python", "-m", "benchmarks.learner.coverage", *(sys.argv[1:] if arguments is None else arguments)]
-    document = provenance(shlex.join(command)) | {"seeds": f"{seeds[0]}–{seeds[-1]}", "records": study(seeds)}
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "coverage.json").write_text(json_text(document) + "\n", encoding="utf-8")
-    text = report(document)
-    (args.out / "coverage.md").write_text(text, encoding="utf-8")
-    print(text, end="")
+    records = chain.from_iterable(in_processes(examine, seeds, "seeds", args.processes))
+    document = measured | {"seeds": f"{seeds[0]}–{seeds[-1]}", "records": list(records)}
+    publish(args.out, "coverage", document, report(document))
     return 0
 
 

@@ -4,32 +4,23 @@ Simulated vehicles whose damping couples surge, sway and yaw (simulator/planar.p
 the velocities of a second run; and every axis of the measured vehicles on which surge and sway were recorded, judged by
 the samples of recordings that were not fitted. Every method gets the same samples of Eq. 5. A method of N vectors may
 keep N: the learners choose theirs, least squares and the Gaussian process take every k-th sample. Least squares of all
-samples stands beside them as what no small memory can have.
-
-    python -m benchmarks.learner.several --seeds 20 --first-seed 920000
+samples stands beside them as what no small memory can have. `make several`.
 """
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
-import os
-import warnings
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from benchmarks.learner import solver
-from benchmarks.study import MEASURED, RESULTS, provenance, publish
-from benchmarks.tables import table
+from benchmarks.study import CORES, MEASURED, Record, begin, in_processes, options, publish
+from benchmarks.tables import page, table
+from benchmarks.vehicles.gaussian_process import Predictor, gaussian_process
 from benchmarks.vehicles.splits import SPLITS, Split
 from incsvr.checks import Vehicle
 from incsvr.learning import guarded
@@ -48,8 +39,6 @@ VECTORS = (60, 200)
 PLANAR = ("surge", "sway")
 DOUBLED = "declared four times too small"
 """What the splits say of the one axis that is asked twice."""
-
-Predictor = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +88,11 @@ class Case:
         return Case(f"{split.vehicle}, {split.axis}", there, here, others, here.damping, settings, vehicle)
 
 
-def examine(case: int | Split) -> dict[str, Any]:
+def examine(case: int | Split) -> Record:
     """The errors of all methods on one case, and what the learner says of itself."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     one = Case.simulated(case) if isinstance(case, int) else Case.measured(case)
     there, here = (points(each, one.others) for each in (one.fitted, one.unseen))
-    record: dict[str, Any] = {
+    record: Record = {
         "case": one.name,
         "seed": case if isinstance(case, int) else None,
         "split": None if isinstance(case, int) else case.name,
@@ -166,18 +154,6 @@ def _terms(u: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def gaussian_process(velocity: Array, damping: Array) -> Predictor:
-    """A length for each velocity, by the greatest marginal likelihood."""
-    scale, level = np.maximum(velocity.std(axis=0), 1e-12), max(float(damping.std()), 1e-12)
-    lengths = RBF(np.ones(scale.size), (0.1, 100.0))
-    kernel = ConstantKernel(1.0, (1e-3, 1e3)) * lengths + WhiteKernel(0.1, (1e-4, 1e1))
-    process = GaussianProcessRegressor(kernel)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is an answer
-        process.fit(velocity / scale, damping / level)
-    return lambda asked: np.asarray(level * process.predict(asked / scale))
-
-
 def _rms(values: Array) -> float | None:
     return root_mean_square(values) if values.size else None
 
@@ -189,7 +165,7 @@ def methods() -> list[str]:
     return [f"{kind} {count}" for kind in kinds for count in VECTORS] + ["least squares of all"]
 
 
-def simulated_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
+def simulated_rows(records: Sequence[Record]) -> list[list[str]]:
     """One row a method: median, quartiles and worst of its error, and of the learner's own account."""
     rows = []
     for method in methods():
@@ -197,7 +173,7 @@ def simulated_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
         low, middle, high = np.nanquantile(errors, (0.25, 0.5, 0.75))
         told = [record["learner"][method] for record in records if method in record["learner"]]
 
-        def mean(name: str, told: Sequence[dict[str, Any]] = told) -> str:
+        def mean(name: str, told: Sequence[Record] = told) -> str:
             known = [each[name] for each in told if each[name] is not None]
             return f"{np.mean(known):.2f}" if known else "–"
 
@@ -208,10 +184,10 @@ def simulated_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
     return rows
 
 
-def measured_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
+def measured_rows(records: Sequence[Record]) -> list[list[str]]:
     """One row a split."""
 
-    def cell(record: dict[str, Any], method: str) -> str:
+    def cell(record: Record, method: str) -> str:
         error = record["errors"][method]
         if error is None:
             return "–"
@@ -224,54 +200,55 @@ def measured_rows(records: Sequence[dict[str, Any]]) -> list[list[str]]:
     ]
 
 
-def report(document: dict[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
     simulated = [record for record in document["records"] if record["seed"] is not None]
     measured = [record for record in document["records"] if record["seed"] is None]
     speed = document["solver"]
     head = ["method and vectors", "RMS error [N m]", "quartiles", "worst", "inside", "outside", "extrapolated", "held",
             "batches put aside"]  # fmt: skip
-    return (
-        f"# Damping of several velocities\n\nMade by `{document['command']}` on {document['date']}, "
-        f"{document['processor']}, load {document['load_before']:.1f}.\n\n"
-        f"## Simulated vehicles\n\n{len(simulated)} vehicles, seeds from {document['first_seed']}; d of yaw over yaw "
+    return page(
+        "# Damping of several velocities",
+        f"Made by `{document['command']}` on {document['date']}, {document['processor']}, load "
+        f"{document['load_before']:.1f}.",
+        "## Simulated vehicles",
+        f"{len(simulated)} vehicles, seeds from {document['first_seed']}; d of yaw over yaw "
         f"rate, surge and sway, RMS {np.mean([record['rms'] for record in simulated]):.1f} N m; noise of a sample "
         "about 3.3 N m. Median over the vehicles of the RMS error against the true d(ν) of a second run, quartiles and "
         "worst; means of the error where the model says that it was driven and where it extrapolates, of the share of "
-        "the latter, of the samples that the band of 95 % holds, and of the batches of 20 that the checks put "
-        "aside.\n\n"
-        + table(head, simulated_rows(simulated))
-        + "\n\n## Measured vehicles\n\nRMS residual of samples of Eq. 5 from recordings that were not fitted [N] or "
+        "the latter, of the samples that the band of 95 % holds, and of the batches of 20 that the checks put aside.",
+        table(head, simulated_rows(simulated)),
+        "## Measured vehicles",
+        "RMS residual of samples of Eq. 5 from recordings that were not fitted [N] or "
         "[N m], with the share of them that the model calls extrapolated; no mass matrix is declared, so that Coriolis "
-        "counts as damping.\n\n"
-        + table(["fitted → unseen", "RMS of d", *methods()], measured_rows(measured))
-        + f"\n\n## The exact solver in six dimensions\n\n{speed['n']} samples: {speed['solve_ms']['median']:.2f} ms in "
+        "counts as damping.",
+        table(["fitted → unseen", "RMS of d", *methods()], measured_rows(measured)),
+        "## The exact solver in six dimensions",
+        f"{speed['n']} samples: {speed['solve_ms']['median']:.2f} ms in "
         f"the median, `SVR.fit` {speed['sklearn_svr_fit_ms']:.2f} ms in turn in the same process: "
-        f"{speed['ratio_to_sklearn_svr_fit']:.2f} times as fast.\n"
+        f"{speed['ratio_to_sklearn_svr_fit']:.2f} times as fast.",
     )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seeds", type=int, default=20, help="simulated vehicles (20)")
-    parser.add_argument("--first-seed", type=int, default=920_000, help="the first seed (920000)")
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="at once; all cores")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=RESULTS, help="where several.json and .md go")
-
-
-def run(args: argparse.Namespace) -> int:
-    command = f"python -m benchmarks.learner.several --seeds {args.seeds} --first-seed {args.first_seed}"
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.learner.several",
+        __doc__,
+        seeds=(20, "simulated vehicles"),
+        first_seed=(920_000, "of them"),
+        processes=(CORES, "vehicles at once"),
+    )
+    args, measured = begin(parser, words, "scikit-learn")
     splits = [split for split in SPLITS if MEASURED.is_dir() and split.vehicle != "bluerov" and split.about != DOUBLED]
-    document = provenance(command, "scikit-learn") | {"first_seed": args.first_seed}
-    document["solver"] = solver.six_dimensions()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
     cases: list[int | Split] = [*range(args.first_seed, args.first_seed + args.seeds), *splits]
-    with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
-        document["records"] = list(pool.map(examine, cases))
+    document = measured | {
+        "first_seed": args.first_seed,
+        "solver": solver.six_dimensions(),
+        "records": in_processes(examine, cases, "vehicles", args.processes),
+    }
     publish(args.out, "several", document, report(document))
     return 0
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_arguments(parser)
-    raise SystemExit(run(parser.parse_args()))
+    sys.exit(main())

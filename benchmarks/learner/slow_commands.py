@@ -8,13 +8,13 @@ log is learned twice: as `fit` takes it by itself, and with the torque on a line
 
 from __future__ import annotations
 
-import argparse
-from datetime import UTC, datetime
+import sys
+from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.study import RESULTS
-from benchmarks.tables import table
+from benchmarks.study import begin, options, publish
+from benchmarks.tables import page, table
 from incsvr.signals.settings import MEASURED, TorqueKind
 from service.commands.fit_result import Fit
 from service.recordings.recording import Recording
@@ -22,33 +22,11 @@ from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator import slow_commands
 
-RESULT = RESULTS / "slow_commands.md"
 EVERY = (0.5, 0.2, 0.1, 0.05)
 """Between two messages of the command [s]."""
 RATES = (0.5, 1.0, 1.5)
 """Where the curve is judged, on both sides [rad/s]."""
 SAYS = "quicker than the streams show"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--first-seed", type=int, default=780_000)
-    parser.add_argument("--seeds", type=int, default=10)
-    args = parser.parse_args()
-    seeds = range(args.first_seed, args.first_seed + args.seeds)
-    rows = [_row(every, seeds, torque) for every in EVERY for torque in (None, MEASURED)]
-    head = ["commands at", "torque", *(f"d(±{rate:g}): median, worst" for rate in RATES), "says that it is off"]
-    when = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
-    text = (
-        "# The curve where commands come slowly\n\n"
-        f"`python -m benchmarks.learner.slow_commands --first-seed {args.first_seed} "
-        f"--seeds {args.seeds}`, {when}. Seeds "
-        f"{seeds[0]}–{seeds[-1]}; error of the learned curve to the truth in % of it, over both sides and all seeds.\n"
-        "*Told from the data* is `incsvr fit` by itself; *measured* takes the torque on a line between its messages, "
-        "as it was before.\n\n" + table(head, rows) + "\n"
-    )
-    RESULT.write_text(text, encoding="utf-8")
-    print(text)
 
 
 def _row(every: float, seeds: range, torque: TorqueKind | None) -> list[str]:
@@ -73,5 +51,27 @@ def examine(recording: Recording, torque: TorqueKind | None) -> tuple[list[list[
     return off.tolist(), any(SAYS in remark for remark in fit.remarks)
 
 
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.learner.slow_commands",
+        __doc__,
+        first_seed=(780_000, "of the logs"),
+        seeds=(10, "logs of each kind"),
+    )
+    args, measured = begin(parser, words)
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
+    rows = [_row(every, seeds, torque) for every in EVERY for torque in (None, MEASURED)]
+    head = ["commands at", "torque", *(f"d(±{rate:g}): median, worst" for rate in RATES), "says that it is off"]
+    text = page(
+        "# The curve where commands come slowly",
+        f"`{measured['command']}`, {measured['date']}. Seeds {seeds[0]}–{seeds[-1]}; error of the learned curve to the "
+        "truth in % of it, over both sides and all seeds. *Told from the data* is `incsvr fit` by itself; *measured* "
+        "takes the torque on a line between its messages, as it was before.",
+        table(head, rows),
+    )
+    publish(args.out, "slow_commands", measured | {"rows": rows}, text)
+    return 0
+
+
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

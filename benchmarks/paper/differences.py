@@ -1,23 +1,21 @@
 """What the paper's text gives where we differ from it, on the simulated experiment.
 
-    python -m benchmarks.paper.differences
-
 Every training step of the paper's policy over T1 and T2 is repeated as the paper says it, from the same vectors and the
 same warm start, and its curve is laid beside the exact one, or beside the validation run.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from itertools import chain
 
 import numpy as np
 
-from benchmarks.study import RESULTS, provenance
-from benchmarks.tables import table
+from benchmarks.learner.policies import batches
+from benchmarks.study import begin, in_processes, options, publish
+from benchmarks.tables import page, table
 from incsvr.learning.dual import coordinate_descent, solve
 from incsvr.learning.iteration import Settings
 from incsvr.learning.kernel import rbf
@@ -25,10 +23,8 @@ from incsvr.learning.learner import State, start, step
 from incsvr.learning.policies.paper import Memory
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
-from service.cli.progress import progress
 from simulator import leng
 
-RESULT = RESULTS / "differences.md"
 SETTINGS = Settings(policy="paper")
 PRINTED_PASSES = 100
 """Passes of Eq. 8 as it is printed; the error no longer grows by then."""
@@ -57,22 +53,9 @@ class Step:
     number: int
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.paper.differences", description=__doc__)
-    parser.add_argument("--seeds", type=int, default=10, metavar="N", help="repetitions of the experiment (10)")
-    parser.add_argument("--first-seed", type=int, default=0, metavar="SEED", help="of the first repetition (0)")
-    parser.add_argument("--out", type=Path, default=RESULT, metavar="FILE", help="where the table goes")
-    args = parser.parse_args()
-    found = []
-    with progress("repetitions", args.seeds) as advance:
-        for seed in range(args.first_seed, args.first_seed + args.seeds):
-            found += [figures(one) for one in steps(seed)]
-            advance()
-    measured = provenance(f"python -m benchmarks.paper.differences --seeds {args.seeds} --first-seed {args.first_seed}")
-    text = report(found, f"`{measured['command']}`, {measured['date']}")
-    args.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+def examine(seed: int) -> list[dict[str, float]]:
+    """The figures of every step of one repetition."""
+    return [figures(one) for one in steps(seed)]
 
 
 def steps(seed: int) -> Iterator[Step]:
@@ -80,8 +63,8 @@ def steps(seed: int) -> Iterator[Step]:
     experiment = leng.experiment(seed)
     state, offset, number = start(SETTINGS), 0.0, 0
     for train, unseen in ((experiment.T1, experiment.V1), (experiment.T2, experiment.V2)):
-        for first in range(0, len(train) - SETTINGS.batch + 1, SETTINGS.batch):
-            batch, before = train.take(slice(first, first + SETTINGS.batch)), state.memory
+        for batch in batches(train, SETTINGS.batch):
+            before = state.memory
             state, iteration = step(SETTINGS, state, replace(batch, time=batch.time + offset))
             number += 1
             if not iteration.trained:
@@ -177,11 +160,7 @@ def report(found: list[dict[str, float]], heading: str) -> str:
 
     struck = sum(not np.isnan(each["literal"]) for each in found)
     rows = [
-        [
-            "Eq. 8 with the signs as printed",
-            f"{PRINTED_PASSES} passes; largest distance from the exact curve",
-            "printed",
-        ],
+        ["Eq. 8 with the signs as printed", f"{PRINTED_PASSES} passes; largest distance from the curve", "printed"],
         ["Eq. 8, signs right, until θ changes little", f"by at most {SMALL:g} C a pass; the same distance", "stopped"],
         ["", "passes until then", "stopped after"],
         ["Eq. 8 until the duality gap is 1e-3 of the dual", "the same distance", "at the gap"],
@@ -194,18 +173,28 @@ def report(found: list[dict[str, float]], heading: str) -> str:
         ["", "MAE on V with the continuation", "continued"],
     ]
     head = ["the paper's text", "figure [N m], or a count", "median (5 to 95 % of the steps)"]
-    return "\n".join(
-        [
-            "# Where we differ from the paper: what its text gives",
-            "",
-            heading,
-            "",
-            f"{len(found)} training steps of the paper's policy over T1 and T2; distances over |r| ≤ 0.24 rad/s.",
-            "",
-            table(head, [[what, figure, cell(name)] for what, figure, name in rows]),
-            "",
-        ]
+    return page(
+        "# Where we differ from the paper: what its text gives",
+        heading,
+        f"{len(found)} training steps of the paper's policy over T1 and T2; distances over |r| ≤ 0.24 rad/s.",
+        table(head, [[what, figure, cell(name)] for what, figure, name in rows]),
     )
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.paper.differences",
+        __doc__,
+        seeds=(10, "repetitions of the experiment"),
+        first_seed=(0, "of the first"),
+        processes=(1, "repetitions at once"),
+    )
+    args, measured = begin(parser, words)
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
+    found = list(chain.from_iterable(in_processes(examine, seeds, "repetitions", args.processes)))
+    text = report(found, f"`{measured['command']}`, {measured['date']}")
+    publish(args.out, "differences", measured | {"steps": found}, text)
+    return 0
 
 
 if __name__ == "__main__":

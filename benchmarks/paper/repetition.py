@@ -6,12 +6,8 @@ SVRs that is Σ θⱼ κ(rⱼ, r), without the continuation beyond the learned r
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -30,7 +26,7 @@ from incsvr.learning.iteration import Iteration
 from incsvr.learning.kernel import rbf
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.tuning import ranked, search
-from incsvr.numerics import Array, root_mean_square
+from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.recordings.recording import sequence
 from simulator import leng
@@ -196,19 +192,4 @@ def _as_trained(settings: Settings, iteration: Iteration) -> tuple[Predict, int]
 def _errors(predict: Predict, samples: Samples) -> tuple[float, float]:
     """MAE and RMSE [N m]."""
     residual = predict(samples.yaw_rate) - samples.damping
-    return float(np.mean(np.abs(residual))), root_mean_square(residual)
-
-
-def repetitions(
-    seeds: Sequence[int], learners: Sequence[str] = USUAL, *, whole: bool = True, processes: int | None = None
-) -> Iterator[Repetition]:
-    """All repetitions, on all cores; each draws from its own seed alone, so who computes which makes no difference."""
-    processes = min(len(seeds), processes or os.cpu_count() or 1)
-    if processes == 1:
-        for seed in seeds:
-            yield repeat(seed, learners, whole)
-        return
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers are the parallel ones
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
-        yield from pool.map(partial(repeat, learners=learners, whole=whole), seeds)
+    return float(np.mean(np.abs(residual))), float(np.sqrt(np.mean(residual**2)))

@@ -13,6 +13,7 @@ import json
 import textwrap
 from collections import Counter
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,14 +27,13 @@ from benchmarks.paper.repetition import (
     TUNED_LAST,
     USUAL,
     Repetition,
-    repetitions,
+    repeat,
 )
-from benchmarks.study import RESULTS, provenance
+from benchmarks.study import CORES, RESULTS, in_processes, provenance
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Array
 from service.cli.output import add_json_argument, emit
-from service.cli.progress import progress
 
 PAPER = {
     ("B1", "V1"): (3.14, 3.94, 418),
@@ -70,12 +70,9 @@ def run(args: argparse.Namespace) -> int:
             flag = name.replace("_", "-")
             wanted = "give at least one repetition" if name == "seeds" else f"give {least} or more"
             raise BadInput(f"--{flag} {getattr(args, name)}: {wanted}")
-    done, seeds = [], range(args.first_seed, args.first_seed + args.seeds)
-    learners = tuple(LEARNERS) if args.passes else USUAL
-    with progress("repetitions", args.seeds) as advance:
-        for repetition in repetitions(seeds, learners, whole=not args.quick, processes=args.processes):
-            done.append(repetition)
-            advance()
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
+    once = partial(repeat, learners=tuple(LEARNERS) if args.passes else USUAL, whole=not args.quick)
+    done = in_processes(once, seeds, "repetitions", min(args.seeds, args.processes or CORES))
     words = f"--seeds {args.seeds} --first-seed {args.first_seed}" + " --passes" * args.passes + " --quick" * args.quick
     result = summary(done) | {"measured": provenance(f"incsvr table1 {words}")}
     result["why"] = _why(result) if args.seeds > 1 else None

@@ -97,10 +97,31 @@ def process(module: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
             started.terminate()
 
 
-def _until_it_says_so(process: subprocess.Popen[bytes]) -> None:
-    """Waits for the first line that a process writes: it is ready then."""
-    assert process.stdout is not None
-    process.stdout.readline()
+@contextmanager
+def partner(*words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """One of PARTNERS as a process, from when it says that it is ready."""
+    with process(PARTNERS, *words) as started:
+        assert started.stdout is not None
+        started.stdout.readline()
+        yield started
+
+
+def ask(session: zenoh.Session, selector: str) -> float:
+    """How long an answer takes [s]."""
+    began = time.perf_counter()
+    replies = [reply.ok for reply in session.get(selector, timeout=PATIENCE)]
+    took = time.perf_counter() - began
+    if not replies or replies[0] is None:
+        raise RuntimeError(f"nobody answers {selector}")
+    return took
+
+
+def send(subject: Learner, seed: int = 1, later: float = 0.0) -> None:
+    """Leng's first training run as fast as the learner takes it, so much later than it was [s]."""
+    for name, (t, value) in leng.recording("T1", seed=seed).streams().items():
+        for part in np.array_split(np.arange(t.size), 20):
+            payload = measurement(tuple((t[part] + later).tolist()), tuple(value[part].tolist()))
+            subject.session.put(KEYS.stream(name), payload, congestion_control=BLOCK)
 
 
 def measure() -> dict[str, Any]:
@@ -114,14 +135,12 @@ def latency() -> dict[str, Any]:
     echo_endpoint = free_endpoint()
     with (
         learner() as subject,
-        process(PARTNERS, "echo", echo_endpoint) as echoing,
+        partner("echo", echo_endpoint),
         open_session(connecting(echo_endpoint), PATIENCE) as echo,
     ):
-        _until_it_says_so(echoing)
         _teach(subject)
         idle = _ask_in_turn(subject.session, echo)
-        with process(PARTNERS, "feed", subject.endpoint) as feeder:
-            _until_it_says_so(feeder)
+        with partner("feed", subject.endpoint):
             before, began = subject.health().iteration, time.perf_counter()
             training = _ask_in_turn(subject.session, echo)
             pace = (subject.health().iteration - before) / (time.perf_counter() - began)
@@ -132,11 +151,8 @@ def latency() -> dict[str, Any]:
 
 
 def _teach(subject: Learner) -> None:
-    """Leng's first training run."""
-    for name, (t, value) in leng.recording("T1", seed=1).streams().items():
-        for part in np.array_split(np.arange(t.size), 20):
-            payload = measurement(tuple(t[part].tolist()), tuple(value[part].tolist()))
-            subject.session.put(KEYS.stream(name), payload, congestion_control=BLOCK)
+    """Leng's first training run, learned to its end."""
+    send(subject)
     while subject.health().iteration < 14:
         time.sleep(0.1)
 
@@ -147,11 +163,9 @@ def _ask_in_turn(session: zenoh.Session, echo: zenoh.Session) -> dict[str, Any]:
     asked = (("echo", echo, "echo"), ("damping", session, f"{KEYS.damping}?rate=0.1"))
     for number in range(QUESTIONS + 50):
         for name, through, selector in asked:
-            began = time.perf_counter()
-            replies = list(through.get(selector))
+            took = ask(through, selector)
             if number >= 50:
-                taken[name].append(1e6 * (time.perf_counter() - began))
-            assert len(replies) == 1
+                taken[name].append(1e6 * took)
     found: dict[str, Any] = {}
     for label, percentile in (("p50", 50), ("p99", 99)):
         both = {name: float(np.percentile(times, percentile)) for name, times in taken.items()}
@@ -250,9 +264,8 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
         quick = {"sample_period": 0.2, "smoothing": 0.12, "gap": 0.2, "lateness": 0.2}
         with (
             learner(signals=quick, also=[{"prefix": prefix} for prefix in prefixes[1:]]) as subject,
-            process(PARTNERS, "many", subject.endpoint, *prefixes) as feeder,
+            partner("many", subject.endpoint, *prefixes),
         ):
-            _until_it_says_so(feeder)
             time.sleep(3.0)
             before = [subject.health(Keys(prefix)).iteration for prefix in prefixes]
             cpu, resident = subject.cost(seconds)
@@ -266,7 +279,3 @@ def cost_of_many(numbers: tuple[int, ...] = (1, 10, 50, 100), seconds: float = 1
             }
         )
     return table
-
-
-if __name__ == "__main__":
-    print(json_text(measure(), indent=2))

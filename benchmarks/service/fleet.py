@@ -3,28 +3,25 @@
 Each vehicle is a learner and a player in processes of their own, clients of one router; the shore station is this
 process, one more client. Leng's run is played faster than life, so that every learner does its iterations; what goes
 over the wire is stated per message and, at the vehicle's own pace, per vehicle and hour.
-
-    python -m benchmarks.service.fleet --vehicles 10 --speed 8
 """
 
 from __future__ import annotations
 
-import argparse
+import sys
 import tempfile
 import threading
 import time
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import ExitStack
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import psutil
 import zenoh
 
-from benchmarks.service.bus import PARTNERS, PATIENCE, process
-from benchmarks.study import RESULTS, provenance, publish
+from benchmarks.service.bus import PATIENCE, partner, process
+from benchmarks.study import Record, begin, options, publish
+from benchmarks.tables import page, table
 from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import IterationHistory, Keys, decode
 from simulator.player import wait_for_learner
@@ -41,13 +38,11 @@ STORED = ("model", "iteration", "coefficients")
 """What an iteration publishes; health comes each second, the streams as often as the sensors do."""
 
 
-def measure(vehicles: int, speed: float) -> dict[str, Any]:
+def measure(vehicles: int, speed: float) -> Record:
     """Everything of one fleet."""
     endpoint, prefixes = free_endpoint(), [f"vehicle{number}/yaw" for number in range(vehicles)]
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        relay = stack.enter_context(process(PARTNERS, "router", endpoint))
-        assert relay.stdout is not None
-        relay.stdout.readline()
+        relay = stack.enter_context(partner("router", endpoint))
         connect = ("--set", f"bus.connect={endpoint}")
         learners = [
             stack.enter_context(
@@ -148,57 +143,47 @@ def _resident(pid: int) -> float:
     return float(psutil.Process(pid).memory_info().rss / 1e6)
 
 
-def report(result: dict[str, Any]) -> str:
+def report(result: Record) -> str:
     """Markdown."""
     size, hour = result["bytes_of_a_message"], A_DAY / 24
+    asked, history, router, each = (result[key] for key in ("damping_ms", "history", "router", "learner"))
     snapshots = sum(size.get(kind, 0.0) for kind in STORED)
+    streams = (size["rate"] * 50 + size["torque"] * 25) * 3600
     rows = [
         (f"{result['vehicles']} learners, {ITERATIONS} iterations each: heard ashore", f"{sum(result['iterations'])}"),
         ("an iteration's model / report / coefficients", " / ".join(f"{size[k] / 1e3:.1f} kB" for k in STORED)),
         ("health, once a second", f"{size['health'] / 1e3:.1f} kB"),
         ("a vehicle's hour: model, report, coefficients", f"{snapshots * hour / 1e6:.1f} MB"),
         ("a vehicle's hour: health", f"{size['health'] * 3600 / 1e6:.1f} MB"),
-        (
-            "a vehicle's hour: both streams at 50 and 25 Hz, where somebody ashore subscribes to them",
-            f"{(size['rate'] * 50 + size['torque'] * 25) * 3600 / 1e6:.1f} MB",
-        ),
-        (
-            "damping asked through the router, p50 / p99",
-            f"{result['damping_ms']['p50']:.1f} / {result['damping_ms']['p99']:.1f} ms",
-        ),
-        (
-            "history fetched through the router",
-            f"{result['history']['iterations']:.0f} iterations, {result['history']['bytes'] / 1e6:.2f} MB in "
-            f"{result['history']['seconds']:.2f} s",
-        ),
-        (
-            f"the router, {result['speed']:g} times as fast as life",
-            f"{result['router']['percent_of_a_core']:.0f} % of a core, {result['router']['resident_mb']:.0f} MB",
-        ),
-        (
-            "a learner, likewise",
-            f"{result['learner']['percent_of_a_core']:.1f} % of a core, {result['learner']['resident_mb']:.0f} MB",
-        ),
-    ]
-    head = f"# A fleet on one router\n\nMade by `{result['command']}` on {result['date']}, {result['processor']}, "
-    head += f"{result['cores']} cores, load {result['load_before']:.1f} before.\n\n| | measured |\n|---|---|\n"
-    return head + "\n".join(f"| {name} | {value} |" for name, value in rows) + "\n"
+        ("a vehicle's hour: both streams at 50 and 25 Hz, where somebody ashore subscribes to them",
+         f"{streams / 1e6:.1f} MB"),
+        ("damping asked through the router, p50 / p99", f"{asked['p50']:.1f} / {asked['p99']:.1f} ms"),
+        ("history fetched through the router",
+         f"{history['iterations']:.0f} iterations, {history['bytes'] / 1e6:.2f} MB in {history['seconds']:.2f} s"),
+        (f"the router, {result['speed']:g} times as fast as life",
+         f"{router['percent_of_a_core']:.0f} % of a core, {router['resident_mb']:.0f} MB"),
+        ("a learner, likewise", f"{each['percent_of_a_core']:.1f} % of a core, {each['resident_mb']:.0f} MB"),
+    ]  # fmt: skip
+    return page(
+        "# A fleet on one router",
+        f"Made by `{result['command']}` on {result['date']}, {result['processor']}, {result['cores']} cores, load "
+        f"{result['load_before']:.1f} before.",
+        table(["", "measured"], rows),
+    )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--vehicles", type=int, default=10, help="learner processes (10)")
-    parser.add_argument("--speed", type=float, default=8.0, help="times the vehicles' own pace (8)")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=RESULTS, help="where fleet.json and fleet.md go")
-
-
-def run(args: argparse.Namespace) -> int:
-    command = f"python -m benchmarks.service.fleet --vehicles {args.vehicles} --speed {args.speed:g}"
-    result = provenance(command, "eclipse-zenoh") | measure(args.vehicles, args.speed)
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.service.fleet",
+        __doc__,
+        vehicles=(10, "learner processes"),
+        speed=(8.0, "times the vehicles' own pace"),
+    )
+    args, measured = begin(parser, words, "eclipse-zenoh")
+    result = measured | measure(args.vehicles, args.speed)
     publish(args.out, "fleet", result, report(result))
     return 0
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_arguments(parser)
-    raise SystemExit(run(parser.parse_args()))
+    sys.exit(main())

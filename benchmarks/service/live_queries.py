@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 import psutil
 
-from benchmarks.service.bus import BLOCK, KEYS, PATIENCE, Learner, learner
+from benchmarks.service.bus import KEYS, PATIENCE, Learner, ask, learner, send
 from benchmarks.study import provenance
-from service.wire import measurement
-from simulator import leng
 
 WINDOW, PROOF = 240.0, 60.0
 """Of the tracing [s of data]."""
@@ -34,7 +32,7 @@ def measure() -> dict[str, Any]:
     waited: dict[bool, list[float]] = {True: [], False: []}
     with learner(**{"tracing.live": "advise", "tracing.window": WINDOW, "tracing.proof": PROOF}) as subject:
         for run in range(RUNS):
-            _play(subject, run)
+            send(subject, 1 + run, later=1000.0 * run)
             while subject.health().iteration == 0:
                 time.sleep(0.1)
             began = time.monotonic()
@@ -46,22 +44,12 @@ def measure() -> dict[str, Any]:
         "questions": {"tracing": len(waited[True]), "not": len(waited[False])},
         **{
             f"p{percent}_us": {
-                "tracing": float(np.percentile(waited[True], percent)),
-                "not": float(np.percentile(waited[False], percent)),
+                name: float(np.percentile(waited[beside], percent))
+                for name, beside in (("tracing", True), ("not", False))
             }
             for percent in (50, 99)
         },
     }
-
-
-def _play(subject: Learner, run: int) -> None:
-    """One of Leng's training runs, later than those before it."""
-    for name, (t, value) in leng.recording("T1", seed=1 + run).streams().items():
-        for part in np.array_split(np.arange(t.size), 20):
-            stamps = (t[part] + 1000.0 * run).tolist()
-            subject.session.put(
-                KEYS.stream(name), measurement(tuple(stamps), tuple(value[part].tolist())), congestion_control=BLOCK
-            )
 
 
 def _tracing(subject: Learner) -> bool:
@@ -74,13 +62,8 @@ def _tracing(subject: Learner) -> bool:
 
 def _ask(subject: Learner, waited: dict[bool, list[float]]) -> None:
     """Fifty questions, counted where nothing was learned meanwhile and a trace was beside all of them, or none."""
-    iteration, before, times = subject.health().iteration, _tracing(subject), list[float]()
-    for _ in range(50):
-        began = time.perf_counter()
-        replies = [reply.ok for reply in subject.session.get(f"{KEYS.damping}?rate=0.1", timeout=PATIENCE)]
-        times.append(1e6 * (time.perf_counter() - began))
-        if not replies or replies[0] is None:
-            raise RuntimeError("the learner does not answer")
+    iteration, before = subject.health().iteration, _tracing(subject)
+    times = [1e6 * ask(subject.session, f"{KEYS.damping}?rate=0.1") for _ in range(50)]
     if before == _tracing(subject) and subject.health().iteration == iteration:
         waited[before] += times
 

@@ -6,23 +6,23 @@ the viewer's own pages record it: yaw rate at 50 Hz, torque at 25 Hz, health onc
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.study import RESULTS, provenance
+from benchmarks import study
+from benchmarks.study import begin, options
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.wire import Health, Measurement
-from service.wire.json_text import json_text
 from simulator.leng import recording
 from viewer import archive
 from viewer.chapter import Chapter
@@ -33,25 +33,8 @@ from viewer.palette import DARK
 from viewer.recorder import Recorder, new_recording
 from viewer.screen import Screen
 
-RESULT = RESULTS / "recording.json"
 PERIOD = 5.0  # s of the vehicle's time for an iteration
 SAMPLES = 50
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.service.recording", description=__doc__)
-    parser.add_argument("--hours", type=float, default=10.0, help="of the vehicle's time (10)")
-    parser.add_argument("--keep", type=Path, metavar="FILE.rrd", help="keeps the recording there")
-    args = parser.parse_args()
-    measured = provenance(f"python -m benchmarks.service.recording --hours {args.hours:g}", "rerun-sdk")
-    with tempfile.TemporaryDirectory() as folder:
-        path = args.keep or Path(folder) / "run.rrd"
-        result = {"measured": measured, "hours": args.hours, **measure(path, args.hours)}
-    text = json_text(result, indent=2)
-    print(text)
-    if args.hours >= 10.0:
-        RESULT.write_text(text + "\n", encoding="utf-8")
-    return 0
 
 
 def measure(path: Path, hours: float) -> dict[str, Any]:
@@ -151,6 +134,15 @@ def _opened(path: Path) -> float | str:
             return round(time.perf_counter() - began, 1)
     except BadInput as error:
         return str(error)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options("benchmarks.service.recording", __doc__, hours=(10.0, "of the vehicle's time"))
+    args, measured = begin(parser, words, "rerun-sdk")
+    with tempfile.TemporaryDirectory() as folder:
+        result = measure(Path(folder) / "run.rrd", args.hours)
+    study.write(args.out, "recording", {"measured": measured, "hours": args.hours, **result})
+    return 0
 
 
 if __name__ == "__main__":

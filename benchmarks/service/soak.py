@@ -6,19 +6,16 @@ own, with its durable state on disk; Leng's run comes again and again, some hund
 
 from __future__ import annotations
 
-import argparse
-import shlex
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from benchmarks.service.bus import KEYS, PARTNERS, Learner, learner, process
-from benchmarks.study import RESULTS, provenance
-from service.wire.json_text import json_text
+from benchmarks.service.bus import KEYS, ask, learner, partner
+from benchmarks.study import begin, options, write
 
-RESULT = RESULTS / "soak.json"
 EVERY = 5.0
 """[s] between two looks."""
 SETTLED = 0.2
@@ -32,13 +29,11 @@ def soak(minutes: float, pace: float) -> dict[str, Any]:
     """Feeds `pace` batches of samples a second for so long, and looks at the learner every few seconds."""
     looks: list[tuple[float, float, int]] = []
     waits: list[float] = []
-    with learner() as subject, process(PARTNERS, "feed", subject.endpoint, str(pace), str(MESSAGES)) as feeder:
-        assert feeder.stdout is not None
-        feeder.stdout.readline()
+    with learner() as subject, partner("feed", subject.endpoint, str(pace), str(MESSAGES)):
         began = time.perf_counter()
         while time.perf_counter() - began < 60.0 * minutes:
             time.sleep(EVERY)
-            waits.append(_asked(subject))
+            waits.append(ask(subject.session, f"{KEYS.damping}?rate=0.1"))
             health = subject.health()
             resident = subject.process.memory_info().rss / 1e6
             looks.append((time.perf_counter() - began, resident, health.iteration))
@@ -59,24 +54,12 @@ def soak(minutes: float, pace: float) -> dict[str, Any]:
     }
 
 
-def _asked(subject: Learner) -> float:
-    """How long the damping at 0.1 rad/s took [s]."""
-    began = time.perf_counter()
-    replies = list(subject.session.get(f"{KEYS.damping}?rate=0.1"))
-    if not replies or replies[0].ok is None:
-        raise RuntimeError("the learner does not answer")
-    return time.perf_counter() - began
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Keeps a learner busy; watches memory, answers, losses.")
-    parser.add_argument("--minutes", type=float, default=30.0, help="how long (default: %(default)s)")
-    parser.add_argument("--pace", type=float, default=10.0, help="batches of samples a second (default: %(default)s)")
-    arguments = parser.parse_args()
-    found = provenance(shlex.join(["python", "-m", "benchmarks.service.soak", *sys.argv[1:]]), "eclipse-zenoh")
-    text = json_text(found | soak(arguments.minutes, arguments.pace), indent=2)
-    RESULT.write_text(text + "\n", encoding="utf-8")
-    print(text)
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.service.soak", __doc__, minutes=(30.0, "how long"), pace=(10.0, "batches of samples a second")
+    )
+    args, measured = begin(parser, words, "eclipse-zenoh")
+    write(args.out, "soak", measured | soak(args.minutes, args.pace))
     return 0
 
 

@@ -1,31 +1,22 @@
 """How often bets on an effect that is not there are won, over hours of ordinary missions with nothing hidden.
 
-    python -m benchmarks.tracer.bets_level [--first-seed N] [--hours N] [--minutes M] [--processes N]
-
-A tracer that suspects falsely is played by chance: in each quiet hour every effect that may come on under way is fitted
-to ten minutes, however little it explains, and bet on from then on as live tracing does it: half a window at a time,
-fitted anew before each, the bets going on from what was won, to the end of the hour. An effect counts as won where the
-bets ever reach 1/α. Where the first model is right, that happens in at most α of the hours (bets.py).
+`make bets-level`. A tracer that suspects falsely is played by chance: in each quiet hour every effect that may come on
+under way is fitted to ten minutes, however little it explains, and bet on from then on as live tracing does it: half a
+window at a time, fitted anew before each, the bets going on from what was won, to the end of the hour. An effect counts
+as won where the bets ever reach 1/α. Where the first model is right, that happens in at most α of the hours (bets.py).
 """
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
-import os
-import shlex
 import sys
 import time
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 
-from benchmarks.study import RESULTS, provenance, publish
-from benchmarks.tables import table
-from benchmarks.tracer.judge import interval
+from benchmarks.study import Record, begin, in_processes, options, publish
+from benchmarks.tables import grouped, interval, page, table
 from benchmarks.tracer.live_missions import EFFECTS, HOUR, between, configured, drawn
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.shadow import COMMAND, as_run, compare
@@ -34,7 +25,6 @@ from incsvr.tracing import innovations
 from incsvr.tracing.candidates import admissible, leads
 from incsvr.tracing.fit import fit
 from incsvr.tracing.model import model_of
-from service.cli.progress import progress
 from service.config.configuration import Config
 from service.recordings.recording import Streams
 from simulator.missions import play
@@ -42,7 +32,6 @@ from simulator.missions import play
 WINDOW, TRIAL = 600.0, 300.0
 """What a trace sees, and how much is bet on before effects are fitted anew [s]: as in `live_missions`."""
 LEVELS = (0.05, 0.01, 0.001)
-Record = dict[str, Any]
 
 
 def examine(seed: int) -> list[Record]:
@@ -89,26 +78,22 @@ def _fitted(name: str, streams: Streams, config: Config) -> Compensation:
     return Compensation.of(model_of(problem, fitted, 0.0))
 
 
-def report(document: Mapping[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
     records: Sequence[Record] = document["records"]
     played = [each for each in records if each.get("trials")]
     rows = []
     for name in (*EFFECTS, "all"):
-        own = [each["won"] for each in played if name in (each["effect"], "all")]
-        rows.append([name, str(len(own)), *(_share(own, level) for level in LEVELS)])
-    hours = len({each["seed"] for each in records})
-    return "\n".join(
-        [
-            "# How often bets on effects that are not there are won",
-            "",
-            f"Made by `{document['command']}`, {document['date']}: {hours} quiet hours of ordinary missions, seeds "
-            f"{document['first_seed']}…, each effect fitted to ten minutes and bet on for the rest of the hour, five "
-            f"minutes at a time. {len(records) - len(played)} of {len(records)} pairs of hour and effect held too "
-            "little motion to bet. The share of pairs in which the bets ever reached 1/α, with its 95 % interval:",
-            "",
-            table(["effect", "pairs", *(f"α = {level:g}" for level in LEVELS)], rows),
-        ]
+        won = [each["won"] for each in played if name in (each["effect"], "all")]
+        rows.append([name, len(won), *(_share(won, level) for level in LEVELS)])
+    hours = len(grouped(records, "seed"))
+    return page(
+        "# How often bets on effects that are not there are won",
+        f"Made by `{document['command']}`, {document['date']}: {hours} quiet hours of ordinary missions, seeds "
+        f"{document['first_seed']}…, each effect fitted to ten minutes and bet on for the rest of the hour, five "
+        f"minutes at a time. {len(records) - len(played)} of {len(records)} pairs of hour and effect held too "
+        "little motion to bet. The share of pairs in which the bets ever reached 1/α, with its 95 % interval:",
+        table(["effect", "pairs", *(f"α = {level:g}" for level in LEVELS)], rows),
     )
 
 
@@ -118,33 +103,20 @@ def _share(won: Sequence[float], level: float) -> str:
     return f"{hits} ({100.0 * low:.0f}–{100.0 * high:.0f} %)"
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.tracer.bets_level", description=__doc__)
-    parser.add_argument("--first-seed", type=int, default=940_000)
-    parser.add_argument("--hours", type=int, default=40)
-    parser.add_argument("--minutes", type=float, default=np.inf, help="no hour begins later (default: all are run)")
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    args = parser.parse_args()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    where = provenance(shlex.join(["python", "-m", "benchmarks.tracer.bets_level", *sys.argv[1:]]))
-    ends = time.monotonic() + 60.0 * args.minutes
-    records = list[Record]()
-    seeds = iter(range(args.first_seed, args.first_seed + args.hours))
-    with (
-        ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool,
-        progress("betting", args.hours) as advance,
-    ):
-        running = {pool.submit(examine, seed) for _, seed in zip(range(args.processes), seeds, strict=False)}
-        while running:
-            done = next(as_completed(running))
-            running.remove(done)
-            records += done.result()
-            advance()
-            if time.monotonic() < ends and (seed := next(seeds, None)) is not None:
-                running.add(pool.submit(examine, seed))
-    document = {**where, "first_seed": args.first_seed, "records": records}
-    publish(args.out, "bets_level", document, report(document) + "\n")
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.tracer.bets_level",
+        __doc__,
+        first_seed=(940_000, "of the hours"),
+        hours=(40, "quiet hours"),
+        minutes=(float("inf"), "after which no hour is begun"),
+        processes=(2, "hours at once"),
+    )
+    args, measured = begin(parser, words)
+    seeds = range(args.first_seed, args.first_seed + args.hours)
+    records = chain.from_iterable(in_processes(examine, seeds, "hours", args.processes, args.minutes))
+    document = measured | {"first_seed": args.first_seed, "records": list(records)}
+    publish(args.out, "bets_level", document, report(document))
     return 0
 
 

@@ -1,8 +1,7 @@
-"""How an answer of the tracer, or of a peer, is judged against what was hidden."""
+"""How an answer of the tracer is judged against what was hidden."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping
 
 VERDICTS = {
@@ -40,13 +39,3 @@ def judge(hidden: Collection[str], named: Mapping[str, Collection[str]]) -> str:
     if missing:
         return "both" if spare else "missed"
     return "false" if spare else "joint" if joint else "class"
-
-
-def interval(hits: int, count: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share."""
-    if count == 0:
-        return 0.0, 1.0
-    z, share = 1.96, hits / count
-    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
-    half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
-    return max(middle - half, 0.0), min(middle + half, 1.0)

@@ -6,23 +6,16 @@ nothing but noise, water and ordinary work happens. The learner adopts what it p
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
-import os
-import shlex
 import sys
 import time
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.study import RESULTS, provenance
-from benchmarks.tables import table
+from benchmarks.study import Record, begin, in_processes, options, publish, revision
+from benchmarks.tables import grouped, page, table
 from benchmarks.tracer.live_watch import Watched, watch
-from benchmarks.tracer.missions import revision
 from incsvr.compensation.shadow import as_run
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
@@ -33,19 +26,10 @@ from service.config.sources import read
 from service.recordings.recording import Streams, sequence
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import learner_for, samples_of, signals_for
-from service.wire.json_text import json_text
 from simulator import leng, underway
 from simulator.missions import Mission, play
 
-EFFECTS = (
-    "dead_zone",
-    "torque_asymmetry",
-    "torque_saturation",
-    "bias_torque",
-    "inertia",
-    "torque_lag",
-    "torque_delay",
-)
+EFFECTS = ("dead_zone", "torque_asymmetry", "torque_saturation", "bias_torque", "inertia", "torque_lag", "torque_delay")
 KINDS = ("survey", "transit", "waypoints", "zigzag", "circles", "pipeline", "day", "station")
 VEHICLES = ("auv", "rov", "leng")
 HOUR, FIRST, LATEST = 3600.0, 1200.0, 2400.0
@@ -55,7 +39,6 @@ IN_TIME = 600.0
 EARLIER = 500_000
 """Between the seeds of a mission and of the earlier dive of its kind on which the configuration is scaled, as
 `incsvr fit --write` does it: its first minutes alone would call every sharper turn after them implausible."""
-Record = dict[str, Any]
 
 
 def drawn(seed: int, hidden: bool) -> Mission:
@@ -94,13 +77,8 @@ def _mission(seed: int, hidden: bool) -> Record:
     mission = drawn(seed, hidden)
     outcome = play(mission)
     seen = watch(configured(mission, "adopt"), outcome.recording)
-    record: Record = {
-        "kind": mission.kind,
-        "vehicle": mission.vehicle,
-        "effect": mission.effect,
-        "onset": mission.onset,
-    }
-    record |= _steps(seen)
+    about = {"kind": mission.kind, "vehicle": mission.vehicle, "effect": mission.effect, "onset": mission.onset}
+    record: Record = about | _steps(seen)
     if hidden:
         record |= _judged(seen, str(mission.effect), mission.onset, "promoted")
         record["alone"] = _alone(mission, outcome.recording.streams(), outcome.inertia)
@@ -159,137 +137,113 @@ def _judged(seen: Watched, effect: str, onset: float, step: str) -> Record:
     return {"after": min(right) - onset if right else None, "wrong": wrong, "before_onset": before}
 
 
-def report(document: Mapping[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
     records: Sequence[Record] = document["records"]
-    by_group = {name: [each for each in records if each["group"] == name] for name in ("hidden", "quiet", "act")}
-    parts = [
+    groups = grouped([record for record in records if "failed" not in record], "group")
+    return page(
         "# Live tracing on missions of an hour",
         f"Made by `{document['command']}` on {document['date']}, revision {document['revision']}, in "
-        f"{document['minutes']} minutes; {document['not_run']} of {document['asked']} cases were not run for want of "
-        "time. The process beside the learner is run in place: its answer comes before the next batch.",
-    ]
-    played = {name: [each for each in group if "failed" not in each] for name, group in by_group.items()}
-    if hidden := played["hidden"]:
-        in_time = sum(each["after"] is not None and each["after"] <= IN_TIME for each in hidden)
-        ever = sum(each["after"] is not None for each in hidden)
-        parts += [
-            "## An effect comes on",
-            f"Promoted right within {IN_TIME:g} s of data after the onset: {in_time} of {len(hidden)}; within the "
-            f"hour: {ever}. Something else promoted after the onset: {sum(bool(each['wrong']) for each in hidden)}; "
-            f"anything before it: {sum(bool(each['before_onset']) for each in hidden)}. A trace of the ten minutes "
-            "after the onset by themselves names it, or has it in its class, in "
-            f"{sum(bool(each['alone']) for each in hidden)} of {len(hidden)} (column *alone*; – where they hold too "
-            "little motion to be traced): more cannot be found in time. Served ÷ sound: the torque's "
-            "error over the last ten minutes, over that of the same mission in which nothing came on.",
-            _rows(hidden),
-        ]
-    if quiet := played["quiet"]:
-        promoted = [each for each in quiet if any(step == "promoted" for _, step, _ in each["steps"])]
-        suspected = sum(step == "suspected" for each in quiet for _, step, _ in each["steps"])
-        parts += [
-            "## Nothing hidden",
-            f"Hours with a promotion: {len(promoted)} of {len(quiet)}; findings suspected in them: {suspected}.",
-            _rows(quiet),
-        ]
-    if act := played["act"]:
-        proven = sum(each["after"] is not None for each in act)
-        suspected = sum(
-            any(s == "suspected" and name == each["effect"] and t > each["onset"] for t, s, name in each["steps"])
-            for each in act
-        )
-        parts += [
-            "## The demo's third act",
-            f"Proven right: {proven} of {len(act)}; right and at least suspected: {suspected}; something else proven: "
-            f"{sum(bool(each['wrong']) for each in act)}.",
-            _rows(act),
-        ]
-    failed = [each for each in records if "failed" in each]
-    parts += [f"Failed: {each['group']} {each['seed']}: {each['failed']}" for each in failed]
-    return "\n\n".join(parts) + "\n"
+        f"{document['minutes']} minutes; {document['asked'] - len(records)} of {document['asked']} cases were not run "
+        "for want of time. The process beside the learner is run in place: its answer comes before the next batch.",
+        *(_effect_comes(groups["hidden"]) if "hidden" in groups else ()),
+        *(_nothing_hidden(groups["quiet"]) if "quiet" in groups else ()),
+        *(_third_act(groups["act"]) if "act" in groups else ()),
+        *(f"Failed: {each['group']} {each['seed']}: {each['failed']}" for each in records if "failed" in each),
+    )
 
 
-def _rows(records: Iterable[Record]) -> str:
-    head = [
-        "seed",
-        "mission",
-        "vehicle",
-        "hidden",
-        "onset s",
-        "alone",
-        "right after s",
-        "else",
-        "suspicions",
-        "served ÷ sound",
-    ]
+def _effect_comes(hidden: Sequence[Record]) -> tuple[str, ...]:
+    in_time = sum(each["after"] is not None and each["after"] <= IN_TIME for each in hidden)
+    return (
+        "## An effect comes on",
+        f"Promoted right within {IN_TIME:g} s of data after the onset: {in_time} of {len(hidden)}; within the "
+        f"hour: {sum(each['after'] is not None for each in hidden)}. Something else promoted after the onset: "
+        f"{sum(bool(each['wrong']) for each in hidden)}; anything before it: "
+        f"{sum(bool(each['before_onset']) for each in hidden)}. A trace of the ten minutes "
+        "after the onset by themselves names it, or has it in its class, in "
+        f"{sum(bool(each['alone']) for each in hidden)} of {len(hidden)} (column *alone*; – where they hold too "
+        "little motion to be traced): more cannot be found in time. Served ÷ sound: the torque's "
+        "error over the last ten minutes, over that of the same mission in which nothing came on.",
+        _rows(hidden),
+    )
+
+
+def _nothing_hidden(quiet: Sequence[Record]) -> tuple[str, ...]:
+    steps = [[step for _, step, _ in each["steps"]] for each in quiet]
+    return (
+        "## Nothing hidden",
+        f"Hours with a promotion: {sum('promoted' in each for each in steps)} of {len(quiet)}; findings suspected in "
+        f"them: {sum(each.count('suspected') for each in steps)}.",
+        _rows(quiet),
+    )
+
+
+def _third_act(act: Sequence[Record]) -> tuple[str, ...]:
+    suspected = sum(
+        any(s == "suspected" and name == each["effect"] and t > each["onset"] for t, s, name in each["steps"])
+        for each in act
+    )
+    return (
+        "## The demo's third act",
+        f"Proven right: {sum(each['after'] is not None for each in act)} of {len(act)}; right and at least suspected: "
+        f"{suspected}; something else proven: {sum(bool(each['wrong']) for each in act)}.",
+        _rows(act),
+    )
+
+
+def _rows(records: Sequence[Record]) -> str:
+    head = ["seed", "mission", "vehicle", "hidden", "onset s", "alone", "right after s", "else", "suspicions"]
     rows = []
     for each in sorted(records, key=lambda one: one["seed"]):
         error, after = each.get("error"), each.get("after")
-        steps = [name for _, step, name in each["steps"] if step in ("promoted", "proven")]
-        other = each.get("wrong", sorted(set(steps)))
-        rows.append(
-            [
-                str(each["seed"]),
-                each["kind"],
-                each["vehicle"],
-                each["effect"] or "–",
-                f"{each['onset']:.0f}" if each["effect"] else "–",
-                {True: "yes", False: "no", None: "–"}[each.get("alone")],
-                "–" if after is None else f"{after:.0f}",
-                ", ".join(other) or "–",
-                str(sum(step == "suspected" for _, step, _ in each["steps"])),
-                "–"
-                if error is None
-                else "paused"
-                if error["served"] is None
-                else f"{error['served'] / error['sound']:.2f}",
-            ]
-        )
-    return table(head, rows)
+        ratio = "–" if error is None else "paused"
+        if error is not None and error["served"] is not None:
+            ratio = f"{error['served'] / error['sound']:.2f}"
+        came = [name for _, step, name in each["steps"] if step in ("promoted", "proven")]
+        rows.append([
+            each["seed"],
+            each["kind"],
+            each["vehicle"],
+            each["effect"] or "–",
+            f"{each['onset']:.0f}" if each["effect"] else "–",
+            {True: "yes", False: "no", None: "–"}[each.get("alone")],
+            "–" if after is None else f"{after:.0f}",
+            ", ".join(each.get("wrong", sorted(set(came)))) or "–",
+            sum(step == "suspected" for _, step, _ in each["steps"]),
+            ratio,
+        ])  # fmt: skip
+    return table([*head, "served ÷ sound"], rows)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.tracer.live_missions", description=__doc__)
-    parser.add_argument("--first-seed", type=int, default=930_000)
-    parser.add_argument("--hidden", type=int, default=40, help="missions in which an effect comes on")
-    parser.add_argument("--quiet", type=int, default=40, help="missions in which nothing does")
-    parser.add_argument("--acts", type=int, default=20, help="third acts of the demo")
-    parser.add_argument("--minutes", type=float, default=None, help="no case begins later (default: all are run)")
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--out", default="live_missions", help="name of the results")
-    args = parser.parse_args()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    first, counts = args.first_seed, {"hidden": args.hidden, "quiet": args.quiet, "act": args.acts}
-    offset = {"hidden": 0, "quiet": 1000, "act": 2000}
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.tracer.live_missions",
+        __doc__,
+        first_seed=(930_000, "of the missions"),
+        hidden=(40, "missions in which an effect comes on"),
+        quiet=(40, "missions in which nothing does"),
+        acts=(20, "third acts of the demo"),
+        minutes=(float("inf"), "after which no case is begun"),
+        processes=(2, "cases at once"),
+    )
+    args, measured = begin(parser, words)
+    counts = {"hidden": args.hidden, "quiet": args.quiet, "act": args.acts}
     cases = [
-        (group, first + offset[group] + k)
+        (group, args.first_seed + 1000 * number + k)
         for k in range(max(counts.values(), default=0))
-        for group, n in counts.items()
-        if k < n
+        for number, (group, count) in enumerate(counts.items())
+        if k < count
     ]
-    began, records, measured = time.perf_counter(), list[Record](), revision()
-    with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
-        waiting = iter(cases)
-        running = {pool.submit(examine, case) for _, case in zip(range(args.processes), waiting, strict=False)}
-        while running:
-            done = next(as_completed(running))
-            running.remove(done)
-            records.append(done.result())
-            print(json_text(records[-1]), file=sys.stderr, flush=True)
-            late = args.minutes is not None and time.perf_counter() - began > 60.0 * args.minutes
-            if not late and (case := next(waiting, None)) is not None:
-                running.add(pool.submit(examine, case))
-    document = provenance(shlex.join(["python", "-m", "benchmarks.tracer.live_missions", *sys.argv[1:]])) | {
-        "revision": measured,
+    commit, began = revision(), time.perf_counter()
+    records = in_processes(examine, cases, "cases", args.processes, args.minutes)
+    document = measured | {
+        "records": records,
+        "revision": commit,
         "minutes": round((time.perf_counter() - began) / 60.0, 1),
         "asked": len(cases),
-        "not_run": len(cases) - len(records),
-        "records": records,
     }
-    text = report(document)
-    (RESULTS / f"{args.out}.json").write_text(json_text(document) + "\n", encoding="utf-8")
-    (RESULTS / f"{args.out}.md").write_text(text, encoding="utf-8")
-    print(text)
+    publish(args.out, "live_missions", document, report(document))
     return 0
 
 

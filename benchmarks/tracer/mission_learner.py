@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import table
+from benchmarks.study import Record
+from benchmarks.tables import counted, grouped, table
 from benchmarks.tracer.mission_cases import IDLE, circumstance
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
@@ -16,7 +16,6 @@ from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator.missions import Outcome
 
-Record = dict[str, Any]
 POLICIES = ("paper", "weighted")
 RELATIVE, OF_THE_WATER = 0.1, 1.5
 """A served moment is near the truth if it is off by no more than this share of it, or by so many water's deviations."""
@@ -79,10 +78,11 @@ def judged(outcome: Outcome, model: Model) -> Record:
 
 def report(records: Sequence[Record]) -> str:
     """Markdown: a row for each kind and vehicle, both policies side by side, then both over everything."""
-    rows = []
-    for kind, vehicle in dict.fromkeys((record["kind"], record["vehicle"]) for record in records):
-        cell = [record for record in records if (record["kind"], record["vehicle"]) == (kind, vehicle)]
-        rows.append([kind, vehicle, len(cell) // len(POLICIES), *_both(cell)])
+    rows = [
+        [kind, vehicle, len(cell) // len(POLICIES), *_both(cell)]
+        for kind, own in grouped(records, "kind").items()
+        for vehicle, cell in grouped(own, "vehicle").items()
+    ]
     driven = [record for record in records if record["kind"] not in IDLE]
     idle = [record for record in records if record["kind"] in IDLE]
     for name, chosen in (("all that drive", driven), ("all that hardly drive", idle)):
@@ -115,7 +115,7 @@ def _said(records: Sequence[Record]) -> str:
         "refused": sum("refused" in record for record in records),
         "traceback": sum("failed" in record for record in records),
     }
-    return ", ".join(f"{name} {count}" for name, count in said.items() if count) or "–"
+    return counted(said)
 
 
 def worst(records: Sequence[Record], count: int = 10) -> str:

@@ -6,26 +6,18 @@
 from __future__ import annotations
 
 import argparse
-import multiprocessing
-import os
-import shlex
-import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Literal
+from itertools import chain
+from typing import Literal
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-from benchmarks.study import RESULTS, provenance
+from benchmarks.study import Record, begin, in_processes, options, publish, revision
+from benchmarks.tables import grouped, page
 from benchmarks.tracer import mission_learner, mission_tracer
 from benchmarks.tracer.judge import VERDICTS
-from benchmarks.tracer.mission_cases import HIDDEN, IDLE, hidden, quiet
-from service.wire.json_text import json_text
+from benchmarks.tracer.mission_cases import IDLE, hidden, quiet
 from simulator.missions import KINDS, VEHICLES, Mission, play
 
 FIRST_SEED = 600_000
@@ -66,7 +58,7 @@ def cases(args: argparse.Namespace) -> Iterator[Case]:
                     yield Case("others", mission)
 
 
-def examine(case: Case) -> list[dict[str, Any]]:
+def examine(case: Case) -> list[Record]:
     """Plays the mission and judges what is made of its log."""
     outcome = play(case.mission)
     if case.group == "learner":
@@ -74,27 +66,9 @@ def examine(case: Case) -> list[dict[str, Any]]:
     return [mission_tracer.examine(case.group, outcome)]
 
 
-def study(work: Sequence[Case], processes: int) -> list[dict[str, Any]]:
-    """The records of the cases in their order, with a progress bar on standard error."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    # One core a process; the processes that are spawned load NumPy anew and see this.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with (
-        ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool,
-        Progress(*columns, console=Console(stderr=True)) as progress,
-    ):
-        return [
-            record
-            for records in progress.track(pool.map(examine, work), total=len(work), description="missions")
-            for record in records
-        ]
-
-
-def report(document: dict[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
-    by_group: dict[str, list[dict[str, Any]]] = {}
-    for record in document["records"]:
-        by_group.setdefault(record["group"], []).append(record)
+    by_group = grouped(document["records"], "group")
     learned, still = by_group.get("learner", []), by_group.get("quiet", [])
     parts = [
         "# Ordinary missions: what is served, and what is named",
@@ -132,57 +106,34 @@ def report(document: dict[str, Any]) -> str:
         said |= {"false beside": VERDICTS["false"], "another named": VERDICTS["both"]}
         parts.append("\n".join(f"- {name}: {meaning}." for name, meaning in said.items()))
         parts.append("A drag that grows at once (`drag_step`) or by and by (`drag_drift`) counts as one effect.")
-    return "\n\n".join(parts) + "\n"
+    return page(*parts)
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of the study."""
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
-    parser.add_argument("--runs", type=int, default=3, help="of each kind and vehicle, nothing hidden")
-    parser.add_argument("--hidden-runs", type=int, default=3, help=f"of each effect and vehicle, in a {TURNING}")
-    parser.add_argument("--other-runs", type=int, default=1, help="of each effect and other kind of mission")
+def main(words: Sequence[str] | None = None) -> int:
+    """Writes the page missions.md; for the learner or the tracer alone missions_learner.md or missions_tracer.md."""
+    parser = options(
+        "benchmarks.tracer.missions",
+        __doc__,
+        first_seed=(FIRST_SEED, "of the missions"),
+        runs=(3, "of each kind and vehicle, nothing hidden"),
+        hidden_runs=(3, f"of each effect and vehicle, in a {TURNING}"),
+        other_runs=(1, "of each effect and other kind of mission"),
+        processes=(2, "missions at once"),
+    )
     parser.add_argument("--only", choices=("learner", "tracer"), help="one alone, into files of its own")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
     parser.add_argument("--vehicles", nargs="+", choices=tuple(VEHICLES), default=tuple(VEHICLES))
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the results (default: %(default)s)")
-
-
-def run(args: argparse.Namespace) -> int:
-    """Writes missions.json and missions.md; for the learner or the tracer alone missions_learner or missions_tracer."""
-    name = "missions" if args.only is None else f"missions_{args.only}"
-    began = time.perf_counter()
-    records = study(list(cases(args)), args.processes)
-    document = provenance(shlex.join(["python", "-m", "benchmarks.tracer.missions", *sys.argv[1:]])) | {
-        "revision": revision(),
+    args, measured = begin(parser, words)
+    commit, began = revision(), time.perf_counter()
+    records = chain.from_iterable(in_processes(examine, list(cases(args)), "missions", args.processes))
+    document = measured | {
+        "records": list(records),
+        "revision": commit,
         "first_seed": args.first_seed,
         "minutes": round((time.perf_counter() - began) / 60.0, 1),
-        "effects": list(HIDDEN),
-        "records": records,
     }
-    text = report(document)
-    lines = ",\n".join(json_text(record) for record in records)
-    head = json_text({key: value for key, value in document.items() if key != "records"})[:-1]
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / f"{name}.json").write_text(f'{head}, "records": [\n{lines}\n]}}\n', encoding="utf-8")
-    (args.out / f"{name}.md").write_text(text, encoding="utf-8")
-    print(text)
+    publish(args.out, "missions" if args.only is None else f"missions_{args.only}", document, report(document))
     return 0
-
-
-def revision() -> str:
-    """The commit that was measured, with a mark where files differ from it."""
-    said = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=RESULTS.parent, capture_output=True, text=True, check=False
-    )
-    return said.stdout.strip() or "unknown"
-
-
-def main() -> int:
-    """The command line of the study."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.tracer.missions", description=__doc__)
-    add_arguments(parser)
-    return run(parser.parse_args())
 
 
 if __name__ == "__main__":

@@ -1,124 +1,93 @@
 """What the tracer names on recordings of the second simulator, which shares nothing with it but the files' form.
 
-    python -m benchmarks.tracer.second_table [--first-seed N] [--one N] [--half N] [--quiet N] [--told]
-
-`make trace-table`. The tracer is not told whether the torque is a command, unless asked for.
+`make trace-table`. The tracer is not told whether the torque is a command.
 """
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
-import os
-import shlex
 import sys
-import time
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 from statistics import median
-from typing import Any
 
-from benchmarks.study import RESULTS, provenance, publish
-from benchmarks.tables import share, table
+from benchmarks.study import Record, begin, in_processes, options, publish
+from benchmarks.tables import grouped, page, share, table
+from benchmarks.tracer.answer import answer
 from benchmarks.tracer.judge import GOOD, judge
 from benchmarks.tracer.second_cases import GROUPS, case, play
-from incsvr.errors import BadInput
-from incsvr.tracing import trace
-from incsvr.tracing.run import Run
-from service.cli.progress import progress
 
 FIRST_SEED = 2_100_000
 """Seeds from here on are for the published table alone; whoever improves the tracer tries it on smaller ones."""
-Record = dict[str, Any]
 
 
-def examine(work: tuple[str, int, int, bool]) -> Record:
+def examine(work: tuple[str, int, int]) -> Record:
     """Plays a case, has it traced, and judges the answer."""
-    group, index, first_seed, told = work
+    group, index, first_seed = work
     hidden = case(group, index, first_seed)
     outcome = play(hidden)
-    columns = dict(outcome.recording.columns)
-    rate, torque = columns.pop("yaw_rate"), columns.pop("torque")
-    run = Run(outcome.recording.name, outcome.recording.time, rate, torque, columns)
-    began = time.process_time()
-    failure, answer = None, dict[str, Any]()
-    try:
-        answer = trace([run], inertia=outcome.inertia, torque=hidden.torque if told else None).to_dict()
-    except BadInput as refusal:
-        failure = str(refusal)
-    named = {each["effect"]: list(each["cannot_tell_from"]) for each in answer.get("effects", [])}
-    about = {"vehicle": hidden.vehicle, "command": hidden.command, "torque": hidden.torque}
-    return about | {
+    found = answer(outcome.recording, outcome.inertia)
+    return {
         "group": group,
         "seed": hidden.seed,
+        "vehicle": hidden.vehicle,
+        "command": hidden.command,
+        "torque": hidden.torque,
         "hidden": list(hidden.effects),
-        "named": named,
-        "refused": failure,
-        "judged": "refused" if failure else judge(hidden.effects, named),
-        "seconds": time.process_time() - began,
+        **found,
+        "judged": next((key for key in ("failed", "refused") if found[key]), None)
+        or judge(hidden.effects, found["named"]),
     }
 
 
-def report(document: dict[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
     records: Sequence[Record] = document["records"]
-    parts = [
+    return page(
         "# What is named on the second simulator's recordings",
         f"Made by `{document['command']}` on {document['date']}, seeds from {document['first_seed']}; twelve minutes "
         f"each; processor time {median(r['seconds'] for r in records):.1f} s in the median, "
         f"{max(r['seconds'] for r in records):.1f} s at most.",
-    ]
-    parts += [_by(records, key) for key in ("group", "torque", "vehicle", "command")]
-    return "\n\n".join(parts) + "\n"
+        *(_by(records, key) for key in ("group", "torque", "vehicle", "command")),
+    )
 
 
 def _by(records: Sequence[Record], key: str) -> str:
     rows = []
-    for value in dict.fromkeys(record[key] for record in records):
-        own = [record for record in records if record[key] == value]
+    for value, own in grouped(records, key).items():
         hidden = [record for record in own if record["hidden"]]
         counts = Counter(record["judged"] for record in hidden)
-        false = [record for record in own if not record["hidden"]]
+        quiet = [record for record in own if not record["hidden"]]
         rows.append([
             GROUPS.get(value, value),
-            share(sum(counts[each] for each in GOOD), len(hidden)) if hidden else "–",
-            *(str(counts[each]) for each in ("missed", "false", "both", "refused")),
-            share(sum(bool(record["named"]) for record in false), len(false)) if false else "–",
+            share(sum(counts[each] for each in GOOD), len(hidden)),
+            *(counts[each] for each in ("missed", "false", "both", "refused", "failed")),
+            share(sum(bool(record["named"]) for record in quiet), len(quiet)),
         ])  # fmt: skip
-    head = [key, "found (95 %)", "missed", "false beside", "another named", "refused", "false, nothing hidden (95 %)"]
-    return table(head, rows)
+    head = [key, "found (95 %)", "missed", "false beside", "another named", "refused", "tracebacks"]
+    return table([*head, "false, nothing hidden (95 %)"], rows)
 
 
-def main() -> int:
-    """The command line of the study."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.tracer.second_table", description=__doc__)
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
-    for group, count in (("one", 126), ("half", 72), ("quiet", 140)):
-        parser.add_argument(f"--{group}", type=int, default=count, help=f"cases: {GROUPS[group]} (default: {count})")
-    parser.add_argument("--told", action="store_true", help="tell the tracer whether the torque is a command")
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    args = parser.parse_args()
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.tracer.second_table",
+        __doc__,
+        first_seed=(FIRST_SEED, "of the cases"),
+        one=(126, f"cases: {GROUPS['one']}"),
+        half=(72, f"cases: {GROUPS['half']}"),
+        quiet=(140, f"cases: {GROUPS['quiet']}"),
+        processes=(2, "cases at once"),
+    )
+    args, measured = begin(parser, words)
     work = [
-        (group, index, args.first_seed + 10_000 * number, args.told)
+        (group, index, args.first_seed + 10_000 * number)
         for number, group in enumerate(GROUPS)
         for index in range(getattr(args, group))
     ]
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    records = []
-    with (
-        ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool,
-        progress("cases", len(work)) as advance,
-    ):
-        for record in pool.map(examine, work):
-            records.append(record)
-            advance()
-    command = shlex.join(["python", "-m", "benchmarks.tracer.second_table", *sys.argv[1:]])
-    document = provenance(command) | {"first_seed": args.first_seed, "records": records}
-    name = "second_table" + "_told" * args.told
-    publish(args.out, name, document, report(document))
+    document = measured | {
+        "first_seed": args.first_seed,
+        "records": in_processes(examine, work, "cases", args.processes),
+    }
+    publish(args.out, "second_table", document, report(document))
     return 0
 
 

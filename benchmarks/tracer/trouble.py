@@ -10,27 +10,24 @@ its name, or a class that holds it, and nothing beside it.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import json
-import multiprocessing
-import os
+import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.study import RESULTS, provenance, publish
+from benchmarks.study import CORES, Record, begin, in_processes, options, publish
+from benchmarks.tables import counted, grouped, page, table
 from incsvr.numerics import Array
-from service.cli.command_line import main
+from service.cli import command_line
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 
@@ -125,7 +122,7 @@ def played(kind: str, seed: int) -> Recording:
     return Recording("log.csv", TIME, columns)
 
 
-def examine(case: tuple[str, int]) -> dict[str, Any]:
+def examine(case: tuple[str, int]) -> Record:
     """What `incsvr trace` says of one log."""
     kind, seed = case
     with tempfile.TemporaryDirectory() as folder:
@@ -133,8 +130,8 @@ def examine(case: tuple[str, int]) -> dict[str, Any]:
         write(log, played(kind, seed))
         began, error = time.process_time(), io.StringIO()
         with contextlib.redirect_stderr(error), contextlib.redirect_stdout(io.StringIO()):
-            status = main(["trace", str(log), "--inertia", str(INERTIA), "--json", str(said)])
-        record: dict[str, Any] = {"kind": kind, "seed": seed, "seconds": time.process_time() - began}
+            status = command_line.main(["trace", str(log), "--inertia", str(INERTIA), "--json", str(said)])
+        record: Record = {"kind": kind, "seed": seed, "seconds": time.process_time() - began}
         if status:
             record |= {"named": {}, "verdict": "refused", "said": [error.getvalue().strip()]}
         else:
@@ -149,7 +146,7 @@ def examine(case: tuple[str, int]) -> dict[str, Any]:
     return record | {"judged": judged(KINDS[kind][0], record)}
 
 
-def judged(truth: str, record: dict[str, Any]) -> str:
+def judged(truth: str, record: Record) -> str:
     """right, class, said (refused, unexplained, or a note on the sensors), none, or false."""
     named: dict[str, list[str]] = record["named"]
     if len(named) == 1 and truth in named:
@@ -161,44 +158,42 @@ def judged(truth: str, record: dict[str, Any]) -> str:
     return "false" if named else "none"
 
 
-def report(document: dict[str, Any]) -> str:
+def report(document: Record) -> str:
     """Markdown."""
-    head = (
-        f"# Trouble, drawn anew\n\nMade by `{document['command']}` on {document['date']}, {document['processor']}, "
-        f"seeds {document['first_seed']} to {document['first_seed'] + document['seeds'] - 1} for each kind.\n\n"
-        "Right: the effect alone is named. Class: one effect is named whose class holds it. Said: refused, "
-        "unexplained, or a note on the sensors. None: “nothing is missing”. False: other effects and no such word.\n\n"
-    )
-    rows = ["| kind | right | class | said | none | false | named | s |", "|---|---|---|---|---|---|---|---|"]
-    for kind in dict.fromkeys(record["kind"] for record in document["records"]):
-        records = [record for record in document["records"] if record["kind"] == kind]
+    verdicts, rows = ("right", "class", "said", "none", "false"), []
+    for kind, records in grouped(document["records"], "kind").items():
         count = Counter(record["judged"] for record in records)
-        named = Counter(name for record in records for name in record["named"])
-        names = ", ".join(f"{name} {times}" for name, times in named.most_common()) or "–"
-        cells = " | ".join(str(count[each]) for each in ("right", "class", "said", "none", "false"))
-        rows.append(f"| {kind} | {cells} | {names} | {np.median([record['seconds'] for record in records]):.1f} |")
-    return head + "\n".join(rows) + "\n"
+        named = counted(Counter(name for record in records for name in record["named"]))
+        seconds = np.median([record["seconds"] for record in records])
+        rows.append([kind, *(count[each] for each in verdicts), named, f"{seconds:.1f}"])
+    return page(
+        "# Trouble, drawn anew",
+        f"Made by `{document['command']}` on {document['date']}, {document['processor']}, "
+        f"seeds {document['first_seed']} to {document['first_seed'] + document['seeds'] - 1} for each kind.",
+        "Right: the effect alone is named. Class: one effect is named whose class holds it. Said: refused, "
+        "unexplained, or a note on the sensors. None: “nothing is missing”. False: other effects and no such word.",
+        table(["kind", *verdicts, "named", "s"], rows),
+    )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seeds", type=int, default=10, help="logs of each kind (10)")
-    parser.add_argument("--first-seed", type=int, default=850_000, help="the first of them (850000)")
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="at once; all cores")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=RESULTS, help="where trouble.json and .md go")
-
-
-def run(args: argparse.Namespace) -> int:
-    command = f"python -m benchmarks.tracer.trouble --seeds {args.seeds} --first-seed {args.first_seed}"
-    document = provenance(command) | {"seeds": args.seeds, "first_seed": args.first_seed}
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options(
+        "benchmarks.tracer.trouble",
+        __doc__,
+        seeds=(10, "logs of each kind"),
+        first_seed=(850_000, "of them"),
+        processes=(CORES, "logs at once"),
+    )
+    args, measured = begin(parser, words)
     cases = [(kind, args.first_seed + number) for kind in KINDS for number in range(args.seeds)]
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes are the parallel ones
-    with ProcessPoolExecutor(args.processes, multiprocessing.get_context("spawn")) as pool:
-        document["records"] = list(pool.map(examine, cases))
+    document = measured | {
+        "seeds": args.seeds,
+        "first_seed": args.first_seed,
+        "records": in_processes(examine, cases, "logs", args.processes),
+    }
     publish(args.out, "trouble", document, report(document))
     return 0
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_arguments(parser)
-    raise SystemExit(run(parser.parse_args()))
+    sys.exit(main())

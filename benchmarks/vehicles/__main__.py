@@ -1,30 +1,26 @@
 """Every axis of every measured vehicle: what each method predicts of recordings that it was not fitted to.
 
-    python -m benchmarks.vehicles [--data FOLDER] [--only WORD] [--out FOLDER]
-
 `make vehicles`. The splits stand in splits.py. A free run simulates the velocity over each
 unseen recording from its first value, from the force (torque) and the other recorded velocities alone; a multi-step
-error is that at the end of a shorter run, all of which begin at measured velocities. Writes vehicles.json and .md.
+error is that at the end of a shorter run, all of which begin at measured velocities.
 """
 
 from __future__ import annotations
 
-import argparse
-import shlex
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from benchmarks.study import MEASURED, RESULTS, provenance
+from benchmarks.study import MEASURED, Record, begin, in_processes, options, publish
 from benchmarks.vehicles.material import Material
 from benchmarks.vehicles.motion import Motion, Trivial
-from benchmarks.vehicles.peers import frols, gaussian_process, sindy
+from benchmarks.vehicles.peers import frols, process, sindy
 from benchmarks.vehicles.report import report
 from benchmarks.vehicles.splits import SPLITS, Split, skipped
 from incsvr.effects import Signals, Term
@@ -37,12 +33,10 @@ from incsvr.plant.words import said
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS
-from service.cli.progress import progress
 from service.commands.fit_result import Fit
 from service.commands.trace import traced
 from service.recordings.recording import sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
-from service.wire.json_text import json_text
 
 SETTLING = 30.0
 """Time constant of the adaptive identifier's coefficients, in those in which its copy follows, T_c (its own ratio)."""
@@ -68,7 +62,7 @@ def _process(given: Material) -> Motion:
     samples, _ = samples_of(joined, signals_for(given.fitted, given.inertia, given.axis.fastest), None)
     beside = [np.interp(samples.time, joined.time, joined.velocities[name]) for name in given.others]
     others = np.column_stack([np.empty((len(samples), 0)), *beside])
-    return gaussian_process(samples.yaw_rate, others, samples.damping, given.inertia, given.others)
+    return process(samples.yaw_rate, others, samples.damping, given.inertia, given.others)
 
 
 def _learner(given: Material) -> Motion:
@@ -106,7 +100,7 @@ METHODS: Mapping[str, Callable[[Material], Motion]] = {
 """Each learns from a split's material what simulates the motion."""
 
 
-def judged(learn: Callable[[Material], Motion], given: Material) -> dict[str, Any]:
+def judged(learn: Callable[[Material], Motion], given: Material) -> Record:
     """Free-run and multi-step errors of a method on the unseen recordings [rad/s], or why there are none."""
     begun = time.process_time()
     try:
@@ -138,14 +132,13 @@ def _ahead(model: Motion, here: Signals, horizon: float) -> Array:
     return np.asarray((simulated - measured)[steps :: steps + 1])
 
 
-def of_split(split: Split, folder: Path, advance: Callable[[], None] = lambda: None) -> dict[str, Any]:
+def of_split(split: Split, folder: Path) -> Record:
     """The rows of a split."""
     given = Material.of(split, folder)
     rows = {}
     methods = {**METHODS} if given.coupled is None else {**METHODS, IN_BODY: _learner_in_body}
     for name, learn in methods.items():
         rows[name] = judged(learn, given)
-        advance()
     found: list[Trace] = []
 
     def tracer(given: Material) -> Motion:
@@ -153,7 +146,6 @@ def of_split(split: Split, folder: Path, advance: Callable[[], None] = lambda: N
         return found[0].model
 
     rows["incsvr trace"] = judged(tracer, given)
-    advance()
     return {
         "split": split.name,
         "vehicle": split.vehicle,
@@ -168,7 +160,7 @@ def of_split(split: Split, folder: Path, advance: Callable[[], None] = lambda: N
     }
 
 
-def _told(found: Trace) -> dict[str, Any]:
+def _told(found: Trace) -> Record:
     """What the tracer says itself of the errors, and what it named."""
     free = {when: found.error[when]["free_run_rmse"] for when in ("before", "after")}
     return free | {
@@ -181,33 +173,25 @@ def _told(found: Trace) -> dict[str, Any]:
     }
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.vehicles", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options("benchmarks.vehicles", __doc__)
     parser.add_argument("--data", type=Path, default=MEASURED, metavar="FOLDER", help="the measured recordings")
     parser.add_argument("--only", default="", metavar="WORD", help="splits in whose name it stands")
-    parser.add_argument("--out", type=Path, default=RESULTS, metavar="FOLDER")
-    args = parser.parse_args(arguments)
-    command = shlex.join(["python", "-m", "benchmarks.vehicles", *(sys.argv[1:] if arguments is None else arguments)])
+    args, measured = begin(parser, words, "scikit-learn", "pysindy", "sysidentpy")
     chosen = [split for split in SPLITS if args.only in split.name]
     present = [split for split in chosen if (args.data / split.vehicle).is_dir()]
     absent = sorted({split.vehicle for split in chosen} - {split.vehicle for split in present})
     if not present:
         print(f"none of {', '.join(absent) or args.only} is in {args.data}: nothing to measure", file=sys.stderr)
         return 2
-    with threadpool_limits(1), progress("vehicles", len(present) * (len(METHODS) + 1)) as advance:
-        records = [of_split(split, args.data, advance) for split in present]
-    document = provenance(command, "scikit-learn", "pysindy", "sysidentpy") | {
+    with threadpool_limits(1):
+        records = in_processes(partial(of_split, folder=args.data), present, "splits", processes=1)
+    document = measured | {
         "splits": records,
         "skipped": [each for each in skipped(args.data) if any(each["vehicle"] == s.vehicle for s in present)],
         "absent": absent,
     }
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "vehicles.json").write_text(json_text(document, indent=1) + "\n", encoding="utf-8")
-    text = report(document)
-    (args.out / "vehicles.md").write_text(text, encoding="utf-8")
-    print(text, end="")
+    publish(args.out, "vehicles", document, report(document))
     return 0
 
 

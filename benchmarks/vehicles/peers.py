@@ -17,10 +17,8 @@ from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
+from benchmarks.vehicles.gaussian_process import gaussian_process
 from benchmarks.vehicles.motion import LAGS, Integrated, Narx, columns
 from incsvr.effects import Signals
 from incsvr.numerics import Array
@@ -36,21 +34,12 @@ AWAY = 10.0
 Candidate = TypeVar("Candidate", Integrated, Narx)
 
 
-def gaussian_process(rate: Array, others: Array, damping: Array, inertia: float, names: Sequence[str]) -> Integrated:
-    """d(r, other velocities) as a Gaussian process with a length for each, by the greatest marginal likelihood."""
-    velocities = np.column_stack([rate, others])
-    chosen = np.unique(np.linspace(0, rate.size - 1, min(MOST_SAMPLES, rate.size)).astype(int))
-    scale, level = np.maximum(np.std(velocities, axis=0), 1e-12), float(np.std(damping))
-    lengths = RBF(np.ones(scale.size), (0.1, 100.0))
-    kernel = ConstantKernel(1.0, (1e-3, 1e3)) * lengths + WhiteKernel(0.1, (1e-4, 1e1))
-    process = GaussianProcessRegressor(kernel)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is an answer
-        process.fit(velocities[chosen] / scale, damping[chosen] / level)
+def process(rate: Array, others: Array, damping: Array, inertia: float, names: Sequence[str]) -> Integrated:
+    """d(r, other velocities) as a Gaussian process of a few samples."""
+    drag = gaussian_process(np.column_stack([rate, others]), damping, MOST_SAMPLES)
 
     def acceleration(now: Array, torque: Array, beside: Array) -> Array:
-        drag = process.predict(np.column_stack([now, beside]) / scale)
-        return np.asarray((torque - level * drag) / inertia)
+        return np.asarray((torque - drag(np.column_stack([now, beside]))) / inertia)
 
     return Integrated(acceleration, tuple(names), AWAY * float(np.max(np.abs(rate))))
 

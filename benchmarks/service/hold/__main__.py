@@ -5,10 +5,8 @@
 
 from __future__ import annotations
 
-import argparse
-import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from benchmarks.service.hold.damages import damages
 from benchmarks.service.hold.day import day
@@ -17,9 +15,8 @@ from benchmarks.service.hold.restarts import restarts
 from benchmarks.service.hold.row import Row
 from benchmarks.service.hold.sensors import sensors
 from benchmarks.service.hold.strangers import flood, junk, stopped_client
-from benchmarks.study import RESULTS, provenance
+from benchmarks.study import begin, options
 
-RESULT = RESULTS / "hold.md"
 HEAD = """\
 # What a learner survives, notices and says
 
@@ -55,23 +52,20 @@ def _lines(studies: dict[str, Callable[[], list[Row]]]) -> Iterator[str]:
             yield row.as_text()
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Tries what a vehicle and its bus may do to a learner.")
-    parser.add_argument("--part", type=float, default=1.0, help="of the tries (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the moments and places (default: %(default)s)")
+def main(words: Sequence[str] | None = None) -> int:
+    parser = options("benchmarks.service.hold", __doc__, part=(1.0, "of the tries"), seed=(0, "of moments and places"))
     parser.add_argument("--only", nargs="+", metavar="STUDY", help="some of them alone; the result is only printed")
-    arguments = parser.parse_args()
-    found = provenance(shlex.join(["python", "-m", "benchmarks.service.hold", *sys.argv[1:]]), "eclipse-zenoh")
-    found["versions"] = ", ".join(f"{name} {version}" for name, version in dict(found["versions"]).items())  # type: ignore[call-overload]
-    studies = _studies(arguments.part, arguments.seed)
-    chosen = {name: study for name, study in studies.items() if not arguments.only or name in arguments.only}
-    text = HEAD.format(**found)
+    args, measured = begin(parser, words, "eclipse-zenoh")
+    measured["versions"] = ", ".join(f"{name} {version}" for name, version in measured["versions"].items())
+    studies = _studies(args.part, args.seed)
+    chosen = {name: study for name, study in studies.items() if not args.only or name in args.only}
+    text = HEAD.format(**measured)
     print(text, end="")
     for line in _lines(chosen):
         print(line, flush=True)
         text += line + "\n"
-    if not arguments.only:
-        RESULT.write_text(text, encoding="utf-8")
+    if not args.only:
+        (args.out / "hold.md").write_text(text, encoding="utf-8")
     return 0
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from benchmarks.learner import sensor_scenarios as scenarios
-from benchmarks.learner.sensor_faults import FIRST_SEED, Case, judged
+from benchmarks.learner.sensor_cases import judged
+from benchmarks.learner.sensor_faults import FIRST_SEED, cases
 from benchmarks.service.hold.row import Row
 from incsvr.learning.learner import Settings
 
@@ -18,16 +19,8 @@ REMARK = (
 
 def sensors(seeds: int, seed: int) -> list[Row]:
     """A row for each fault, of voyages with seeds of the published table's kind."""
-    learner = Settings()
-    chosen = range(FIRST_SEED + seed, FIRST_SEED + seed + seeds)
-    records = [
-        judged(Case(fault, heading, more, number), learner)
-        for fault in scenarios.FAULTS
-        for heading in (False, True)
-        for more in (False, True)
-        for number in chosen
-    ]
-    return list(rows(records))
+    policy, first = Settings().policy, FIRST_SEED + seed
+    return list(rows([judged(case, policy) for case in cases(range(first, first + seeds))]))
 
 
 def rows(records: Sequence[dict[str, Any]]) -> Iterator[Row]:

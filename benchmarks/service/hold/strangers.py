@@ -13,7 +13,7 @@ import numpy as np
 import psutil
 import zenoh
 
-from benchmarks.service.bus import BLOCK, KEYS
+from benchmarks.service.bus import BLOCK, KEYS, ask
 from benchmarks.service.hold.row import Row
 from benchmarks.service.hold.subject import PATIENCE, Subject, fed, same
 from service.bus.session import connecting, open_session
@@ -112,11 +112,7 @@ def flood(seconds: float) -> Row:
                 for _ in range(20):
                     stranger.put(KEYS.stream("depth"), payload, congestion_control=BLOCK)
                     sent += 1
-                began = time.monotonic()
-                answered = list(session.get(f"{KEYS.damping}?rate=0.1", timeout=PATIENCE))
-                waits.append(time.monotonic() - began)
-                if not answered:
-                    raise RuntimeError("the learner does not answer")
+                waits.append(ask(session, f"{KEYS.damping}?rate=0.1"))
                 peak = max(peak, learner.memory_info().rss / 1e6)
         while True:
             health = subject.health()

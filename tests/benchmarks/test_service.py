@@ -1,0 +1,52 @@
+"""The studies of the service measure what they say: small runs of them, with real learners."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from benchmarks.service import bus, fleet, soak
+from benchmarks.service.hold import __main__ as hold
+
+
+def test_what_is_sent_at_a_steady_pace_arrives_whole() -> None:
+    found = bus._stream_at(pace=4000, size=10, seconds=0.5)
+    assert found["lost"] == found["lost_as_health_says"] == 0
+    assert found["samples_per_second_and_stream"] == pytest.approx(4000, rel=0.2)
+    assert 20 < found["resident_mb"] < 500
+
+
+def test_the_learner_is_asked_in_turn_with_the_echo(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bus, "QUESTIONS", 200)
+    found = bus.latency()
+    for state in ("idle", "training"):
+        for figure in ("p50", "p99"):
+            both = found["query_us"][state][figure]
+            assert both["ratio"] == pytest.approx(both["damping"] / both["echo"], rel=0.01)
+            assert both["echo"] > 20.0
+    assert found["query_us"]["iterations_per_second_while_training"] > 1.0
+
+
+def test_a_fleet_is_heard_ashore(tmp_path: Path) -> None:
+    assert fleet.main(["--vehicles", "2", "--speed", "200", "--out", str(tmp_path)]) == 0
+    result = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))
+    assert min(result["iterations"]) >= fleet.ITERATIONS
+    assert result["history"]["iterations"] == sum(result["iterations"])
+    assert "| 2 learners, 14 iterations each: heard ashore |" in (tmp_path / "fleet.md").read_text(encoding="utf-8")
+
+
+def test_what_a_learner_survives(capsys: pytest.CaptureFixture[str]) -> None:
+    assert hold.main(["--only", "kills", "junk", "--part", "0.005"]) == 0
+    kills, junk = capsys.readouterr().out.splitlines()[-2:]
+    assert kills.startswith("| kill -9 at a random moment, and a start | 1 | 0 | 0 |")
+    assert junk.startswith("| junk on every key | 50 | 0 | 0 |")
+
+
+def test_a_soak_sees_nothing_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(soak, "EVERY", 0.5)
+    assert soak.main(["--minutes", "0.08", "--pace", "50", "--out", str(tmp_path)]) == 0
+    result = json.loads((tmp_path / "soak.json").read_text(encoding="utf-8"))
+    assert result["iterations"] > 3
+    assert result["counters"]["rejected"] == 0
