@@ -14,11 +14,11 @@ from incsvr.signals import REQUIRED
 from service.bus.session import answer
 from service.wire import Health, Keys
 
-SETTLES = 0.2
+LOOK_PERIOD_S = 0.2
 """Between two looks at the counters [s]: a learner takes its measurements in twenty times a second."""
-PATIENCE = 5.0
+SETTLE_TIMEOUT_S = 5.0
 """How long the counters may go on changing after the last message [s]."""
-SAFETY = 0.5
+SPEED_SAFETY = 0.5
 """The speed that is proposed, as a part of that at which the learner took values in: machines are busy at times."""
 _MESSAGES = ("lost", "queue_full", "overflow")
 _SAMPLES = "overload"
@@ -43,7 +43,7 @@ class Loss:
         lost += [f"{self.samples:,} samples that waited for training"] if self.samples else []
         if not lost:
             return None
-        slower = float(f"{SAFETY * pace * max(1.0 - self.values / max(sent, 1), 0.1):.1g}")
+        slower = float(f"{SPEED_SAFETY * pace * max(1.0 - self.values / max(sent, 1), 0.1):.1g}")
         return (
             f"at {pace:.4g} times the vehicle's pace the learner of {self.prefix} lost {' and '.join(lost)}; it has "
             f"not learned all that was played: play it slower, such as --speed {slower:.10g}"
@@ -66,9 +66,9 @@ def health(session: zenoh.Session, keys: Keys) -> Health | None:
 
 def settled(session: zenoh.Session, keys: Keys, stop: threading.Event) -> Health | None:
     """The learner's health once it has taken in all that was sent: when its counters no longer change."""
-    until, before = time.monotonic() + PATIENCE, None
+    until, before = time.monotonic() + SETTLE_TIMEOUT_S, None
     while (now := health(session, keys)) is not None:
-        if (figures := _figures(now)) == before or time.monotonic() > until or stop.wait(SETTLES):
+        if (figures := _figures(now)) == before or time.monotonic() > until or stop.wait(LOOK_PERIOD_S):
             return now
         before = figures
     return None

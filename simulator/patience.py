@@ -19,13 +19,13 @@ from service.bus.session import answer
 from service.wire import EffectsLedger, Keys
 from simulator.losses import health
 
-STEP = 5.0
+STEP_S = 5.0
 """Of the vehicle's time that is played at once [s]: shorter than any trace takes beside the learner."""
-LOOKS = 0.04
+LOOK_PERIOD_S = 0.04
 """Between two looks at the learner [s]; it takes its measurements in twenty times a second."""
-LEARNS = 0.15
+LEARNING_QUIET_S = 0.15
 """After a whole batch has come, for so long nothing may change [s]: an iteration takes a third of it."""
-LONGEST = 120.0
+MAX_WAIT_S = 120.0
 """A learner that is at work for longer is not waited for [s]: a trace takes some seconds."""
 
 
@@ -39,8 +39,8 @@ class Patience:
 
     def wait(self, sent: Mapping[str, int]) -> None:
         """Returns once all that was sent, values by stream, is taken in and nothing is at work."""
-        until, before, since = time.monotonic() + LONGEST, None, time.monotonic()
-        while time.monotonic() < until and not self._stop.wait(LOOKS):
+        until, before, since = time.monotonic() + MAX_WAIT_S, None, time.monotonic()
+        while time.monotonic() < until and not self._stop.wait(LOOK_PERIOD_S):
             now = health(self._session, self._keys)
             if now is None:
                 return
@@ -52,7 +52,7 @@ class Patience:
             if state != before:
                 before, since = state, time.monotonic()
                 continue
-            quiet = LOOKS if pending == self._pending else LEARNS
+            quiet = LOOK_PERIOD_S if pending == self._pending else LEARNING_QUIET_S
             if whole and state[-1] is None and time.monotonic() - since >= quiet:
                 self._pending = pending
                 return

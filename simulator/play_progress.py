@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-EVERY = 30.0
+LINE_PERIOD_S = 30.0
 """Between two lines [s], wall time: a log that is read afterwards."""
 Shown = Callable[[int, float], None]
 """Called with how many messages were sent, and the vehicle's time since the first [s]."""
@@ -43,7 +43,7 @@ def _lines(head: str, name: str, count: int, seconds: float, speed: float) -> Sh
         now = time.monotonic()
         if sent == count:
             print(f"{head}: played {seconds:.0f} s, {count:,} messages, in {now - began:.0f} s", file=sys.stderr)
-        elif now - last >= EVERY:
+        elif now - last >= LINE_PERIOD_S:
             last = now
             print(f"{head}: {t:.0f} of {seconds:.0f} s of {name}", file=sys.stderr, flush=True)
 

@@ -24,17 +24,17 @@ from incsvr.numerics import Array
 from incsvr.signals import REQUIRED
 from service.wire import Keys, measurement
 from simulator.losses import health
-from simulator.patience import STEP, Patience
+from simulator.patience import STEP_S, Patience
 
 log = logging.getLogger(__name__)
 
-LONGEST_WAIT = 0.05
+MAX_SLEEP_S = 0.05
 """How long the player sleeps at most before it looks whether to stop [s]."""
 
-TOLD_AFTER = 1.0
+NOTICE_AFTER_S = 1.0
 """Who waits for a learner says so after this time [s]; one that runs is seen in a tenth."""
 
-HEARD_WITHIN = 2.0
+COUNT_TIMEOUT_S = 2.0
 """How long the learner may take to count a message that was sent [s]; it needs a tenth."""
 
 
@@ -145,9 +145,9 @@ def wait_for_learner(session: zenoh.Session, keys: Keys, patience_s: float, stop
     alive = threading.Event()
     until = time.monotonic() + patience_s
     watcher = session.liveliness().declare_subscriber(keys.alive, lambda _: alive.set(), history=True)
-    told = time.monotonic() + TOLD_AFTER
+    told = time.monotonic() + NOTICE_AFTER_S
     try:
-        while not alive.wait(LONGEST_WAIT):
+        while not alive.wait(MAX_SLEEP_S):
             if stop.is_set():
                 return
             if time.monotonic() > told:
@@ -192,7 +192,7 @@ def play(
     sequence = [0] * len(publishers)
     streams = what.stream.tolist()
     began, first, sent = time.monotonic(), float(what.send[0]) if len(what) else 0.0, 0
-    pause = first + STEP
+    pause = first + STEP_S
     while sent < len(what) and not stop.is_set():
         now = first + (time.monotonic() - began) * speed
         if patience is not None:
@@ -211,9 +211,9 @@ def play(
         progress(sent, now - first)
         if patience is not None and (now == pause or sent == len(what)):
             patience.wait(dict(zip(what.names, sequence, strict=True)))
-            pause += STEP
+            pause += STEP_S
         if sent < len(what):
-            stop.wait(min(LONGEST_WAIT, max(0.001, (float(what.send[sent]) - now) / speed)))
+            stop.wait(min(MAX_SLEEP_S, max(0.001, (float(what.send[sent]) - now) / speed)))
     # A question and its answer travel behind the measurements: when it is there, they have arrived.
     health(session, keys)
     for publisher in publishers:
@@ -234,7 +234,7 @@ def _wait_until_heard(
     session: zenoh.Session, keys: Keys, names: set[str], before: Mapping[str, int], stop: threading.Event
 ) -> None:
     """Returns once the learner has received something of each of these streams, or no longer answers."""
-    until = time.monotonic() + HEARD_WITHIN
+    until = time.monotonic() + COUNT_TIMEOUT_S
     while not stop.is_set():
         now = _received(session, keys)
         if now is None:
@@ -247,4 +247,4 @@ def _wait_until_heard(
                 f"the learner answers but receives nothing on {' and '.join(missing)}: this client may not publish "
                 "there; play in the role of the vehicle, with the vehicle.json5 of `incsvr keys` as bus.zenoh_file"
             )
-        stop.wait(LONGEST_WAIT)
+        stop.wait(MAX_SLEEP_S)

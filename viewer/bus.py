@@ -34,10 +34,10 @@ from service.wire import (
 
 log = logging.getLogger(__name__)
 
-WAITING = 100_000  # messages in the queue at most; beyond, the oldest go
-PAGE = 100  # iterations asked for at a time
-PATIENCE_S = 5.0
-KEPT = 50  # models that came by themselves: nobody has to be asked for them
+MAX_QUEUE_MESSAGES = 100_000  # messages in the queue at most; beyond, the oldest go
+ITERATIONS_A_QUESTION = 100  # iterations asked for at a time
+ANSWER_TIMEOUT_S = 5.0
+MAX_MODELS = 50  # models that came by themselves: nobody has to be asked for them
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,9 @@ class Bus:
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
         self._session, self._keys = session, keys
-        self._queue: deque[tuple[str, bytes, float] | Presence] = deque(maxlen=WAITING)
+        self._queue: deque[tuple[str, bytes, float] | Presence] = deque(maxlen=MAX_QUEUE_MESSAGES)
         self._filled = threading.Event()
-        self._arrived: deque[bytes] = deque(maxlen=KEPT)
+        self._arrived: deque[bytes] = deque(maxlen=MAX_MODELS)
         self._models: dict[tuple[str, int], ModelSnapshot] = {}
         self._declared: list[Any] = [
             session.declare_subscriber(key, Callback(self._put, indirect=False))
@@ -103,7 +103,7 @@ class Bus:
     def reports(self, after: int) -> Iterator[IterationReport]:
         """The iterations that the learner still has, with a revision above `after`, in their order."""
         while True:
-            history = self._ask(self._keys.iteration, f"after={after};limit={PAGE}", IterationHistory)
+            history = self._ask(self._keys.iteration, f"after={after};limit={ITERATIONS_A_QUESTION}", IterationHistory)
             if history is None or not history.iterations:
                 return
             yield from history.iterations
@@ -129,7 +129,7 @@ class Bus:
 
     def _ask(self, key: str, parameters: str, form: type[FormType]) -> FormType | None:
         selector = f"{key}?{parameters}" if parameters else key
-        for reply in self._session.get(selector, timeout=PATIENCE_S):
+        for reply in self._session.get(selector, timeout=ANSWER_TIMEOUT_S):
             try:
                 if reply.ok is not None:
                     return decode(form, reply.ok.payload.to_bytes())
@@ -148,7 +148,7 @@ class Bus:
                 log.debug("%s: %s", self._keys.model, error)
                 continue
             self._models[snapshot.boot, snapshot.revision] = snapshot
-        while len(self._models) > KEPT:
+        while len(self._models) > MAX_MODELS:
             del self._models[next(iter(self._models))]
 
     def _put_model(self, sample: zenoh.Sample) -> None:

@@ -20,7 +20,7 @@ from viewer.plate import Entry, Plate
 from viewer.recorder import Recorder
 from viewer.table import quantity
 
-SAMPLES = 1000  # of each of the two at most: the newest
+MAX_SAMPLES = 1000  # of each of the two at most: the newest
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class ComparePage:
             return
         name = "before" if number <= choice.before else "after"
         new = np.column_stack((batch.rate, batch.damping))
-        self._samples[name] = np.concatenate((self._samples[name], new))[-SAMPLES:]
+        self._samples[name] = np.concatenate((self._samples[name], new))[-MAX_SAMPLES:]
 
     def _draw(self, name: str, frame: Frame, plate: Plate) -> None:
         curve, at = curve_of(frame, plate), positions(frame.report.support)

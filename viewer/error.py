@@ -24,7 +24,7 @@ from viewer.plate import Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
 WIDTH, HEIGHT = 1000, 425
-POINTS = 120  # of a curve at most: a run of ten hours must not log its whole past with every iteration
+MAX_POINTS = 120  # of a curve at most: a run of ten hours must not log its whole past with every iteration
 PROGRESSIVE = "progressive"
 DASHES = (None, 0.028, 0.009)  # of each curve in turn, in parts of the axis
 MARKS: tuple[Mark, ...] = ("line", "dashes", "dots")
@@ -104,8 +104,8 @@ class ErrorPage:
 
 
 def thinned(curve: Sequence[tuple[float, float]]) -> Floats:
-    """At most POINTS of the points as (n, 2), both ends among them, evenly spread."""
-    few = np.unique(np.linspace(0, len(curve) - 1, min(POINTS, len(curve))).astype(int))
+    """At most MAX_POINTS of the points as (n, 2), both ends among them, evenly spread."""
+    few = np.unique(np.linspace(0, len(curve) - 1, min(MAX_POINTS, len(curve))).astype(int))
     return np.array([curve[k] for k in few])
 
 

@@ -18,8 +18,8 @@ from viewer.frame import Frame
 log = logging.getLogger(__name__)
 
 FLUSH_S = 1.0
-MANY = 100  # iterations that take longer to fetch than anybody waits without a word
-AWAY = (
+MANY_ITERATIONS = 100  # iterations that take longer to fetch than anybody waits without a word
+AWAY_WORDS = (
     "The learner does not answer. Its last model stays on the screen; everything it learns meanwhile is fetched later."
 )
 
@@ -93,7 +93,7 @@ class Follower:
         self._here = here
         if not here:
             log.warning("the learner went away; waiting for it")
-            self._chapter.away(AWAY, time.time())
+            self._chapter.away(AWAY_WORDS, time.time())
             return
         log.info("the learner is here")
         health = self._bus.health()
@@ -116,14 +116,14 @@ class Follower:
         latest = self._bus.latest()
         behind = 0 if latest is None else latest.revision - self._chapter.revision
         missed = self._bus.reports(self._chapter.revision)
-        if behind > MANY:
+        if behind > MANY_ITERATIONS:
             missed = iter(
                 track(missed, "Fetching the past", total=behind, transient=True, console=Console(stderr=True))
             )
         for report in missed:
             if before is not None and report.revision >= before:
                 return
-            self._show(report, None, hurry=behind > MANY)
+            self._show(report, None, hurry=behind > MANY_ITERATIONS)
         self._chapter.flush()
 
     def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:

@@ -23,7 +23,7 @@ RUNS = {"without the hull": "T1", "with the hull": "T2"}
 COLOURS = {"without the hull": BEFORE, "with the hull": AFTER}
 INERTIA = 350.0
 """Leng's, as the demo declares it [kg m²]."""
-BINS = 14
+RATE_BINS = 14
 """Of the yaw rate, for the means of the samples."""
 
 
@@ -64,7 +64,7 @@ def _curves(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
 
 def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> None:
     """By how much samples and curve with the hull lie above those without it."""
-    edges: Array = np.linspace(0.0, rate[-1], BINS + 1, dtype=np.float64)
+    edges: Array = np.linspace(0.0, rate[-1], RATE_BINS + 1, dtype=np.float64)
     means, errors = zip(*(_means(each, edges) for each in learned.values()), strict=True)
     middle, doubt = (edges[1:] + edges[:-1]) / 2.0, 1.96 * np.hypot(*errors)
     axes.errorbar(
@@ -79,12 +79,12 @@ def _difference(axes: Axes, rate: Array, learned: dict[str, FitPictures]) -> Non
 
 
 def _means(learned: FitPictures, edges: Array) -> tuple[Array, Array]:
-    """(BINS,) the damping of the samples between two edges, less what the curve bends there, and standard errors."""
+    """(RATE_BINS,) the samples' damping between two edges, less what the curve bends there, and standard errors."""
     turns, damping = _one_way(learned)
     place = np.digitize(turns, edges) - 1
     middle = (edges[1:] + edges[:-1]) / 2.0
-    level = damping - _both_ways(learned, turns) + _both_ways(learned, middle)[np.clip(place, 0, BINS - 1)]
-    parts = [level[place == k] for k in range(BINS)]
+    level = damping - _both_ways(learned, turns) + _both_ways(learned, middle)[np.clip(place, 0, RATE_BINS - 1)]
+    parts = [level[place == k] for k in range(RATE_BINS)]
     means = np.array([part.mean() if part.size else np.nan for part in parts])
     errors = np.array([part.std() / np.sqrt(part.size) if part.size else np.nan for part in parts])
     return means, errors

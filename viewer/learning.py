@@ -19,7 +19,7 @@ from viewer.recorder import Recorder
 
 RATE, DAMPING = "Yaw rate [rad/s]", "Damping moment [N m]"
 WIDTH, HEIGHT = 1500, 1330
-WILD = 1.3  # times the largest damping that was taken seriously
+WILD_FACTOR = 1.3  # times the largest damping that was taken seriously
 CURVES = ("uncertainty", "tube", "function", "extrapolation", "trained_range", "off_scale")
 
 _MARKS: dict[str, Mark] = {
@@ -169,7 +169,7 @@ def _with_outliers(report: IterationReport, damping: float) -> float:
     A single wild sample must not press everything else flat, today or for the rest of the run.
     """
     others = (abs(value) for points in (report.new, report.forgotten, report.outliers) for value in points.damping)
-    return max([damping, *(value for value in others if value <= WILD * damping)])
+    return max([damping, *(value for value in others if value <= WILD_FACTOR * damping)])
 
 
 def _arrows(report: IterationReport, plate: Plate) -> Floats:

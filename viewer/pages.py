@@ -21,12 +21,15 @@ PAGES = ("Learning", "Before and after", "Signals", "Effects", "Health", "Channe
 """In the order of their tabs; the last two where further channels have come, and where damping is learned over them."""
 COLUMNS = 2
 """Plots of further channels beside each other."""
-WINDOW, MARGIN = 180.0, 40.0  # s of the signals in sight, and the room beside them where the legend stands
+WINDOW_S = 180.0
+"""Of the signals in sight [s]."""
+MARGIN_S = 40.0
+"""Room beside the signals, where the legend stands [s]."""
 NOTHING_FOUND: Mapping[str, str] = {}
-MOST_FOUND = 4
+MAX_SUSPECTED_PLOTS = 4
 """Parameters of suspected effects that are drawn one above the other."""
 _END = rr.TimeRangeBoundary.infinite()
-SPEED = 20.0  # an iteration takes half a minute on the vehicle
+PLAYBACK_SPEED = 20.0  # an iteration takes half a minute on the vehicle
 
 
 def blueprint(
@@ -59,7 +62,7 @@ def blueprint(
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, play_state="following", playback_speed=SPEED),
+        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, play_state="following", playback_speed=PLAYBACK_SPEED),
         auto_views=False,
         auto_layout=False,
     )
@@ -111,8 +114,8 @@ def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
 def _plot(path: str, name: str, axis: Axis = YAW) -> rrb.TimeSeriesView:
     """The last minutes of what stands below an entity, over the vehicle's time."""
     window = rr.TimeRange(
-        start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW),
-        end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN),
+        start=rr.TimeRangeBoundary.cursor_relative(seconds=-WINDOW_S),
+        end=rr.TimeRangeBoundary.cursor_relative(seconds=MARGIN_S),
     )
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
     return rrb.TimeSeriesView(
@@ -155,7 +158,7 @@ def _effects(axis: Axis, found: Mapping[str, str]) -> rrb.Horizontal:
         _plot("effects/parts", "What each part takes of the predicted torque [N m]", axis),
     ]
     if found:
-        plots = [_plot(path, title, axis) for path, title in list(found.items())[:MOST_FOUND]]
+        plots = [_plot(path, title, axis) for path, title in list(found.items())[:MAX_SUSPECTED_PLOTS]]
     return rrb.Horizontal(
         rrb.TextDocumentView(origin="effects/ledger", name="Traced effects"),
         rrb.Vertical(*plots),

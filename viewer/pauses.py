@@ -8,11 +8,12 @@ import numpy as np
 
 from viewer.frame import Floats
 
-PAUSE = 1.0
-"""Without a message for so long [s], and for three times its usual step, a stream paused."""
-STEPS = 3.0
-KEPT = 50
-"""Steps from which the usual one is told."""
+MIN_PAUSE_S = 1.0
+"""A stream paused where it had no message for so long [s], and for MIN_PAUSE_STEPS of its usual steps."""
+MIN_PAUSE_STEPS = 3.0
+"""A stream paused where it had no message for so many of its usual steps, and for MIN_PAUSE_S."""
+USUAL_STEP_COUNT = 50
+"""The usual step is the median of so many."""
 
 
 @dataclass
@@ -30,8 +31,8 @@ class Pauses:
         before = time[:1] if self.last is None else np.array([self.last])
         step = np.diff(time, prepend=before)
         usual = float(np.median(self.steps or step[1:] if step.size > 1 or self.steps else step))
-        at = np.flatnonzero(step > max(PAUSE, STEPS * usual))
+        at = np.flatnonzero(step > max(MIN_PAUSE_S, MIN_PAUSE_STEPS * usual))
         self.last = float(time[-1])
-        self.steps = [*self.steps, *step[step > 0.0].tolist()][-KEPT:]
+        self.steps = [*self.steps, *step[step > 0.0].tolist()][-USUAL_STEP_COUNT:]
         starts = np.concatenate((before, time))[at] + 1e-3  # just after the last point before it
         return np.insert(time, at, starts), np.insert(value, at, np.nan)

@@ -18,7 +18,7 @@ from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME
 
 log = logging.getLogger(__name__)
 
-MEMORY = "256MiB"  # of the past that a viewer which comes late is given; what is older is forgotten
+LIVE_MEMORY = "256MiB"  # of the past that a viewer which comes late is given; what is older is forgotten
 FLUSH_S = 5.0
 
 
@@ -51,7 +51,8 @@ class Recorder:
         self._live: rr.RecordingStream | None = None
         self._stuck: rr.RecordingStream | None = None
         if port is not None:
-            self._live = _stream(recording, rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=MEMORY), blueprint)
+            sink = rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=LIVE_MEMORY)
+            self._live = _stream(recording, sink, blueprint)
         if path is not None:
             self._file = _stream(recording, rr.FileSink(str(path)), blueprint)
 

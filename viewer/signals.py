@@ -15,12 +15,12 @@ from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
 from viewer.learning import log_plate, log_transform
 from viewer.names import channel
 from viewer.palette import LIGHT, Colour, Palette
-from viewer.pauses import PAUSE, Pauses
+from viewer.pauses import MIN_PAUSE_S, Pauses
 from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 from viewer.recorder import Recorder
 
-SCOPE = 60.0  # s
-SCOPE_POINTS = 240  # of a stream in the scope at most
+SCOPE_S = 60.0  # s
+MAX_SCOPE_POINTS = 240  # of a stream in the scope at most
 WIDTH, HEIGHT = 1000, 425
 ALL = "all_reasons"
 HINT = "signals/clock"
@@ -30,13 +30,13 @@ SWITCH = "# Choose *vehicle_time* below\n\nThe signals run on the vehicle's time
 ON_TIME = (
     "All on the vehicle's time. Raw: as it came in. Synchronised: on the learner's grid, smoothed, from its own stamps."
 )
-DASH = {"yaw_rate": None, "torque": 1.1}  # s; None is a solid line
+DASH_S = {"yaw_rate": None, "torque": 1.1}  # s; None is a solid line
 UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
 
 
 @dataclass
 class Raw:
-    """What a stream brought: not logged yet, and the last SCOPE seconds for the scope."""
+    """What a stream brought: not logged yet, and the last SCOPE_S seconds for the scope."""
 
     time: list[float] = field(default_factory=list)
     value: list[float] = field(default_factory=list)
@@ -108,7 +108,7 @@ class SignalsPage:
             self._rec.send_columns(path, clocks, scalars(values))
             if name in UNITS:
                 raw.recent = np.concatenate((raw.recent, np.column_stack((raw.time, raw.value))))
-                raw.recent = raw.recent[raw.recent[:, 0] >= raw.recent[:, 0].max() - 2.0 * SCOPE]
+                raw.recent = raw.recent[raw.recent[:, 0] >= raw.recent[:, 0].max() - 2.0 * SCOPE_S]
             raw.time, raw.value, raw.seen = [], [], []
 
     def log(self, frame: Frame) -> None:
@@ -140,7 +140,8 @@ class SignalsPage:
         self._follow(lines)
         for name, line in lines.items():
             self._rec.log(
-                f"signals/scope/{name}", strips([dash for part in unbroken(line) for dash in dashed(part, DASH[name])])
+                f"signals/scope/{name}",
+                strips([dash for part in unbroken(line) for dash in dashed(part, DASH_S[name])]),
             )
 
     def remember(self, frame: Frame) -> None:
@@ -171,7 +172,7 @@ class SignalsPage:
         raw = self._raw.get(name)
         if raw is None:
             return np.empty((0, 2))
-        inside = raw.recent[(raw.recent[:, 0] > end - SCOPE) & (raw.recent[:, 0] <= end)]
+        inside = raw.recent[(raw.recent[:, 0] > end - SCOPE_S) & (raw.recent[:, 0] <= end)]
         return thinned(inside - np.array([end, 0.0]))
 
     def _follow(self, lines: Mapping[str, Floats]) -> None:
@@ -185,7 +186,7 @@ class SignalsPage:
         self._reach = reach
         palette = self._palette
         self._plate = plate = Plate(
-            axis_for(-SCOPE, 0.0, "Vehicle time before the end of the iteration [s]", ticks=6),
+            axis_for(-SCOPE_S, 0.0, "Vehicle time before the end of the iteration [s]", ticks=6),
             even_axis(1.3 * reach["yaw_rate"], "Yaw rate [rad/s]"),
             WIDTH,
             HEIGHT,
@@ -209,14 +210,14 @@ def _holds(plate: Plate, right: Axis, reach: Mapping[str, float]) -> bool:
 
 def unbroken(line: Floats) -> list[Floats]:
     """The (n, 2) line in parts between its pauses: nothing is drawn where nothing came in."""
-    return np.split(line, np.flatnonzero(np.diff(line[:, 0]) > PAUSE) + 1)
+    return np.split(line, np.flatnonzero(np.diff(line[:, 0]) > MIN_PAUSE_S) + 1)
 
 
 def thinned(points: Floats) -> Floats:
-    """At most SCOPE_POINTS of the (n, 2) points: the lowest and the highest of each slice, so that no peak is lost."""
-    if len(points) <= SCOPE_POINTS:
+    """At most MAX_SCOPE_POINTS of (n, 2) points: the lowest and the highest of each slice, so that no peak is lost."""
+    if len(points) <= MAX_SCOPE_POINTS:
         return points
-    each = -(-len(points) // (SCOPE_POINTS // 2))
+    each = -(-len(points) // (MAX_SCOPE_POINTS // 2))
     whole = len(points) // each * each
     blocks = points[:whole, 1].reshape(-1, each)
     starts = np.arange(0, whole, each)

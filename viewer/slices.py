@@ -22,18 +22,20 @@ from viewer.palette import Colour, Palette
 from viewer.plate import Axis, Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
-MOST = 2
+MAX_ROWS = 2
 """Further velocities that have a row: more of them are too small to read."""
-SHARES = (0.1, 0.5, 0.9)
+SLICE_QUANTILES = (0.1, 0.5, 0.9)
 """Quantiles of the vectors at which the slices are taken."""
-ROUNDED = 20
+ROUNDING_STEPS = 20
 """The values of the slices are multiples of about this part of the axis, so that the legend seldom changes."""
 WIDTH, HEIGHT = 1300, 800
 
 
 def entities(number: int) -> tuple[list[str], list[str]]:
     """What is drawn on the plate of the slices of a row, and on that of its plane."""
-    slices = [f"learning/slices/{number}/{kind}_{k}" for kind in ("curve", "beyond") for k in range(len(SHARES))]
+    slices = [
+        f"learning/slices/{number}/{kind}_{k}" for kind in ("curve", "beyond") for k in range(len(SLICE_QUANTILES))
+    ]
     return slices, [f"learning/slices/{number}/{name}" for name in ("vectors", "batch")]
 
 
@@ -57,7 +59,7 @@ class SlicesPage:
         if model is None or model.several is None:
             return
         if not self.others:
-            self.others = model.several.others[:MOST]
+            self.others = model.several.others[:MAX_ROWS]
             for number in range(len(self.others)):
                 self._style(number)
         for number, name in enumerate(self.others):
@@ -66,8 +68,8 @@ class SlicesPage:
 
     def _slices(self, number: int, name: str, model: Model, several: Several, beside: Plate) -> None:
         column = several.velocity[:, 1 + number]
-        step = axis_for(float(column.min()), float(column.max()), "", ticks=ROUNDED).step
-        values = np.round(np.quantile(column, SHARES) / step) * step
+        step = axis_for(float(column.min()), float(column.max()), "", ticks=ROUNDING_STEPS).step
+        values = np.round(np.quantile(column, SLICE_QUANTILES) / step) * step
         entries = tuple(
             Entry("line", colour, f"{channel(name).partition(' [')[0]} {value:.4g}")
             for value, colour in zip(values, self._colours, strict=True)

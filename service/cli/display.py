@@ -14,9 +14,9 @@ from incsvr.plant.words import said
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
-NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
-UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
-SHOWN = 5
+STREAM_NAMES = {"yaw_rate": "yaw rate", "torque": "torque"}
+STREAM_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
+SHOWN_RATES = 5
 """Rates at which the model is shown, over its trained range."""
 
 
@@ -62,11 +62,11 @@ def _heard(health: Health, axis: Axis) -> Table:
 
 def _called(name: str, axis: Axis) -> str:
     """What people call a stream."""
-    return said(axis, NAMES[name]) if name in NAMES else name
+    return said(axis, STREAM_NAMES[name]) if name in STREAM_NAMES else name
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
-    value = "–" if stream.value is None else f"{stream.value:.3g} {said(axis, UNITS.get(name, ''))}".strip()
+    value = "–" if stream.value is None else f"{stream.value:.3g} {said(axis, STREAM_UNITS.get(name, ''))}".strip()
     return (
         value,
         "–" if not stream.period_s else f"{1.0 / stream.period_s:.3g}",
@@ -93,7 +93,7 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
     if model.trained_range is not None:
-        rates = np.linspace(*model.trained_range, SHOWN)
+        rates = np.linspace(*model.trained_range, SHOWN_RATES)
         curve = model.model().predict(rates)
         rows = (("rate rad/s", rates, 3), ("damping N m", curve.damping, 3), ("± N m", curve.sigma, 2))
         for label, values, digits in rows:

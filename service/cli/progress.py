@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import Timer
 
-PATIENCE = 1.0
+BAR_AFTER_S = 1.0
 """What is done sooner shows no bar [s]."""
 _hidden = ContextVar("hidden", default=False)
 
@@ -41,7 +41,7 @@ def progress(what: str, total: int | None = None) -> Iterator[Callable[[], None]
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
     task = bar.add_task(what, total=total)
     # A step may be long: the bar appears in the middle of it.
-    late = Timer(PATIENCE, bar.start)
+    late = Timer(BAR_AFTER_S, bar.start)
     late.daemon = True
     late.start()
     try:

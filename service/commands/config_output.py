@@ -18,9 +18,9 @@ from service.config.config_writer import commented
 from service.config.configuration import Config
 from service.recordings.recording import Recording
 
-MARGIN = 2.0
+LIMIT_MARGIN = 2.0
 """A torque or a yaw rate beyond so many times the recordings' largest is written down as no measurement."""
-FASTEST = 50.0
+MAX_RATE_LIMIT = 50.0
 """The largest rate limit that the configuration takes [rad/s]."""
 
 
@@ -33,8 +33,8 @@ def scaled(base: Config, recording: Recording, signals: SignalSettings, learner:
         "name": base.vehicle.name if named else _name(recording),
         "inertia": float(f"{signals.inertia:.5g}"),
         "rate_range": (low, high),
-        "rate_limit": min(float(f"{MARGIN * high:.2g}"), FASTEST),
-        "torque_limit": float(f"{MARGIN * torque:.2g}"),
+        "rate_limit": min(float(f"{LIMIT_MARGIN * high:.2g}"), MAX_RATE_LIMIT),
+        "torque_limit": float(f"{LIMIT_MARGIN * torque:.2g}"),
     }
     if base.vehicle.mass_matrix is not None:
         del vehicle["inertia"]  # it follows from the matrix

@@ -20,13 +20,19 @@ from service.commands.cures import Cures
 from service.recordings.recording import Recording, from_streams, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
-DOUBTED = "the declared inertia and the torque do not fit each other by a factor, see the note"
+DOUBT_HEADLINE = "the declared inertia and the torque do not fit each other by a factor, see the note"
 """What a headline says of a declaration that is doubted."""
-PULSES, NEUTRAL = (800.0, 2200.0), 1500.0
-"""Between which a servo's pulse is, and where it asks for nothing [µs]."""
-PER_CENT, LEAST_PER_CENT, HALF_PULSE = 100.0, 20.0, 500.0
-"""The largest per cent; what a log in per cent reaches at least; the farthest that a pulse is from its neutral [µs]."""
-MILLISECONDS = 300.0, 3000.0
+PULSE_RANGE_US = (800.0, 2200.0)
+"""A servo's pulse is between these [µs]."""
+NEUTRAL_PULSE_US = 1500.0
+"""A servo's pulse that asks for nothing [µs]."""
+MAX_PULSE_OFFSET_US = 500.0
+"""A servo's pulse is no farther from its neutral [µs]."""
+MIN_PER_CENT = 20.0
+"""A log in per cent of full thrust reaches at least this."""
+MAX_PER_CENT = 100.0
+"""Full thrust."""
+MILLISECOND_FACTORS = 300.0, 3000.0
 """Between which factors the inertia seems too small where stamps in ms are taken for s: a thousand, and what hides."""
 
 
@@ -120,7 +126,7 @@ def _doubt(shown: ApparentInertia | None, declared: float, cures: Cures) -> str 
         f"{shown.middle:.2g} kg m² shown by the motion)"
     )
     unit, own = _unit(shown, declared), "declare the vehicle's own with --inertia"
-    if MILLISECONDS[0] <= shown.middle / declared <= MILLISECONDS[1]:
+    if MILLISECOND_FACTORS[0] <= shown.middle / declared <= MILLISECOND_FACTORS[1]:
         return f"{asks}, as where stamps in milliseconds are taken for seconds: give `--column t=t:ms`, or {own}"
     if unit is not None:
         return f"{unit}: scale it with `{cures.scale}`; {asks}: if the torque is in N m, {own}"
@@ -133,10 +139,10 @@ def _unit(shown: ApparentInertia, declared: float) -> str | None:
     too_small = declared > shown.middle
     if too_small and reach <= 1.0:
         return "the torque looks like a share of full thrust (all within ±1)"
-    if not too_small and LEAST_PER_CENT <= reach <= PER_CENT:
-        return f"the torque may be in per cent of full thrust (all within ±{PER_CENT:g})"
-    if not too_small and PER_CENT < reach <= HALF_PULSE:
-        return f"the torque may be a servo's pulse beside its neutral in µs (all within ±{HALF_PULSE:g})"
+    if not too_small and MIN_PER_CENT <= reach <= MAX_PER_CENT:
+        return f"the torque may be in per cent of full thrust (all within ±{MAX_PER_CENT:g})"
+    if not too_small and MAX_PER_CENT < reach <= MAX_PULSE_OFFSET_US:
+        return f"the torque may be a servo's pulse beside its neutral in µs (all within ±{MAX_PULSE_OFFSET_US:g})"
     return None
 
 
@@ -146,11 +152,12 @@ def _refuse_pulses(recording: Recording) -> None:
     streams = recording.streams()
     torque, rate = streams[TORQUE][1], streams["yaw_rate"][1]
     low, high = float(torque.min()), float(torque.max())
-    if not (PULSES[0] <= low < NEUTRAL < high <= PULSES[1] and rate.min() < 0.0 < rate.max()):
+    if not (PULSE_RANGE_US[0] <= low < NEUTRAL_PULSE_US < high <= PULSE_RANGE_US[1] and rate.min() < 0.0 < rate.max()):
         return
     raise BadInput(
-        f"{recording.name}: the torque looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about {NEUTRAL:g}): "
-        "give the moment in N m in its place, or describe the thrusters in a --config FILE (inputs.thrusters)"
+        f"{recording.name}: the torque looks like a servo's pulse in µs ({low:.4g} to {high:.4g}, about "
+        f"{NEUTRAL_PULSE_US:g}): give the moment in N m in its place, or describe the thrusters in a --config FILE "
+        "(inputs.thrusters)"
     )
 
 

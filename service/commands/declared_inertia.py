@@ -17,16 +17,16 @@ from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import signals_for
 
 ESTIMATE = "estimate"
-MISSING = (
+INERTIA_MISSING = (
     "the inertia is not known; give --inertia I with the moment of inertia and its added mass in kg m² (from a "
     "model of the hull, a pendulum test, or the maker), --inertia estimate to take it from these recordings "
     "where they are open-loop runs, or --config FILE with vehicle.inertia"
 )
-LIMITS = (
+ESTIMATE_LIMITS = (
     "the estimate takes the torque for true and the runs for open loop: a thrust gain of g appears as I/g, "
     "a delay of the thrusters as inertia"
 )
-CLOSED = (
+CLOSED_LOOP_DOUBT = (
     "closed loop: the torque answers what the water does to the yaw rate, so the free run by which the inertia was "
     "estimated proves nothing, and the estimate may be several percent off; declare the inertia, or record open-loop "
     "runs"
@@ -60,7 +60,7 @@ def inertia(
         return coupled.inertia, None
     if wanted is None:
         if config is None or not config.vehicle.inertia_said:
-            raise BadInput(MISSING)
+            raise BadInput(INERTIA_MISSING)
         return config.vehicle.inertia, None
     if wanted != ESTIMATE:
         return positive(wanted), None
@@ -91,7 +91,7 @@ def told(estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[
     return {
         "inertia_standard_error": None if closed_loop else estimate.standard_error,
         "fit_free_run_rmse": estimate.rmse,
-        "remarks": [LIMITS, *([CLOSED] if closed_loop else []), *remarks],
+        "remarks": [ESTIMATE_LIMITS, *([CLOSED_LOOP_DOUBT] if closed_loop else []), *remarks],
     }
 
 

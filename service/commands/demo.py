@@ -35,27 +35,29 @@ from service.config.sections import Simulation
 from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
 from service.wire.json_text import write_json
 
-SPEED = 25.0
+DEFAULT_SPEED = 25.0
 """The experiment's 757 s of the vehicle's time then take half a minute, the third act's 800 s as long."""
-COMPARED = ("--compare", "14", "25")
+COMPARE_FLAGS = ("--compare", "14", "25")
 """The last iterations without and with the hull, for the viewer's page Before and after (Fig. 8)."""
-SEED = 1
+DEFAULT_SEED = 1
 LOG_WRITER = "simulator.steered"
 """Loaded for a log alone: else the simulator runs as a process of its own."""
 KEYS = Keys("leng/yaw")
-_LONGEST_START = 30.0
-_LONGEST_STOP = 10.0
-_LONGEST_TABLE = 120.0
+_START_TIMEOUT_S = 30.0
+_STOP_TIMEOUT_S = 10.0
+_TABLE_TIMEOUT_S = 120.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("out"), help="where the recording goes (out)")
-    parser.add_argument("--speed", type=float, default=SPEED, help=f"times the vehicle's own pace (default {SPEED:g})")
+    parser.add_argument(
+        "--speed", type=float, default=DEFAULT_SPEED, help=f"times the vehicle's own pace (default {DEFAULT_SPEED:g})"
+    )
     parser.add_argument(
         "--seed",
         type=int,
-        default=SEED,
-        help=f"draws what comes on in the third act, of which the learner is not told (default {SEED})",
+        default=DEFAULT_SEED,
+        help=f"draws what comes on in the third act, of which the learner is not told (default {DEFAULT_SEED})",
     )
     parser.add_argument(
         "--log",
@@ -125,7 +127,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
         state = stack.enter_context(TemporaryDirectory())
         settings = [f"state={state}", f"bus.listen={endpoint}", *validation, *demo_underway.SETTINGS]
         learner = stack.enter_context(_process(out, "serve", *(word for each in settings for word in ("--set", each))))
-        session = stack.enter_context(open_session(connecting(endpoint), _LONGEST_START))
+        session = stack.enter_context(open_session(connecting(endpoint), _START_TIMEOUT_S))
         reports: queue.Queue[IterationReport] = queue.Queue()
         session.declare_subscriber(
             KEYS.iteration, lambda sample: reports.put(decode(IterationReport, sample.payload.to_bytes()))
@@ -138,7 +140,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
         viewer = None
         if find_spec("viewer.view") is not None and find_spec("rerun") is not None:
             viewer = stack.enter_context(
-                _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint, *COMPARED)
+                _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint, *COMPARE_FLAGS)
             )
             _wait_until_ready(viewer, out / "view.log")
         hides = ("--set", f"simulation.underway={seed}", "--truth", str(truth))
@@ -166,7 +168,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
         counters = _asked(session, KEYS.health, Health).counters
         if viewer is not None:
             _end(viewer)
-        if table is not None and table.wait(_LONGEST_TABLE):
+        if table is not None and table.wait(_TABLE_TIMEOUT_S):
             raise Failed("the table could not be made; see table1.log")
     result = played(history, hull_comes)
     result["table1"] = None if table is None else json.loads((out / "table1.json").read_text(encoding="utf-8"))
@@ -229,7 +231,7 @@ def _asked(session: zenoh.Session, selector: str, form: type[FormType]) -> FormT
 def _wait_until_alive(session: zenoh.Session, learner: subprocess.Popen[bytes]) -> None:
     alive: queue.Queue[bool] = queue.Queue()
     session.liveliness().declare_subscriber(KEYS.alive, lambda _: alive.put(True), history=True)
-    until = time.monotonic() + _LONGEST_START
+    until = time.monotonic() + _START_TIMEOUT_S
     while time.monotonic() < until and learner.poll() is None:
         try:
             alive.get(timeout=0.2)
@@ -257,7 +259,7 @@ def _process(out: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
 
 def _wait_until_ready(viewer: subprocess.Popen[bytes], log: Path) -> None:
     """Returns once the viewer hears the bus, so that the recording begins with the first measurement."""
-    until = time.monotonic() + _LONGEST_START
+    until = time.monotonic() + _START_TIMEOUT_S
     while "viewer ready" not in log.read_text(encoding="utf-8", errors="replace"):
         if viewer.poll() is not None or time.monotonic() > until:
             raise Failed(f"the viewer did not start; see {log}")
@@ -267,7 +269,7 @@ def _wait_until_ready(viewer: subprocess.Popen[bytes], log: Path) -> None:
 def _end(process: subprocess.Popen[bytes]) -> None:
     process.terminate()
     try:
-        process.wait(_LONGEST_STOP)
+        process.wait(_STOP_TIMEOUT_S)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()

@@ -17,15 +17,17 @@ from incsvr.compensation.promotion import errors
 from service.cli.output import WIDTH
 from service.wire import EffectsLedger
 
-WINDOW, PROOF = 400.0, 60.0
-"""Of the learner's live tracing [s]: the act lasts 800 s, and the vehicle turns back and forth every few seconds."""
-SETTINGS = ("tracing.live=advise", f"tracing.window={WINDOW:g}", f"tracing.proof={PROOF:g}")
-BEGINS = """\
+WINDOW_S = 400.0
+"""The learner traces over so much [s]: the act lasts 800 s, and the vehicle turns back and forth every few seconds."""
+PROOF_S = 60.0
+"""Effects prove themselves on so much fresh data [s]."""
+SETTINGS = ("tracing.live=advise", f"tracing.window={WINDOW_S:g}", f"tracing.proof={PROOF_S:g}")
+OPENING_WORDS = """\
 Third act: the vehicle goes on with its hull. At an instant that it tells nobody
 the simulator switches on an effect that its seed draws. The learner advises:"""
-LONGEST = 40.0
+LEDGER_TIMEOUT_S = 40.0
 """How long after the last measurement its traces and proofs are awaited [s], wall time; they take ten."""
-STILL = 0.5
+IDLE_S = 0.5
 """For so long nothing is at work before that counts as the end [s]: the next piece of work begins within a tenth."""
 
 
@@ -38,7 +40,7 @@ class Steps:
 
     def begin(self) -> None:
         if not self._begun:
-            print(f"\n{BEGINS}", file=self._people, flush=True)
+            print(f"\n{OPENING_WORDS}", file=self._people, flush=True)
             self._begun = True
 
     def tell(self, ledger: EffectsLedger) -> None:
@@ -63,15 +65,15 @@ def awaited(
     alive: Callable[[], bool],
     tell: Callable[[EffectsLedger], None],
 ) -> EffectsLedger:
-    """The ledger once nothing is at work beside the learner, or LONGEST has passed; each is told as it comes."""
-    until, still = time.monotonic() + LONGEST, time.monotonic()
+    """The ledger once nothing is at work beside the learner, or LEDGER_TIMEOUT_S are over; each is told as it comes."""
+    until, still = time.monotonic() + LEDGER_TIMEOUT_S, time.monotonic()
     while time.monotonic() < until and alive():
         with suppress(queue.Empty):
             tell(ledgers.get(timeout=0.1))
         ledger = ask()
         if ledger.work is not None:
             still = time.monotonic()
-        elif time.monotonic() > still + STILL:
+        elif time.monotonic() > still + IDLE_S:
             break
     ledger = ask()
     tell(ledger)

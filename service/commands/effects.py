@@ -16,7 +16,7 @@ from service.config.sources import from_arguments
 from service.wire import EffectsLedger
 
 VERBS = ("promote", "withdraw")
-SHOWN = 20
+SHOWN_STEPS = 20
 """Steps for people; all that are kept go into the JSON object."""
 
 
@@ -64,7 +64,7 @@ def text(ledger: EffectsLedger) -> str:
         lines += _found(finding)
     if ledger.history:
         lines.append("  t [s]  revision  step              effect: why")
-        lines += [_step(step) for step in ledger.history[-SHOWN:]]
+        lines += [_step(step) for step in ledger.history[-SHOWN_STEPS:]]
     return "\n".join(lines)
 
 

@@ -31,9 +31,9 @@ from service.recordings.recording import Recording
 
 PLOTS = "viewer.plots"
 """Draws; loaded when asked for, so that reading and learning need no drawing library."""
-SAID = ("preset", "column", "system", "axis")
+LOG_FLAGS = ("preset", "column", "system", "axis")
 """The flags that say what is in a log."""
-OF_A_SHELL = ("json", "report")
+SHELL_FLAGS = ("json", "report")
 """Flags whose work the result itself does."""
 
 
@@ -113,10 +113,10 @@ class TraceResult:
 
 
 def read(log: Any, **how: Any) -> Log:
-    """A log of any format as a recording; `how` are the flags `SAID`."""
-    other = sorted(set(how) - set(SAID))
+    """A log of any format as a recording; `how` are the flags `LOG_FLAGS`."""
+    other = sorted(set(how) - set(LOG_FLAGS))
     if other:
-        raise BadInput(f"read takes no {other[0]}; it takes {', '.join(SAID)}")
+        raise BadInput(f"read takes no {other[0]}; it takes {', '.join(LOG_FLAGS)}")
     path, flags = _path(log), _flags(how)
     args = _parsed("fit", fit_command, [str(path)], flags)
     with hidden():
@@ -154,7 +154,7 @@ def _arguments(
     name: str, command: ModuleType, recordings: Any, validate: Any, flags: Mapping[str, Any]
 ) -> argparse.Namespace:
     """The command's arguments, as its own parser makes them of these."""
-    for each in OF_A_SHELL:
+    for each in SHELL_FLAGS:
         if each in flags:
             raise BadInput(f"{name} takes no {each} in Python; the result has to_dict() and plot()")
     learned, unseen = _logs(recordings), _logs(validate)

@@ -17,7 +17,7 @@ from incsvr.plant.body import Coupled
 from incsvr.plant.words import said
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
-from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
+from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands import config_output, declared_inertia, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
 from service.commands.declaration import add_sign_argument, declared
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAMES",
         help="velocities that damping is learned over, the axis's own first, such as yaw_rate,surge (default: its own)",
     )
-    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.HELP)
+    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
     parser.add_argument("--effects", type=Path, metavar="FILE", help="what `incsvr trace --json FILE` found")
     parser.add_argument(
         "--torque",
@@ -89,8 +89,7 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)
     finally:
         if args.report:
-            with writing(args.report, "--report"):
-                import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
+            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
     return 0
 
 

@@ -15,7 +15,7 @@ from service.commands.fit_attempt import Terms
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import narrowed, signals_for
 
-LEAST_GAIN = 0.03
+MIN_GAIN_SHARE = 0.03
 """Part of the free run's error by which it must fall before other settings are proposed: less is chance."""
 
 
@@ -61,7 +61,7 @@ def proposal(
             advance()
     name = sequence(judged_on).name
     best = min(gains, key=lambda gain: gain.error, default=None)
-    if best is None or (before is not None and best.error > (1.0 - LEAST_GAIN) * before):
+    if best is None or (before is not None and best.error > (1.0 - MIN_GAIN_SHARE) * before):
         return f"tried without gain: {', '.join(tried)}" if tried else "the streams are too slow for a narrower filter"
     was = "ran away" if before is None else f"was {before:.3g}"
     still = f"may still be off by {100.0 * best.share:.0f} %" if best.share > 0.0 else "is then right to a tenth"

@@ -34,7 +34,7 @@ from service.live.effects import TracedEffects
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import Errors, remarks
 
-CURVE = 101
+CURVE_RATES = 101
 """Rates of the trained range at which the curve is told."""
 
 
@@ -75,7 +75,7 @@ class Fit:
     effects: tuple[str, ...] = ()
     put_aside: int = 0
     closed_loop: bool = False
-    others: OtherVelocities = other_velocities.NOTHING
+    others: OtherVelocities = other_velocities.NO_OTHER_VELOCITIES
     inertia: float = 0.0
 
     @staticmethod
@@ -113,7 +113,9 @@ class Fit:
         )  # fmt: skip
         pictured = terms.free_runs(unseen or runs, signals, model)
         by_itself = not inputs or coupled is not None
-        others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else other_velocities.NOTHING
+        others = (
+            OtherVelocities.of(coupled, joined, samples, signals) if by_itself else other_velocities.NO_OTHER_VELOCITIES
+        )
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
         sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
         quick = None if declaration.doubt is not None else unresolved(samples, signals.smoothing)
@@ -154,7 +156,7 @@ class Fit:
     def to_dict(self) -> dict[str, Any]:
         """The contract's form, and what explains it."""
         model = self.iterations[-1].model
-        rates = np.linspace(*(model.trained_range or (0.0, 0.0)), CURVE)
+        rates = np.linspace(*(model.trained_range or (0.0, 0.0)), CURVE_RATES)
         curve = model.predict(rates)
         final = self.errors[-1] if self.errors else None
         last = None if final is None else asdict(final) | {"free_run_rmse": self.free_run_rmse}

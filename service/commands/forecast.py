@@ -20,11 +20,11 @@ from service.config.sources import from_arguments
 from service.health.health_watch import MIN_SILENCE_S
 from service.wire import ForecastQuery, ForecastReply, Health, StreamHealth
 
-SHOWN = 20
+SHOWN_ROWS = 20
 """Rows for people, evenly spread; all of them go into the JSON object."""
-CLOSEST = 0.05
+MIN_ROW_GAP_S = 0.05
 """Between two rows for people at least [s]: a vehicle hardly turns meanwhile."""
-LONGEST = 20.0
+CONSTANT_TORQUE_S = 20.0
 """How long a constant torque is planned where nobody says it [s]."""
 
 
@@ -78,7 +78,7 @@ def text(reply: ForecastReply, axis: Axis = YAW) -> str:
         "",
         said(axis, "   after s   yaw rate rad/s   from        to          heading turned rad   from        to"),
     ]
-    shown = min(SHOWN, max(2, round((reply.t[-1] - reply.since) / CLOSEST)))
+    shown = min(SHOWN_ROWS, max(2, round((reply.t[-1] - reply.since) / MIN_ROW_GAP_S)))
     rows = np.unique(np.linspace(0, len(reply.t) - 1, shown).round().astype(int)).tolist()
     for k in rows:
         left = "" if reply.worth[k] else "   no longer worth having"
@@ -105,7 +105,7 @@ def _planned(args: argparse.Namespace) -> ForecastQuery | None:
     if args.seconds is not None and args.profile is not None:
         raise BadInput("--seconds is for a constant torque; --profile says for how long by its column t")
     if args.torque is not None:
-        return _constant(args.torque, LONGEST if args.seconds is None else args.seconds)
+        return _constant(args.torque, CONSTANT_TORQUE_S if args.seconds is None else args.seconds)
     if args.profile is None:
         return None
     try:

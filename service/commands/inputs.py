@@ -27,13 +27,13 @@ from service.inputs.owners import AUTOPILOT, mavlink
 from service.inputs.source_binding import RATE, TORQUE
 from service.inputs.survey import Survey
 
-POLL = 0.05
+POLL_S = 0.05
 """How often what has come is taken [s]."""
-MEET = 3.0
+VEHICLE_TIMEOUT_S = 3.0
 """How long it is waited for the vehicle that is to be asked, and for its answers [s]."""
-MOST_HERTZ = 400.0
+MAX_ASK_HZ = 400.0
 """Faster no autopilot runs."""
-UNITS = {RATE: "rad/s", TORQUE: "N m"}
+INPUT_UNITS = {RATE: "rad/s", TORQUE: "N m"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,8 +51,8 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(f"--seconds {args.seconds:g}: listen for more than nothing, and for an hour at most")
     if args.ask is not None and config.inputs.preset != "blueos":
         raise BadInput("--ask: only a vehicle with BlueOS is asked for more; say --set inputs.preset=blueos")
-    if args.ask is not None and not 0.0 < args.ask <= MOST_HERTZ:
-        raise BadInput(f"--ask {args.ask:g}: ask for messages a second, above 0 and at most {MOST_HERTZ:g}")
+    if args.ask is not None and not 0.0 < args.ask <= MAX_ASK_HZ:
+        raise BadInput(f"--ask {args.ask:g}: ask for messages a second, above 0 and at most {MAX_ASK_HZ:g}")
     hearing = InputMapper(mapping(config))
     vehicle = config.vehicle
     survey = Survey(hearing, {RATE: vehicle.rate_limit, TORQUE: vehicle.torque_limit})
@@ -96,7 +96,7 @@ def text(config: Config, result: dict[str, Any]) -> str:
 
 def _line(name: str, came: dict[str, Any]) -> str:
     low, high = ("-" if came[end] is None else f"{came[end]:.4g}" for end in ("low", "high"))
-    unit = UNITS.get(name, "")
+    unit = INPUT_UNITS.get(name, "")
     where = ", ".join(came["keys"]) + (" (by arrival)" if came["stamps"] == "arrival" else "")
     line = f"{name:<13} {came['count']:>6} {came['rate_hz']:>5.3g} {low:>9} {high:>9} {unit:<5}"
     return f"{line} {shortened(where, WIDTH - len(line) - 1)}".rstrip()
@@ -126,7 +126,7 @@ def _listen(survey: Survey, arrivals: Arrivals, seconds: float) -> None:
         left = until - time.monotonic()
         if left <= 0.0:
             return
-        pause.wait(min(POLL, left))
+        pause.wait(min(POLL_S, left))
 
 
 def _ask(session: zenoh.Session, hearing: InputMapper, arrivals: Arrivals, hertz: float) -> dict[str, str]:
@@ -149,7 +149,7 @@ def _ask(session: zenoh.Session, hearing: InputMapper, arrivals: Arrivals, hertz
 
 def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
     """The number of the first vehicle that is heard."""
-    pause, until = threading.Event(), time.monotonic() + MEET
+    pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
         for key, payload, arrival in arrivals.take():
             hearing.hear(key, payload, arrival)
@@ -157,17 +157,17 @@ def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
         system = hearing.system or next((found.system for found in named if found is not None), "")
         if system:
             return system
-        pause.wait(POLL)
+        pause.wait(POLL_S)
     raise BadInput("--ask: no vehicle is heard on mavlink/…; is the MAVLink server's Zenoh endpoint on in BlueOS?")
 
 
 def _answer(answers: list[bytes]) -> str:
     """What the autopilot says, which is taken out of the answers."""
-    pause, until = threading.Event(), time.monotonic() + MEET
+    pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
         while answers:
             accepted = asking.accepted(answers.pop(0))
             if accepted is not None:
                 return "accepted" if accepted else "refused"
-        pause.wait(POLL)
+        pause.wait(POLL_S)
     return "no answer came"

@@ -29,9 +29,9 @@ from service.logs.dives import RULE, one_dive
 from service.logs.doubts import in_degrees, refuse_without_numbers
 from service.logs.reading import Description, described, read, since_1970, written_down
 
-FIELDS = 6
+SHOWN_FIELDS = 6
 """Fields of a topic that are shown to people; all of them go into the JSON object."""
-STAMPS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stamp")
+STAMP_FIELDS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stamp")
 """Fields whose range nobody looks at."""
 
 
@@ -191,9 +191,9 @@ def _text(args: argparse.Namespace, seen: Seen) -> str:
     widest = min(max((len(each.topic.name) for each in streams), default=0), 34)
     lines.append(f"{'topic':<{widest}}  messages       Hz  fields")
     for each in streams:
-        fields = [name for name in each.topic.fields if name not in STAMPS]
-        more = f" … {len(fields)}" if len(fields) > FIELDS else ""
-        shown = ", ".join(fields[:FIELDS]) or "(not read here)"
+        fields = [name for name in each.topic.fields if name not in STAMP_FIELDS]
+        more = f" … {len(fields)}" if len(fields) > SHOWN_FIELDS else ""
+        shown = ", ".join(fields[:SHOWN_FIELDS]) or "(not read here)"
         room = WIDTH - widest - 21 - len(more)
         shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
         name = shortened(each.topic.name, widest)

@@ -28,17 +28,17 @@ from service.config.configuration import Config
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
-HELP = (
+MASS_MATRIX_HELP = (
     "M with added mass, [kg], [kg m²]: its diagonal from surge to yaw, or all 36 entries row by row, with commas "
     "between; Coriolis and coupled inertia of the recorded velocities are then no part of the damping"
 )
 
-AS_LEFT = (
+EFFECTS_OF_REMAINDER = (
     "what the body takes is taken from the torque before anything is traced, so that effects of the thrust are looked "
     "for in what is left of it; the axis's own velocity enters as measured"
 )
-TAKEN = (CORIOLIS, COUPLED_INERTIA, RESTORING)
-CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` name what they do"
+BODY_PARTS = (CORIOLIS, COUPLED_INERTIA, RESTORING)
+VELOCITIES_CURE = "give --mass-matrix, learn over them with --inputs, or let `incsvr trace` name what they do"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,12 @@ class OtherVelocities:
         """Of the samples of recordings that were joined."""
         if coupled is None:
             sentence = decoupled(joined, samples, signals)
-            return NOTHING if sentence is None else OtherVelocities(None, {}, (f"{sentence}; {CURE}",))
-        parts = {name: part for name, part in samples.parts.items() if name in TAKEN}
+            return (
+                NO_OTHER_VELOCITIES
+                if sentence is None
+                else OtherVelocities(None, {}, (f"{sentence}; {VELOCITIES_CURE}",))
+            )
+        parts = {name: part for name, part in samples.parts.items() if name in BODY_PARTS}
         return OtherVelocities.of_parts(coupled, parts, samples.raw[TORQUE])
 
     @staticmethod
@@ -92,7 +96,7 @@ class OtherVelocities:
         }
 
 
-NOTHING = OtherVelocities(None, {}, ())
+NO_OTHER_VELOCITIES = OtherVelocities(None, {}, ())
 
 
 def declared(text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
@@ -155,7 +159,7 @@ def by_itself(
         left.append(values)
     joined = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
     told = OtherVelocities.of_parts(coupled, joined, np.concatenate(left))
-    return freed_of, joined, replace(told, remarks=(*told.remarks, AS_LEFT))
+    return freed_of, joined, replace(told, remarks=(*told.remarks, EFFECTS_OF_REMAINDER))
 
 
 def decoupled(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:

@@ -23,10 +23,10 @@ from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
-SWITCH = 0.0002
+THREAD_SWITCH_S = 0.0002
 """A thread that computes hands over to one that answers after this time [s]; Python's own is 5 ms."""
 
-PAUSE = 1.0
+SIGNAL_WAIT_S = 1.0
 """Longest time in which a signal may go unheard [s]."""
 
 _ARENA_MAX, _TRIM_THRESHOLD = -8, -1  # of mallopt(3)
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         args.set.append(f"archive.directory={json_text(str(args.archive))}")
     config = from_arguments(args)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
-    sys.setswitchinterval(SWITCH)
+    sys.setswitchinterval(THREAD_SWITCH_S)
     _keep_memory_small()
     serve(config, told_to_stop())
     return 0
@@ -85,7 +85,7 @@ def serve(config: Config, stop: threading.Event) -> None:
                     log.info("%s: %s", each.prefix, line)
             log.info("ready: %s", ", ".join(host.keys.prefix for host in hosts))
             systemd.tell(systemd.READY)
-            while not stop.wait(PAUSE):
+            while not stop.wait(SIGNAL_WAIT_S):
                 pass
             log.info("stopping")
             systemd.tell(systemd.STOPPING)

@@ -17,11 +17,11 @@ from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.run import Run, distinct
 from incsvr.tracing.sentences import advised, headline
-from service.cli.output import add_json_argument, destination, emit, writing
+from service.cli.output import add_json_argument, destination, emit
 from service.cli.progress import progress
 from service.commands import declared_inertia, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
-from service.commands.declaration import DOUBTED, add_sign_argument, declared
+from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, declared
 from service.commands.other_velocities import OtherVelocities
 from service.commands.report_head import REPORT_WRITER, made
 from service.commands.trace_parts import Part, after_steps
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("commanded", "measured"),
         help="what the torque is: a command, or a measurement with noise of its own (default: told from the data)",
     )
-    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.HELP)
+    parser.add_argument("--mass-matrix", metavar="M", help=other_velocities.MASS_MATRIX_HELP)
     add_report_argument(parser)
     parser.add_argument(
         "--manoeuvre",
@@ -67,8 +67,7 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
-            with writing(args.report, "--report"):
-                import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
+            import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
     return 0
 
 
@@ -95,7 +94,7 @@ def _traced(
     of_file = config if args.config else None
     coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
-    parts, others = dict[str, Array](), other_velocities.NOTHING
+    parts, others = dict[str, Array](), other_velocities.NO_OTHER_VELOCITIES
     if coupled is not None:
         recordings, parts, others = other_velocities.by_itself(coupled, recordings)
     asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
@@ -103,7 +102,9 @@ def _traced(
     after = after_steps(found, recordings[:fitted], lambda part: traced(part, [], *asked).in_terms_of(reading.axis))
     if estimate is not None:
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
-        how = f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.LIMITS}"
+        how = (
+            f"the inertia is estimated by output error, {inertia:.4g}{doubt} kg m²: {declared_inertia.ESTIMATE_LIMITS}"
+        )
         found = replace(found, notes=(how, *found.notes))
     pictures = replace(found.pictures, ledger={**found.pictures.ledger, **parts})
     notes = (*(part.sentence for part in after), *others.remarks, *found.notes)
@@ -151,7 +152,7 @@ def traced(
         found,
         effects=tuple(advised(finding) for finding in found.effects),
         notes=(*beside, *notes(recordings, sensors, found.verdict != "none")),
-        doubts=(*found.doubts, *(() if doubt is None else (DOUBTED,))),
+        doubts=(*found.doubts, *(() if doubt is None else (DOUBT_HEADLINE,))),
     )
 
 

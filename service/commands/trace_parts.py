@@ -16,11 +16,11 @@ from service.logs.cutting import Span
 from service.recordings.cut_recordings import between
 from service.recordings.recording import Recording
 
-AT = "at_s"
+ONSET_PARAMETER = "at_s"
 """The parameter of an effect that begins at one instant [s of the recordings]."""
 
 
-SHORTEST = 0.1
+MIN_PART_SHARE = 0.1
 """Part of the recorded time that the part after a step lasts at least, to be traced by itself."""
 
 
@@ -83,7 +83,7 @@ def after_steps(
         return ()
     last = max(float(each.time[-1]) for each in recordings)
     origin = Span(min(float(each.time[0]) for each in recordings), last).origin
-    shortest = SHORTEST * sum(float(np.ptp(each.time)) for each in recordings)
+    shortest = MIN_PART_SHARE * sum(float(np.ptp(each.time)) for each in recordings)
     parts, before = list[Part](), tuple[str, ...]()
     for k, step in enumerate(steps):
         end = steps[k + 1].since if k + 1 < len(steps) else inf
@@ -108,9 +108,9 @@ class _Step:
 def _steps(found: Trace) -> list[_Step]:
     """The steps that were found, in order; those whose intervals meet are one."""
     spans = sorted(
-        (*_certain(finding.interval.get(AT), finding.parameters[AT]), finding.effect)
+        (*_certain(finding.interval.get(ONSET_PARAMETER), finding.parameters[ONSET_PARAMETER]), finding.effect)
         for finding in found.effects
-        if AT in finding.parameters
+        if ONSET_PARAMETER in finding.parameters
     )
     steps: list[_Step] = []
     for since, over, effect in spans:

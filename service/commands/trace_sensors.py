@@ -20,7 +20,7 @@ from service.recordings.recorded_streams import refuse_bursts, remarks_of
 from service.recordings.recording import Recording
 from service.recordings.samples_from_recording import learner_for, signals_for
 
-SLOW = 1.6
+SLOW_TORQUE_PERIODS = 1.6
 """Periods of the yaw rate that one of the torque lasts at least to be called slow."""
 
 
@@ -99,7 +99,7 @@ def _slow_torque(recording: Recording, inertia: float) -> str | None:
     """What a reader must know of a torque that comes so much slower than the yaw rate that the motion is not told by
     it; tracing goes by the stamps of its messages, whatever happened between them."""
     periods = [float(np.median(np.diff(recording.streams()[name][0]))) for name in REQUIRED]
-    if periods[REQUIRED.index(TORQUE)] < SLOW * periods[REQUIRED.index(YAW_RATE)]:
+    if periods[REQUIRED.index(TORQUE)] < SLOW_TORQUE_PERIODS * periods[REQUIRED.index(YAW_RATE)]:
         return None
     try:
         signals = signals_for([recording], inertia, recording.axis.fastest, MEASURED)

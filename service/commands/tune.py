@@ -29,7 +29,7 @@ from service.recordings.samples_from_recording import PAPER_RATE, PAPER_TORQUE, 
 
 EXPERIMENT = "simulator.leng"
 """Simulates the paper's experiment; loaded when asked for."""
-_BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
+_JUDGED_BY: dict[Judged, str] = {"every": "after every step, averaged", "last": "after the last step alone"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -130,7 +130,7 @@ class Tuning:
         lines = [
             f"{self.name}: {self.samples} samples, {count} batches of {batch}, each left out once",
             "mean absolute error on the batch left out [N m]; ranked by the error",
-            f"{_BY[self.judged]}; otherwise: the rank by the other column",
+            f"{_JUDGED_BY[self.judged]}; otherwise: the rank by the other column",
             "",
             "rank   C N m    ε N m   γ s²/rad²   every step   last step   otherwise",
         ]
@@ -199,6 +199,6 @@ def _write(path: Path, config: Config, tuning: Tuning) -> None:
     tuned = config.model_copy(update={"learner": config.learner.model_copy(update=point)})
     head = (
         f"# C, ε and γ by `incsvr tune` on {tuning.name}, {tuning.samples} samples (Section IV-B), judged\n"
-        f"# {_BY[tuning.judged]}.\n"
+        f"# {_JUDGED_BY[tuning.judged]}.\n"
     )
     config_output.write(path, tuned, head)

@@ -33,7 +33,7 @@ from service.wire import Form, Health, IterationReport, ModelSnapshot, decode
 
 log = logging.getLogger(__name__)
 
-AWAY = 3.0
+AWAY_AFTER_S = 3.0
 """Health comes once a second; without any for so long [s], the learner is away."""
 
 
@@ -80,7 +80,7 @@ def follow(client: Client, console: Console, stop: threading.Event, axis: Axis =
                 form = came.get(timeout=0.5)
             except queue.Empty:
                 waited += 0.5
-                if waited >= AWAY:
+                if waited >= AWAY_AFTER_S:
                     say.away()
                 continue
             waited = 0.0
@@ -101,7 +101,7 @@ def follow(client: Client, console: Console, stop: threading.Event, axis: Axis =
 
 def _first_look(client: Client) -> tuple[Health, ModelSnapshot | None]:
     """What the learner answers, once it does; that it is waited for is said."""
-    soon = min(client.until, time.monotonic() + AWAY)
+    soon = min(client.until, time.monotonic() + AWAY_AFTER_S)
     try:
         return look(replace(client, until=soon))
     except NoAnswer as error:

@@ -22,9 +22,9 @@ MAX_DEPTH = 20
 """Levels of lists and sections: the configuration has eight."""
 MAX_VALUES = 50_000
 """Values, each alias counted with all that it stands for: a thousand learners have some 30,000."""
-LONGEST_SHOWN = 80
+MAX_QUOTED_CHARACTERS = 80
 """Characters of a name or a value that a sentence quotes: one line of a terminal."""
-LONG_TEXT = 100
+TEXT_CHARACTERS_A_VALUE = 100
 """A text counts as one value more for each of so many characters, so that aliases of a long one are bounded, too."""
 
 _NULL = frozenset({"", "~", "null", "Null", "NULL"})
@@ -123,7 +123,7 @@ class _Reader:
         elif isinstance(event, yaml.SequenceStartEvent):
             found = self._sequence(event, depth)
         else:
-            found = _Node(self._scalar(event), _line(event), 1 + len(event.value) // LONG_TEXT)
+            found = _Node(self._scalar(event), _line(event), 1 + len(event.value) // TEXT_CHARACTERS_A_VALUE)
         if event.anchor is not None:
             self._anchors[event.anchor] = found
         return found
@@ -186,8 +186,8 @@ def resolved(text: str) -> Any:
 
 def shown(text: str) -> str:
     """A text of somebody as a sentence quotes it: on one line, cut where it is long."""
-    line = "".join(each if each.isprintable() else "�" for each in text[:LONGEST_SHOWN])
-    return line if len(text) <= LONGEST_SHOWN else f"{line}…"
+    line = "".join(each if each.isprintable() else "�" for each in text[:MAX_QUOTED_CHARACTERS])
+    return line if len(text) <= MAX_QUOTED_CHARACTERS else f"{line}…"
 
 
 def _node(value: Any, start: Any, below: Mapping[str, tuple[int, _Node]]) -> _Node:

@@ -21,9 +21,9 @@ from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from service.wire import ModelSnapshot
 
-RATES = 101
+CURVE_RATES = 101
 """Rates at which the curve is told."""
-EXPECTED = "give what `incsvr trace … --json FILE` or `incsvr fit … --json FILE` wrote"
+EXPECTED_FILE = "give what `incsvr trace … --json FILE` or `incsvr fit … --json FILE` wrote"
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ def of_snapshot(snapshot: ModelSnapshot, source: str) -> Learned:
     known = model.trained_range
     if known is None or not known[0] < known[1]:
         raise BadInput(f"{source}: nothing was learned yet; export once it has turned the vehicle both ways")
-    at = np.linspace(*known, RATES)
+    at = np.linspace(*known, CURVE_RATES)
     said = model.predict(at)
     if model.several is not None:
         usual = zip(model.several.others, model.several.usual.tolist(), strict=True)
@@ -146,13 +146,13 @@ def of_file(path: Path) -> Learned:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: cannot be read ({error}); {EXPECTED}") from None
+        raise BadInput(f"{path}: cannot be read ({error}); {EXPECTED_FILE}") from None
     except ValueError:
-        raise BadInput(f"{path}: this is no JSON; {EXPECTED}") from None
+        raise BadInput(f"{path}: this is no JSON; {EXPECTED_FILE}") from None
     try:
         return _fitted(found, path) if "curve" in found else _traced(found, path)
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise BadInput(f"{path}: this holds no learned damping; {EXPECTED}") from None
+        raise BadInput(f"{path}: this holds no learned damping; {EXPECTED_FILE}") from None
 
 
 def _fitted(found: Mapping[str, Any], path: Path) -> Learned:

@@ -31,17 +31,17 @@ from service.wire.json_text import json_text
 
 log = logging.getLogger(__name__)
 
-PERIOD = 0.5
+WRITE_PERIOD_S = 0.5
 """How often what waits is written [s]."""
-CHUNK = 65_536
+CHUNK_BYTES = 65_536
 """Of this size [bytes] parts are compressed and written: a kill -9 loses what is in the last one."""
 QUEUE_BYTES = 8_000_000
 """What waits to be written at most [bytes]; beyond, what comes is not archived, and counted."""
 MESSAGE_BYTES = 300
 """What a message that waits costs beside its payload [bytes]."""
-AGAIN = 5.0
+RETRY_S = 5.0
 """After a disk took nothing, it is tried again so much later [s]."""
-OVERSHOOT = 1_100_000
+MAX_OVERSHOOT_BYTES = 1_100_000
 """By so much a file may become larger than it should [bytes]: by a chunk, that one large message fills alone."""
 
 
@@ -128,7 +128,7 @@ class Archive:
             self._waiting.append(_Message(key, encoding, payload, at))
 
     def _work(self) -> None:
-        while not self._stop.wait(PERIOD):
+        while not self._stop.wait(WRITE_PERIOD_S):
             self._write()
         self._write()
         self._finish()
@@ -189,13 +189,13 @@ class Archive:
         files = archived(self._directory, self._name)
         sizes, newest = [path.lstat().st_size for path in files], number(files[-1]) if files else 0
         self._number = max(newest, self._number) + 1
-        while files and sum(sizes) + self._file_bytes + OVERSHOOT > self._most_bytes:
+        while files and sum(sizes) + self._file_bytes + MAX_OVERSHOOT_BYTES > self._most_bytes:
             files.pop(0).unlink()
             sizes.pop(0)
         path = self._directory / f"{self._name}_{self._number:06d}.mcap"
         file = _Appended(path)
         try:
-            writer = self._writing.Writer(file, chunk_size=CHUNK)
+            writer = self._writing.Writer(file, chunk_size=CHUNK_BYTES)
             writer.start(profile=PROFILE, library=f"incsvr, archive of {self._prefix}")
             writer.add_metadata(ABOUT, {"prefix": self._prefix, "missing_before": str(self._lost), **self._about})
             file.flush()
@@ -231,7 +231,7 @@ class Archive:
             self._lost += len(self._waiting)
             self._waiting.clear()
             self._bytes = 0
-        self._retry = time.monotonic() + AGAIN
+        self._retry = time.monotonic() + RETRY_S
         file, self._file, self._writer = self._file, None, None
         if file is not None:
             with contextlib.suppress(OSError):

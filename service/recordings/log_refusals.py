@@ -14,7 +14,7 @@ from service.inputs.measuring import Measured
 from service.inputs.settings import Inputs
 from service.inputs.units import FRACTION
 
-NOISE = 7.0
+MIN_TURN_DEVIATIONS = 7.0
 """The fastest turns (99 %) in deviations of the gyro's noise below which a vehicle did not turn: one at rest shows
 about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 
@@ -44,7 +44,7 @@ def stillness(rate: Array) -> str | None:
         return None
     noise = white_noise(np.diff(rate, 3))
     fastest = float(np.quantile(np.abs(rate), 0.99))
-    if fastest >= NOISE * noise:
+    if fastest >= MIN_TURN_DEVIATIONS * noise:
         return None
     return (
         f"the yaw rate never leaves its noise (99 % of it are below {fastest:.2g} rad/s where the gyro scatters by "

@@ -34,7 +34,7 @@ from service.recordings.recording import Recording, continued, from_streams
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
 
-NEVER = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
+NEVER_ARMED = "never armed, so there is nothing to learn from: give a log of a dive in which the thrusters were armed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +260,7 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
     if wanted is None:
         return recording
     if not wanted:
-        raise BadInput(f"{path}: the vehicle was {NEVER}")
+        raise BadInput(f"{path}: the vehicle was {NEVER_ARMED}")
     if whole:
         return recording
     kept = within(recording.time, wanted)

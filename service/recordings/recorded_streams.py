@@ -13,7 +13,7 @@ from incsvr.signals.bursts import bursts, in_bursts
 from incsvr.signals.raw import HEADING
 from service.recordings.recording import Recording
 
-CALLED = {YAW_RATE: "yaw rate", TORQUE: "torque"}
+STREAM_NAMES = {YAW_RATE: "yaw rate", TORQUE: "torque"}
 
 
 def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None:
@@ -25,7 +25,7 @@ def refuse_bursts(recording: Recording, names: Sequence[str] = REQUIRED) -> None
     for name in names:
         apart = bursts(recording.streams()[name][0])
         if apart is not None:
-            raise BadInput(f"{recording.name}: {in_bursts(CALLED[name], apart)}")
+            raise BadInput(f"{recording.name}: {in_bursts(STREAM_NAMES[name], apart)}")
 
 
 def remarks_of(recording: Recording, smoothing: float) -> list[str]:
@@ -35,7 +35,9 @@ def remarks_of(recording: Recording, smoothing: float) -> list[str]:
         smoothing: standard deviation of the filter of both streams [s].
     """
     streams = recording.streams()
-    said = [in_bursts(CALLED[name], apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None]
+    said = [
+        in_bursts(STREAM_NAMES[name], apart) for name in REQUIRED if (apart := bursts(streams[name][0])) is not None
+    ]
     clock = None if said else unsteady(offsets(streams[YAW_RATE], streams[TORQUE], smoothing))
     with_heading = recording.axis == YAW and HEADING in streams
     heading = beside_yaw_rate(streams[YAW_RATE], streams[HEADING]) if with_heading else None

@@ -29,7 +29,7 @@ from service.recordings.recording import Recording, of_axis, own_columns
 
 RATE_LIMIT = YAW.fastest
 """Largest plausible yaw rate [rad/s], about one turn a second: beyond, the column is probably in degrees per second."""
-TYPICAL_STEP_LIMIT = 2.0
+MAX_TYPICAL_STEP_S = 2.0
 """Longest plausible typical time step [s]: beyond, the stamps are probably milliseconds."""
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _UNITS = {"t": "time [s]", "yaw_rate": "yaw rate [rad/s]", "torque": "yaw moment of the actuators [N m]"}
@@ -198,7 +198,7 @@ def _check_time(path: Path, time: Array) -> None:
             "sort the rows by t, and put each run into a file of its own"
         )
     typical = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
-    if typical > TYPICAL_STEP_LIMIT:
+    if typical > MAX_TYPICAL_STEP_S:
         raise BadInput(
             f"{path}, row 3: t advances by {typical:g} in a typical row; "
             "if the stamps are milliseconds, divide them by 1000"

@@ -26,14 +26,18 @@ from service.recordings.recording import Recording, Streams
 
 PAPER_RATE, PAPER_TORQUE = 0.25, 100.0
 """The range for which the paper's settings were tuned [rad/s], [N m]."""
-RATE_BINS, SEEN, FEWEST_HELD = 10, (0.01, 0.99), 3
-"""So many bins of the rates between these quantiles, each of which so many windows must tell where a command held."""
-TORQUE_LIMIT = 1e9
+RATE_BINS = 10
+"""Bins of the rates between RATE_QUANTILES."""
+RATE_QUANTILES = (0.01, 0.99)
+"""Quantiles of the rates between which a command must have held in every bin."""
+MIN_HELD_WINDOWS = 3
+"""Windows in which a command held, that every bin of the rates has at least, where it was passed so often."""
+TORQUE_LIMIT_NM = 1e9
 """Nobody said what torque [N m] is plausible: recordings are taken at their word."""
-HELD_SMOOTHING = 0.1
+MIN_HELD_SMOOTHING_S = 0.1
 """The narrowest filter [s] beside a command that holds, where nothing but the gyro asks for one: its noise grows as the
 filter shrinks, and few vehicles move faster."""
-ENOUGH_HELD = 0.1
+MIN_HELD_SHARE = 0.1
 """Share of the time for which a command must hold throughout a filter's window to be learned from there alone."""
 
 
@@ -80,16 +84,16 @@ def signals_for(
     slower = periods[REQUIRED.index(YAW_RATE)] if torque == COMMANDED else max(periods)
     smoothing = max(3.0 * slower, ROTOR_LAG_S)
     duration = sum(float(np.ptp(recording.time)) for recording in recordings)
-    narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], HELD_SMOOTHING)
+    narrow = max(3.0 * periods[REQUIRED.index(YAW_RATE)], MIN_HELD_SMOOTHING_S)
     share = 0.0 if torque == MEASURED else _held_share(recordings, narrow)
-    if narrow <= smoothing and share >= ENOUGH_HELD:
+    if narrow <= smoothing and share >= MIN_HELD_SHARE:
         return SignalSettings(
             inertia=inertia,
             sample_period=float(np.clip(share * duration / 500.0, 0.5 * narrow, 5.0 * narrow)),
             smoothing=narrow,
             lateness=0.0,
             rate_limit=rate_limit,
-            torque_limit=TORQUE_LIMIT,
+            torque_limit=TORQUE_LIMIT_NM,
             torque=COMMANDED,
         )
     return SignalSettings(
@@ -99,7 +103,7 @@ def signals_for(
         lateness=0.0,
         gap=None if torque == COMMANDED else min(5.0 * slower, 2.0 * smoothing, MAX_PAUSE_S),
         rate_limit=rate_limit,
-        torque_limit=TORQUE_LIMIT,
+        torque_limit=TORQUE_LIMIT_NM,
         torque=torque or MEASURED,
     )
 
@@ -126,10 +130,10 @@ def _held_share(recordings: Sequence[Recording], smoothing: float) -> float:
     everywhere, there = np.concatenate(rates), np.concatenate(known)
     if there.size == 0:
         return 0.0
-    slowest, fastest = np.quantile(everywhere, SEEN).tolist()
+    slowest, fastest = np.quantile(everywhere, RATE_QUANTILES).tolist()
     edges = np.linspace(slowest, fastest, RATE_BINS + 1)
     seen, told = (np.histogram(values, edges)[0] for values in (everywhere, everywhere[there]))
-    return float(there.mean()) if (told >= np.minimum(seen, FEWEST_HELD)).all() else 0.0
+    return float(there.mean()) if (told >= np.minimum(seen, MIN_HELD_WINDOWS)).all() else 0.0
 
 
 def learner_for(samples: Samples, **chosen: object) -> Settings:

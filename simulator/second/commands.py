@@ -20,7 +20,7 @@ Program = Callable[[Array, float, np.random.Generator], Array]
 
 PERIODS = (0.04, 0.05, 0.08, 0.1, 0.2)
 """Of the pilots' computers [s]: 25 to 5 Hz, whole parts of the integration's step."""
-LONGEST_PERIOD = 0.25
+MAX_PERIOD_SHARE = 0.25
 """Of the vehicle's time scale: a slower computer could not hold it."""
 THRUSTER_STEPS = (0, 0, 12, 24, 60)
 """Steps from none to full of the thrusters' command; 0 where the command is as exact as its number."""
@@ -199,4 +199,4 @@ def usual_swing(command: str, vehicle: Vehicle, duration: float) -> float:
 
 def computer_period(vehicle: Vehicle, random: np.random.Generator) -> float:
     """The period of the pilot's computer [s]."""
-    return float(random.choice([p for p in PERIODS if p <= LONGEST_PERIOD * vehicle.time_scale]))
+    return float(random.choice([p for p in PERIODS if p <= MAX_PERIOD_SHARE * vehicle.time_scale]))

@@ -17,7 +17,7 @@ from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.curve import trained_part
 from viewer.effects import columns
-from viewer.error import POINTS, thinned
+from viewer.error import MAX_POINTS, thinned
 from viewer.frame import Frame, positions
 from viewer.pages import blueprint
 from viewer.palette import DARK
@@ -177,7 +177,7 @@ def test_the_trained_part_ends_at_both_ends(run: Run) -> None:
 
 def test_a_curve_never_grows_beyond_what_a_screen_shows() -> None:
     curve = [(float(k), float(k)) for k in range(7200)]
-    assert len(thinned(curve)) <= POINTS
+    assert len(thinned(curve)) <= MAX_POINTS
     assert thinned(curve)[[0, -1], 0].tolist() == [0.0, 7199.0]
     assert thinned(curve[:1]).tolist() == [[0.0, 0.0]]
 

@@ -21,7 +21,7 @@ from incsvr.tracing.sentences import headline
 from service.commands.trace import text
 from simulator.trial import Trial, play
 from viewer.report import write
-from viewer.report.charts import PIECES, free_runs, hint, told_apart
+from viewer.report.charts import DRAWN_PIECES, free_runs, hint, told_apart
 from viewer.report.derivatives import derivatives
 from viewer.report.drawing import driven
 
@@ -95,7 +95,7 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, tmp_path:
     for label in ("torque, mean absolute error", "torque, root mean square error", "yaw rate in free run"):
         assert label in words
     shown, _ = told_apart(found.pictures.depends, found.pictures.residual_before, found.pictures.residual_after)
-    drawn = min(PIECES, len(found.pictures.after.time)) + len(shown) + 2
+    drawn = min(DRAWN_PIECES, len(found.pictures.after.time)) + len(shown) + 2
     assert path.read_text(encoding="utf-8").count("<svg") == drawn
     for name in shown:
         assert hint(name) in words

@@ -24,7 +24,7 @@ from viewer.newest_pages import superseded
 from viewer.pages import PAGES, blueprint
 from viewer.palette import DARK
 from viewer.recorder import Recorder, new_recording
-from viewer.slices import SHARES
+from viewer.slices import SLICE_QUANTILES
 
 Iterations = list[tuple[IterationReport, ModelSnapshot]]
 
@@ -79,7 +79,7 @@ def test_the_slices_are_the_served_model(iterations: Iterations, recorded: Path)
     assert model.several is not None
     seen = 0
     for number, name in enumerate(("surge", "sway")):
-        for k, share in enumerate(SHARES):
+        for k, share in enumerate(SLICE_QUANTILES):
             strips = shown(logged[f"/learning/slices/{number}/curve_{k}"], report.iteration)
             for strip in map(np.array, strips):
                 velocity = model.several.beside(strip[:, 0].astype(np.float64))

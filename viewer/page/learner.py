@@ -28,15 +28,15 @@ from service.wire import (
 from viewer import names
 from viewer.page.recordings import Recordings
 
-FRESH = 0.5
+FRESH_S = 0.5
 """For so long an answer serves every browser [s]."""
-PATIENCE = 2.0
+ANSWER_TIMEOUT_S = 2.0
 """How long the learner may take [s]; it answers within a hundredth while it trains."""
-RATES = 121
+CURVE_RATES = 121
 """At which the curve is drawn."""
-BEYOND = 0.1
+BEYOND_SHARE = 0.1
 """Part of the trained range by which the curve is drawn beyond each of its ends."""
-FINDINGS = 100
+MAX_SEARCHED_ITERATIONS = 100
 """Iterations that are looked through for what the learner noticed."""
 WORDS = {
     "title": "Yaw damping",
@@ -53,7 +53,7 @@ WORDS = {
     "quadratic_unit": "N m s²/rad²",
 }
 """What the page calls quantities and their units, of yaw."""
-NOTHING: Mapping[str, Any] = {"model": None, "changes": []}
+NOTHING_LEARNED: Mapping[str, Any] = {"model": None, "changes": []}
 """What is shown before anything was learned."""
 NORMAL_95 = 1.96
 """Standard deviations of a band of 95 %."""
@@ -90,7 +90,7 @@ class Learner:
         try:
             if time.monotonic() > self._until:
                 self._told = self._asked()
-                self._until = time.monotonic() + FRESH
+                self._until = time.monotonic() + FRESH_S
             return self._told
         finally:
             self._lock.release()
@@ -114,7 +114,7 @@ class Learner:
         self._answered = time.monotonic()
         revision = (health.boot, health.revision)
         if revision != self._drawn:
-            learned = self._learned() if health.revision else NOTHING
+            learned = self._learned() if health.revision else NOTHING_LEARNED
             if learned is not None:  # else the next browser's question asks again
                 self._parts.update(learned)
                 self._drawn = revision
@@ -139,9 +139,9 @@ class Learner:
         if snapshot is None:
             return None
         if not snapshot.support.rate:
-            return NOTHING
-        after = max(0, snapshot.revision - FINDINGS)
-        history = self._ask(f"{self._keys.iteration}?after={after};limit={FINDINGS}", IterationHistory)
+            return NOTHING_LEARNED
+        after = max(0, snapshot.revision - MAX_SEARCHED_ITERATIONS)
+        history = self._ask(f"{self._keys.iteration}?after={after};limit={MAX_SEARCHED_ITERATIONS}", IterationHistory)
         if history is None:
             latest = self._ask(self._keys.iteration, IterationReport)
             history = IterationHistory(iterations=() if latest is None else (latest,), latest_revision=0)
@@ -156,15 +156,15 @@ class Learner:
             BadInput: what answers is no learner of this version.
         """
         assert self._session is not None
-        return answer(self._session, selector, form, PATIENCE)
+        return answer(self._session, selector, form, ANSWER_TIMEOUT_S)
 
 
 def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
     """What is drawn of a model: the damping with the bands of 95 %, the vectors, the textbook's coefficients."""
     model = snapshot.model()
     low, high = model.trained_range or (0.0, 0.0)
-    beyond = BEYOND * (high - low)
-    rate = np.linspace(low - beyond, high + beyond, RATES)
+    beyond = BEYOND_SHARE * (high - low)
+    rate = np.linspace(low - beyond, high + beyond, CURVE_RATES)
     drawn, known = model.predict(rate), coefficients(model)
     return {
         "revision": snapshot.revision,

@@ -18,7 +18,7 @@ from service.bus.session import free_endpoint
 ITERATION = 21
 """At which the picture is taken: seven after the hull was mounted."""
 SIZE = "1150,800"
-PATIENCE = 120.0
+ITERATION_TIMEOUT_S = 120.0
 
 
 def main() -> int:
@@ -63,7 +63,7 @@ def main() -> int:
 
 def _wait(page: str) -> None:
     """Until the learner has come to the iteration."""
-    until = time.monotonic() + PATIENCE
+    until = time.monotonic() + ITERATION_TIMEOUT_S
     while time.monotonic() < until:
         try:
             with urlopen(f"{page}state.json", timeout=5.0) as answer:
@@ -73,7 +73,7 @@ def _wait(page: str) -> None:
         if model is not None and model["iteration"] >= ITERATION:
             return
         time.sleep(0.2)
-    raise SystemExit(f"the learner does not come to iteration {ITERATION} within {PATIENCE:g} s")
+    raise SystemExit(f"the learner does not come to iteration {ITERATION} within {ITERATION_TIMEOUT_S:g} s")
 
 
 if __name__ == "__main__":

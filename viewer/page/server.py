@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 
 MAX_CLIENTS = 400
 """Connections at a time: a thread each, of some 50 kB. Twice the clients that a page was asked to bear."""
-SILENCE = 30.0
+MAX_SILENCE_S = 30.0
 """A client that sends or takes nothing for so long [s] is cut off."""
 SERVICE = {
     "description": "Learns the vehicle's damping while it moves, and what its model lacks",
@@ -48,7 +48,7 @@ class Handler(BaseHTTPRequestHandler):
 
     server_version = "incsvr"
     sys_version = ""
-    timeout = SILENCE
+    timeout = MAX_SILENCE_S
 
     def __init__(
         self, *args: Any, learner: Learner, recordings: Recordings, names: frozenset[str], **more: Any

@@ -23,12 +23,11 @@ def write(found: Trace, path: Path, axis: Axis = YAW, made: Mapping[str, str] | 
         made: what it was made of and how, by what to call it: recordings, command, software, date.
 
     Raises:
-        BadInput: the drawing library is not installed.
-        OSError: the file cannot be written.
+        BadInput: the drawing library is not installed, or the file cannot be written.
     """
     with _needs_libraries():
         from viewer.report.page import page
-    path.write_text(page(found, axis, made), encoding="utf-8")
+    _write(path, page(found, axis, made))
 
 
 def write_fit(
@@ -41,7 +40,7 @@ def write_fit(
     """Writes the report of a fit: `result` is what `incsvr fit --json` writes; otherwise as `write`."""
     with _needs_libraries():
         from viewer.report.fit_page import fit_page
-    path.write_text(fit_page(result, pictures, axis, made), encoding="utf-8")
+    _write(path, fit_page(result, pictures, axis, made))
 
 
 @contextmanager
@@ -51,3 +50,10 @@ def _needs_libraries() -> Iterator[None]:
         yield
     except ModuleNotFoundError as missing:
         raise BadInput(f"the report needs {missing.name}: {how_to_install(missing.name or '')}") from missing
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be written ({error.strerror}); name another file with --report") from error

@@ -32,13 +32,13 @@ HINTS = {
 }
 OF_CHANNEL = "A slope: the channel makes a moment of its own. Wider shading to one side: it scales thrust or damping."
 """How the residual over any other channel is read."""
-VISIBLE = 0.3
+MIN_VISIBLE_SHARE = 0.3
 """Of a residual's deviation: less is hidden within the shaded half of its samples."""
-PIECES = 4
+DRAWN_PIECES = 4
 """Of the free runs that are drawn, the longest."""
-SCALES = 30.0
+DRAWN_TIME_SCALES = 30.0
 """Time scales of the motion of each that are drawn: as much as an eye can follow."""
-SAME = 0.02
+SAME_MOTION_SHARE = 0.02
 """Of the measured rates' reach, within which two pieces show the same motion."""
 
 
@@ -46,14 +46,14 @@ def told_apart(depends: Mapping[str, Array], before: Array, after: Array) -> tup
     """What there is something to see against, and the names of the rest.
 
     Rate, torque, heading and time are always shown, another channel where the bins' medians of either residual vary by
-    more than VISIBLE of that residual.
+    more than MIN_VISIBLE_SHARE of that residual.
     """
     moving = {name: x for name, x in depends.items() if np.isfinite(x).any() and np.nanstd(x) > 0.0}
     flat = [
         name
         for name, x in moving.items()
         if name not in UNITS
-        and all(np.std(binned(x, each, edges(x))[2]) < VISIBLE * np.nanstd(each) for each in (before, after))
+        and all(np.std(binned(x, each, edges(x))[2]) < MIN_VISIBLE_SHARE * np.nanstd(each) for each in (before, after))
     ]
     return {name: x for name, x in moving.items() if name not in flat}, tuple(flat)
 
@@ -88,7 +88,7 @@ def hint(name: str) -> str:
 def free_runs(before: Errors, after: Errors, scale: float, axis: Axis = YAW) -> list[str]:
     """The yaw rate simulated from the torque alone beside the measured one, in the longest unseen pieces, a chart
     each."""
-    longest = sorted(range(len(after.time)), key=lambda k: -after.time[k].size)[:PIECES]
+    longest = sorted(range(len(after.time)), key=lambda k: -after.time[k].size)[:DRAWN_PIECES]
     longest.sort(key=lambda k: after.time[k][0] if after.time[k].size else 0.0)
     return [_free_run(before, after, k, scale, axis) for k in longest if after.time[k].size > 1]
 
@@ -100,7 +100,7 @@ def _free_run(before: Errors, after: Errors, k: int, scale: float, axis: Axis) -
 def draw_free_run(figure: Figure, before: Errors, after: Errors, k: int, scale: float, axis: Axis = YAW) -> None:
     """The k-th unseen piece on a figure: measured, and simulated before and after; `scale` is the motion's [s]."""
     begin = float(after.time[k][0])
-    end = min(float(after.time[k][-1]), begin + SCALES * scale)
+    end = min(float(after.time[k][-1]), begin + DRAWN_TIME_SCALES * scale)
     axes = figure.subplots()
     here = after.time[k] <= end
     line(axes, after.time[k][here], after.measured[k][here], color=MEASURED, linewidth=1.1, label="measured")
@@ -126,7 +126,7 @@ def _same_motion(before: Errors, after: Errors, k: int, begin: float, end: float
         if np.count_nonzero(here) < 2:
             continue
         apart = np.abs(np.interp(time[here], after.time[k], after.measured[k]) - measured[here])
-        if float(np.median(apart)) <= SAME * reach:
+        if float(np.median(apart)) <= SAME_MOTION_SHARE * reach:
             found.append((time[here], simulated[here]))
     return found
 

@@ -13,7 +13,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from viewer.report.drawing import MEASURED, binned, dots, driven, edges, svg
 
-MIDDLE = 0.9
+BAND_SHARE = 0.9
 """Part of the samples of a bin that the band around them holds."""
 
 
@@ -46,7 +46,7 @@ def draw_damping(figure: Figure, curves: Sequence[Curve], rate: Array, damping: 
     """The same on a figure."""
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1))
     dots(above, rate, damping, color="#5b6773", markersize=2.5, alpha=0.45, label="samples", zorder=3)
-    centre, low, _, high = binned(rate, damping, edges(rate), MIDDLE)
+    centre, low, _, high = binned(rate, damping, edges(rate), BAND_SHARE)
     above.fill_between(centre, low, high, color="#9aa5b1", alpha=0.22, linewidth=0, label="90 % of them")
     for curve in curves:
         here = driven(curve.rate, rate)

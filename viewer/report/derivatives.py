@@ -10,10 +10,10 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.tracing import Trace
 
-SCALES = 4.0
+BLOCK_TIME_SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the residual's correlation time."""
 
-DRAWS = 1000
+BOOTSTRAP_DRAWS = 1000
 """Of the bootstrap."""
 
 
@@ -43,11 +43,11 @@ def derivatives(found: Trace, axis: Axis = YAW) -> tuple[list[Derivative], tuple
     rate = rate[kept]
     damping = model.damping_at(rate) + pictures.residual_after[kept]
     terms = np.column_stack([rate, rate * np.abs(rate)])
-    size = max(min(round(SCALES * model.scale / model.block), rate.size), 1)
+    size = max(min(round(BLOCK_TIME_SCALES * model.scale / model.block), rate.size), 1)
     starts = range(0, rate.size - size + 1, max(size // 2, 1))
     normal = np.array([terms[a : a + size].T @ terms[a : a + size] for a in starts])
     score = np.array([terms[a : a + size].T @ damping[a : a + size] for a in starts])
-    drawn = np.random.default_rng(0).integers(len(normal), size=(DRAWS, max(rate.size // size, 1)))
+    drawn = np.random.default_rng(0).integers(len(normal), size=(BOOTSTRAP_DRAWS, max(rate.size // size, 1)))
     spread = np.array([_solved(normal[each].sum(axis=0), score[each].sum(axis=0)) for each in drawn])
     value = _solved(terms.T @ terms, terms.T @ damping)
     low, high = np.quantile(spread, [0.025, 0.975], axis=0)

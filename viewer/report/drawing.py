@@ -35,19 +35,21 @@ STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "incsvr",  # the same trace gives the same file
 }
-BINS, FEWEST = 24, 8
-"""Bins of samples at most, and the samples that one has at least in the mean."""
-LONGEST_POLYLINE = 1500
+MAX_BINS = 24
+"""Bins of samples at most."""
+MIN_BIN_SAMPLES = 8
+"""Samples that a bin has at least in the mean."""
+MAX_LINE_POINTS = 1500
 """Points of a line: more than a page can show, few enough for a small file."""
-MOST_DOTS = 900
+MAX_DOTS = 900
 """Samples that are drawn one by one, for the same reason."""
-NEAR = 1.0 / 30.0
+MAX_SAMPLE_DISTANCE_SHARE = 1.0 / 30.0
 """Part of the range of rates within which there is a sample where a curve is drawn: elsewhere nothing was driven."""
 
 
 def edges(x: Array) -> Array:
     """Bins of equal count, but none narrower than a fiftieth of the range: held commands pile up at few values."""
-    bins = int(np.clip(np.isfinite(x).sum() // FEWEST, 1, BINS))
+    bins = int(np.clip(np.isfinite(x).sum() // MIN_BIN_SAMPLES, 1, MAX_BINS))
     quantiles = np.nanquantile(x, np.linspace(0.0, 1.0, bins + 1))
     narrowest = 0.02 * (quantiles[-1] - quantiles[0])
     found = [quantiles[0]]
@@ -76,18 +78,18 @@ def driven(rate: Array, samples: Array) -> NDArray[np.bool_]:
     ordered = np.sort(samples)
     place = np.clip(np.searchsorted(ordered, rate), 1, ordered.size - 1)
     nearest = np.minimum(np.abs(rate - ordered[place - 1]), np.abs(ordered[place] - rate))
-    return np.asarray(nearest <= NEAR * float(np.ptp(ordered)))
+    return np.asarray(nearest <= MAX_SAMPLE_DISTANCE_SHARE * float(np.ptp(ordered)))
 
 
 def line(axes: Axes, x: Array, y: Array, **style: Any) -> None:
     """A line, thinned to what can be seen."""
-    every = max(1, x.size // LONGEST_POLYLINE)
+    every = max(1, x.size // MAX_LINE_POINTS)
     axes.plot(x[::every], y[::every], **style)
 
 
 def dots(axes: Axes, x: Array, y: Array, **style: Any) -> None:
     """Samples, thinned to what can be seen."""
-    every = max(1, -(-x.size // MOST_DOTS))
+    every = max(1, -(-x.size // MAX_DOTS))
     axes.plot(x[::every], y[::every], ".", **style)
 
 

@@ -19,8 +19,10 @@ from viewer.report.damping_chart import Curve, damping_chart
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, line, svg
 from viewer.report.figures import between, capital, number, rendered
 
-PIECES, SECONDS = 4, 30.0
-"""Of the free runs that are drawn, the longest, each at most so long [s]."""
+DRAWN_PIECES = 4
+"""Free runs that are drawn, the longest."""
+DRAWN_SECONDS = 30.0
+"""Of each free run that is drawn, at most [s]."""
 NORMAL_95 = 1.96
 UNITS = {"N_r": "N m s/rad", "N_r|r|": "N m s²/rad²"}
 
@@ -142,12 +144,12 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
 
 
 def _longest(runs: Sequence[FreeRun]) -> list[FreeRun]:
-    found = sorted(runs, key=lambda run: -run.time.size)[:PIECES]
+    found = sorted(runs, key=lambda run: -run.time.size)[:DRAWN_PIECES]
     return sorted((run for run in found if run.time.size > 1), key=lambda run: float(run.time[0]))
 
 
 def _free_run(run: FreeRun, axis: Axis) -> str:
-    here = run.time <= run.time[0] + SECONDS
+    here = run.time <= run.time[0] + DRAWN_SECONDS
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()

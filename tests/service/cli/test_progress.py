@@ -16,7 +16,7 @@ from simulator import leng
 
 #: Without patience a bar is there at once, so that no log must be large enough for it.
 IMPATIENT = (
-    "import sys, service.cli.progress as p; p.PATIENCE = 0.0; "
+    "import sys, service.cli.progress as p; p.BAR_AFTER_S = 0.0; "
     "from service.cli.command_line import main; sys.exit(main())"
 )
 
