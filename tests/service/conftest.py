@@ -6,7 +6,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -99,8 +99,8 @@ def teach(session: zenoh.Session, keys: wire.Keys, seed: int, first: float, last
 StartBench = Callable[..., Bench]
 
 
-@pytest.fixture
-def start() -> Iterator[StartBench]:
+@contextmanager
+def benches() -> Iterator[StartBench]:
     """Starts learners on the bus; settings are those of the configuration, with dots in the names."""
     # The clients close last: a learner that ends says goodbye to them.
     with ExitStack() as outer, ExitStack() as stack:
@@ -117,6 +117,42 @@ def start() -> Iterator[StartBench]:
             return Bench(hosts[0], hosts, client, hosts[0].keys, crew.close, endpoint)
 
         yield begin
+
+
+@pytest.fixture
+def start() -> Iterator[StartBench]:
+    """Starts learners of this test's own."""
+    with benches() as begin:
+        yield begin
+
+
+@pytest.fixture(scope="session")
+def untaught() -> Iterator[Bench]:
+    """A learner that has learned nothing, for tests that only ask."""
+    with benches() as begin:
+        yield begin()
+
+
+@dataclass(frozen=True)
+class Taught:
+    """A learner with a state that has learned three batches, for tests that only ask, and what it published."""
+
+    bench: Bench
+    models: list[wire.ModelSnapshot]
+    reports: list[wire.IterationReport]
+    coefficients: list[wire.Coefficients]
+
+
+@pytest.fixture(scope="session")
+def taught(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Taught]:
+    with benches() as begin:
+        bench = begin(state=tmp_path_factory.mktemp("taught"))
+        models = bench.follow(bench.keys.model, wire.ModelSnapshot)
+        reports = bench.follow(bench.keys.iteration, wire.IterationReport)
+        coefficients = bench.follow(bench.keys.coefficients, wire.Coefficients)
+        bench.play(cut(leng.recording("T1", seed=7), 100.0))
+        published = [[each.get(timeout=PATIENCE) for _ in range(3)] for each in (models, reports, coefficients)]
+        yield Taught(bench, *published)  # type: ignore[arg-type]
 
 
 def configured(**settings: Any) -> Config:

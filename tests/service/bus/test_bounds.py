@@ -11,43 +11,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
 import zenoh
 
 from service import wire
 from service.bus.session import free_endpoint, open_session
 from tests.service.commands.test_processes import KEYS, client, client_after, command, serving
 from tests.service.conftest import PATIENCE, StartBench, teach
-
-
-@pytest.mark.parametrize(
-    ("question", "payload", "names"),
-    [
-        ("damping?rate=1e308", None, "beyond 1000 rad/s"),
-        ("damping", b'{"rate": [0.1, 1e308]}', "beyond 1000 rad/s"),
-        ("damping", b'{"rate": [1' + b"0" * 4299 + b"]}", "rate"),
-        ("damping", b'{"rate": [' + b"0.1," * 5000 + b"0.1]}", "several queries"),
-        ("damping", b" " * 300_000, "several queries"),
-        ("damping?rate=0.1;revison=1", None, "revison= is no parameter"),
-        ("damping?rate=0.1;rate=0.2", None, "given twice"),
-        ("damping?rate=0.1", b'{"rate": [0.2]}', "not for both"),
-        ("model?revision=1;at=2", None, "not for both"),
-        ("model?revision=" + "9" * 4300, None, "no whole number"),
-        ("iteration?revision=1;after=0", None, "not for both"),
-        ("iteration?after=-1", None, "no whole number"),
-        ("health?rate=1", None, "ask without parameters"),
-    ],
-    ids=lambda value: value[:40] if isinstance(value, str) else None,
-)
-def test_a_question_beyond_all_bounds_is_told_so(
-    start: StartBench, tmp_path: Path, question: str, payload: bytes | None, names: str
-) -> None:
-    bench = start(state=tmp_path)
-    answer, error = bench.get(f"{bench.keys.prefix}/{question}", payload)
-    assert answer is None
-    assert error is not None
-    assert error.error_type == "BadInput"
-    assert names in error.error
 
 
 def test_a_revision_is_answered_as_it_was_or_said_to_be_gone(start: StartBench, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from service import wire
 from service.bus.feed import Feed
-from service.bus.ingest import MAX_PAYLOAD_BYTES, MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest, places
+from service.bus.ingest import MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest, places
 from service.bus.session import free_endpoint, listening, open_session
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
@@ -69,10 +69,3 @@ def test_an_infinite_value_of_a_channel_costs_no_batch(start: StartBench, declar
     assert report.revision == 1
     assert set(report.batch.channels["depth"]) <= {1.0, 2.0, None}
     assert bench.health_when(lambda health: health.counters.get("rejected:not_finite", 0) == 2)
-
-
-def test_a_question_that_is_too_long_is_not_read(start: StartBench) -> None:
-    bench = start()
-    _, refusal = bench.get(bench.keys.damping, payload=b" " * (MAX_PAYLOAD_BYTES + 1))
-    assert refusal is not None
-    assert "ask in several queries" in refusal.error

@@ -13,16 +13,12 @@ from service import wire
 from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import write
 from simulator import leng
-from tests.service.conftest import PATIENCE, StartBench, cut
+from tests.service.conftest import PATIENCE, StartBench, Taught, cut
 
 
-def test_every_iteration_is_published_with_its_sets_and_its_model(start: StartBench, run: Recording) -> None:
-    bench = start()
-    models = bench.follow(bench.keys.model, wire.ModelSnapshot)
-    reports = bench.follow(bench.keys.iteration, wire.IterationReport)
-    bench.play(run)
-    for number in (1, 2, 3):
-        model, report = models.get(timeout=PATIENCE), reports.get(timeout=PATIENCE)
+def test_every_iteration_is_published_with_its_sets_and_its_model(taught: Taught) -> None:
+    bench = taught.bench
+    for number, model, report in zip((1, 2, 3), taught.models, taught.reports, strict=True):
         assert (model.revision, model.iteration) == (report.revision, report.iteration) == (number, number)
         assert model.boot == report.boot == bench.host.node.boot
         assert model.t == report.t == report.time_span[1]
@@ -40,14 +36,8 @@ def test_every_iteration_is_published_with_its_sets_and_its_model(start: StartBe
     assert {name for name in bench.health().counters if name.startswith("rejected")} == {"rejected"}
 
 
-def test_the_textbooks_coefficients_are_a_key_of_their_own(start: StartBench, run: Recording) -> None:
-    bench = start()
-    said = bench.follow(bench.keys.coefficients, wire.Coefficients)
-    _, error = bench.get(bench.keys.coefficients)
-    assert error is not None
-    assert error.error_type == "NothingLearned"
-    bench.play(run)
-    newest = [said.get(timeout=PATIENCE) for _ in range(3)][-1]
+def test_the_textbooks_coefficients_are_a_key_of_their_own(taught: Taught) -> None:
+    bench, newest = taught.bench, taught.coefficients[-1]
     assert newest.revision == 3
     payload, _ = bench.get(bench.keys.coefficients)
     assert payload is not None
