@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -56,6 +57,12 @@ def error(state: Guarded) -> float:
     return float(np.mean(np.abs(state.learner.model.predict(RATES).damping - leng.damping(RATES))))
 
 
+@cache
+def sound_error(seed: int = 3) -> float:
+    """Of what is learned where no sensor fails [N m]."""
+    return error(guided(streams({}, seed))[0])
+
+
 def frozen(value: Array, here: NDArray[np.bool_]) -> Array:
     return np.where(here, value[np.argmax(here)], value)
 
@@ -95,8 +102,7 @@ def test_a_failing_sensor_is_named_within_two_batches_and_not_learned(fault: str
     assert pausing[0].span[1] - FAILS <= 60.0
     assert any(sentence in finding.sentence for v in pausing for finding in v.findings)
     assert all(not verdict.learn for verdict in verdicts if verdict.span[0] >= pausing[0].span[0])
-    sound, _ = guided(streams({}))
-    assert error(state) < 1.5 * max(error(sound), 1.0)
+    assert error(state) < 1.5 * max(sound_error(), 1.0)
 
 
 def test_a_torque_that_freezes_while_it_is_at_its_largest_is_seen_within_the_batch() -> None:
@@ -177,7 +183,7 @@ def test_a_yaw_rate_that_falls_to_zero_for_moments_is_told() -> None:
 
     state, verdicts = guided(streams({"yaw_rate": loose}))
     assert any("the yaw rate leaps" in finding.sentence for verdict in verdicts for finding in verdict.findings)
-    assert error(state) < 1.5 * max(error(guided(streams({}))[0]), 1.0)
+    assert error(state) < 1.5 * max(sound_error(), 1.0)
 
 
 def test_thrusters_that_are_off_while_commands_go_on_are_told_and_not_learned_from() -> None:
@@ -190,7 +196,7 @@ def test_thrusters_that_are_off_while_commands_go_on_are_told_and_not_learned_fr
     assert aside[0].span[0] < FAILS + 12.0
     assert aside[-1].span[1] < FAILS + 130.0
     assert verdicts[-1].learn
-    assert error(state) < 1.5 * max(error(guided(streams({}))[0]), 1.0)
+    assert error(state) < 1.5 * max(sound_error(), 1.0)
 
 
 def test_a_vehicle_that_rests_without_a_torque_or_turns_slowly_under_a_small_one_is_well() -> None:

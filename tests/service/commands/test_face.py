@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,11 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return found
 
 
+@pytest.fixture(scope="module")
+def traced(logs: tuple[Path, Path]) -> incsvr.Result:
+    return incsvr.trace(incsvr.read(logs[0]), inertia=350.0)
+
+
 def test_importing_it_loads_the_mathematics_alone() -> None:
     program = (
         "import sys, incsvr; "
@@ -45,18 +49,26 @@ def test_a_log_is_read_as_it_stands(logs: tuple[Path, Path]) -> None:
     json.dumps(log.to_dict(), allow_nan=False)
 
 
-@pytest.mark.parametrize("command", ["fit", "trace"])
-def test_the_calls_answer_as_the_commands_do(
-    command: str, logs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
+def same(result: incsvr.Result, out: str, err: str) -> None:
+    """The call's result is the command's, in JSON and in words."""
+    assert json.loads(json.dumps(result.to_dict(), allow_nan=False)) == json.loads(out)
+    assert str(result) == err.strip()
+
+
+def test_fit_answers_as_the_command_does(logs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     fitted, unseen = logs
-    assert main([command, str(fitted), "--validate", str(unseen), "--inertia", "350", "--json", "-"]) == 0
+    assert main(["fit", str(fitted), "--validate", str(unseen), "--inertia", "350", "--json", "-"]) == 0
     printed = capsys.readouterr()
-    call: Callable[..., incsvr.Result] = getattr(incsvr, command)
     for recordings in (str(fitted), incsvr.read(fitted), [fitted]):
-        result = call(recordings, validate=unseen, inertia=350.0)
-        assert json.loads(json.dumps(result.to_dict(), allow_nan=False)) == json.loads(printed.out)
-        assert str(result) == printed.err.strip()
+        same(incsvr.fit(recordings, validate=unseen, inertia=350.0), printed.out, printed.err)
+
+
+def test_trace_answers_as_the_command_does(
+    logs: tuple[Path, Path], traced: incsvr.Result, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["trace", str(logs[0]), "--inertia", "350", "--json", "-"]) == 0
+    printed = capsys.readouterr()
+    same(traced, printed.out, printed.err)
 
 
 def test_flags_of_a_log_stay_with_it(logs: tuple[Path, Path], tmp_path: Path) -> None:
@@ -98,11 +110,13 @@ def test_what_is_no_log_is_refused() -> None:
         incsvr.read("no_such.csv")
 
 
-def test_results_are_drawn(logs: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_are_drawn(
+    logs: tuple[Path, Path], traced: incsvr.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("matplotlib", reason="the extra report is not installed")
     monkeypatch.setenv("MPLBACKEND", "Agg")
     log = incsvr.read(logs[0])
-    results = (log, incsvr.fit(log, inertia=350), incsvr.trace(log, inertia=350))
+    results = (log, incsvr.fit(log, inertia=350), traced)
     lines = []
     for number, result in enumerate(results):
         figure = result.plot()

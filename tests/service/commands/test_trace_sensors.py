@@ -80,12 +80,11 @@ def test_a_clock_that_jumps_is_noted_with_its_instant(tmp_path: Path, capsys: py
     assert instant == pytest.approx(220.0, abs=20.0)
 
 
-def test_a_gyros_zero_is_noted_where_the_heading_contradicts_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_gyros_zero_is_noted_where_the_heading_contradicts_it() -> None:
     columns = recording()
-    found = traced(saved(tmp_path, columns | {"yaw_rate": columns["yaw_rate"] + 0.03}), capsys)
-    assert any("rad/s more than the heading turns" in note for note in found["notes"])
+    time = columns.pop("t")
+    run = Recording("run.csv", time, columns | {"yaw_rate": columns["yaw_rate"] + 0.03})
+    assert any("rad/s more than the heading turns" in note for note in notes([run], examined([run], 24.0), False))
 
 
 def test_a_compass_that_counts_clockwise_is_turned_and_noted(
