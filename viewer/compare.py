@@ -11,12 +11,12 @@ import numpy as np
 import rerun as rr
 from rerun.components import Radius
 
+from viewer.axes import Axes, Entry
+from viewer.component_batches import boxes, points, strips
 from viewer.curve import CURVE_STEP, trained_part
-from viewer.drawn import boxes, points, strips
 from viewer.frame import Floats, Frame, clock_text, positions
-from viewer.learning import log_plate
+from viewer.learning import log_axes
 from viewer.palette import Palette
-from viewer.plate import Entry, Plate
 from viewer.recorder import Recorder
 from viewer.table import quantity
 
@@ -48,23 +48,20 @@ class ComparePage:
         self._rec, self._palette, self._choice = rec, palette, choice
         self._chosen: dict[str, Frame] = {}
         self._samples = {"before": np.empty((0, 2)), "after": np.empty((0, 2))}
-        self._plate: Plate | None = None
+        self._axes: Axes | None = None
         for name, colour in (("before", palette.before), ("after", palette.support)):
-            dots = rr.Points2D.from_fields(colors=(*colour, 110), radii=Radius.ui_points(1.8), draw_order=4.0)
-            rec.log(f"learning/{name}/samples", dots, static=True)
+            rec.points(f"learning/{name}/samples", (*colour, 110), 1.8, 4.0)
         for name, colour in (("before", palette.before), ("after", palette.function)):
-            style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(2.0), draw_order=26.0)
-            rec.log(f"learning/{name}/function", style, static=True)
+            rec.strip(f"learning/{name}/function", colour, 2.0, 26.0)
         rec.log(
             "learning/before/support",
             rr.Points2D.from_fields(colors=palette.before, radii=Radius.ui_points(1.5), draw_order=12.0),
             rr.Boxes2D.from_fields(colors=palette.before, radii=Radius.ui_points(1.0), draw_order=12.0),
             static=True,
         )
-        halo = rr.Points2D.from_fields(colors=palette.support, radii=Radius.ui_points(6.0), draw_order=10.0)
-        rec.log("learning/after/support", halo, static=True)
+        rec.points("learning/after/support", palette.support, 6.0, 10.0)
 
-    def log(self, frame: Frame, plate: Plate) -> None:
+    def log(self, frame: Frame, axes: Axes) -> None:
         """One iteration on the axes of the page Learning, at the clocks that are set."""
         number, choice = frame.report.iteration, self._choice
         self._take(frame)
@@ -76,13 +73,13 @@ class ComparePage:
         if choice.after is None or number <= choice.after or "after" not in self._chosen:
             changed.add("after")
         self._chosen |= dict.fromkeys(changed, frame)
-        if plate is not self._plate:
-            self._plate = plate
+        if axes is not self._axes:
+            self._axes = axes
             changed = set(self._chosen)
-            log_plate(self._rec, "learning/compare_axes", self._picture(), self._palette, choice.shown[1:])
+            log_axes(self._rec, "learning/compare_axes", self._picture(), self._palette, choice.shown[1:])
         drawn = changed if choice.after is not None else changed - {"after"}
         for name in sorted(drawn):
-            self._draw(name, self._chosen[name], plate)
+            self._draw(name, self._chosen[name], axes)
         if changed:
             self._rec.write("learning/compared", words(self._chosen))
 
@@ -101,20 +98,20 @@ class ComparePage:
         new = np.column_stack((batch.rate, batch.damping))
         self._samples[name] = np.concatenate((self._samples[name], new))[-MAX_SAMPLES:]
 
-    def _draw(self, name: str, frame: Frame, plate: Plate) -> None:
-        curve, at = curve_of(frame, plate), positions(frame.report.support)
+    def _draw(self, name: str, frame: Frame, axes: Axes) -> None:
+        curve, at = curve_of(frame, axes), positions(frame.report.support)
         samples = [points(at)]
         if name == "before":
-            samples.append(boxes(at, plate.size(8.0)))
+            samples.append(boxes(at, axes.size(8.0)))
         lines = [curve[k : k + 4] for k in range(0, len(curve) - 1, 5)] if name == "before" else [curve]
         self._rec.log(f"learning/{name}/function", strips(lines))
         self._rec.log(f"learning/{name}/support", *samples)
         if self._choice.after is not None:
             self._rec.log(f"learning/{name}/samples", points(self._samples[name]))
 
-    def _picture(self) -> Plate:
+    def _picture(self) -> Axes:
         """The axes of the page Learning with this page's words."""
-        assert self._plate is not None
+        assert self._axes is not None
         palette = self._palette
         rows: tuple[tuple[Entry, ...], ...] = (
             (),
@@ -131,14 +128,14 @@ class ComparePage:
                 Entry("speck", palette.before, "Samples before"),
                 Entry("speck", palette.support, "Samples after"),
             )
-        return replace(self._plate, legend=(*rows, last))
+        return replace(self._axes, legend=(*rows, last))
 
 
-def curve_of(frame: Frame, plate: Plate) -> Floats:
+def curve_of(frame: Frame, axes: Axes) -> Floats:
     """The learned damping within its trained range, (n, 2) [rad/s, N m]."""
     model = frame.model
     assert model is not None
-    rate = np.arange(plate.x.low, plate.x.high, plate.size(CURVE_STEP)[0], dtype=np.float64)
+    rate = np.arange(axes.x.low, axes.x.high, axes.size(CURVE_STEP)[0], dtype=np.float64)
     rate = trained_part(rate, model)
     return np.column_stack((rate, model.predict(rate).damping))
 

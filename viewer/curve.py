@@ -1,4 +1,4 @@
-"""The learned curve as lines on a plate: where it was learned, where it continues, its tube, how sure it is."""
+"""The learned curve as lines on axes: where it was learned, where it continues, its tube, how sure it is."""
 
 from __future__ import annotations
 
@@ -6,32 +6,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.learning.model import Model
-from viewer.drawn import NONE, Lines
+from viewer.axes import Axes
+from viewer.component_batches import NONE, Lines
 from viewer.frame import Floats
-from viewer.plate import Plate
 
 CURVE_STEP = 9.0  # canvas units between two points of the curve
 
 
-def draw(model: Model, plate: Plate) -> dict[str, Lines]:
+def draw(model: Model, axes: Axes) -> dict[str, Lines]:
     """The learned curve over the whole axis, as strips in rad/s and N m."""
-    step = plate.size(CURVE_STEP)[0]
+    step = axes.size(CURVE_STEP)[0]
     low, high = model.trained_range or (0.0, 0.0)
-    rate = np.unique(np.concatenate((np.arange(plate.x.low, plate.x.high + step / 2, step), (low, high))))
-    rate = rate[rate <= plate.x.high]
+    rate = np.unique(np.concatenate((np.arange(axes.x.low, axes.x.high + step / 2, step), (low, high))))
+    rate = rate[rate <= axes.x.high]
     said = model.predict(rate)
     curve = np.column_stack((rate, said.damping))
     tube = np.array([0.0, model.epsilon])
     # Over several velocities it is a slice, which may be steeper than all samples.
-    inside = np.abs(said.damping) <= plate.y.high
+    inside = np.abs(said.damping) <= axes.y.high
     known, unknown = runs(curve, ~said.extrapolated & inside), runs(curve, said.extrapolated)
-    broken = [dashes(run if run[0, 0] > 0.0 else run[::-1], plate.y.high) for run in unknown]
+    broken = [dashes(run if run[0, 0] > 0.0 else run[::-1], axes.y.high) for run in unknown]
     return {
         "function": known,
         "tube": [run + side * tube for run in known for side in (-1.0, 1.0)],
-        "uncertainty": _hatch(curve, 1.96 * said.sigma, plate),
+        "uncertainty": _hatch(curve, 1.96 * said.sigma, axes),
         "extrapolation": np.concatenate(broken) if broken else NONE,
-        "trained_range": np.concatenate([_dotted(at, plate) for at in (low, high)]),
+        "trained_range": np.concatenate([_dotted(at, axes) for at in (low, high)]),
     }
 
 
@@ -48,13 +48,13 @@ def trained_part(rate: Floats, model: Model) -> Floats:
     return np.unique(np.concatenate(([low], rate[(rate > low) & (rate < high)], [high])))
 
 
-def _hatch(curve: Floats, doubt: Floats, plate: Plate) -> list[Floats]:
-    """The area within ±doubt (n,) [N m] of the curve (n, 2), on the plate: its two edges and strokes between them."""
+def _hatch(curve: Floats, doubt: Floats, axes: Axes) -> list[Floats]:
+    """The area within ±doubt (n,) [N m] of the curve (n, 2), on the axes: its two edges and strokes between them."""
     if not np.isfinite(doubt).all():
         return []
     rate, damping = curve.T
     below, above = (
-        np.column_stack((rate, np.clip(damping + side * doubt, plate.y.low, plate.y.high))) for side in (-1.0, 1.0)
+        np.column_stack((rate, np.clip(damping + side * doubt, axes.y.low, axes.y.high))) for side in (-1.0, 1.0)
     )
     # One line runs through all strokes: up the first, along the edge, down the second, along the other edge, and on.
     strokes = np.stack((below, above), axis=1)
@@ -69,10 +69,10 @@ def dashes(curve: Floats, reach: float) -> Floats:
     return drawn[: 4 * whole].reshape(whole, 4, 2)[:, :3]
 
 
-def _dotted(at: float, plate: Plate) -> Floats:
+def _dotted(at: float, axes: Axes) -> Floats:
     """A dotted upright line at this rate, as (n, 2, 2) strips."""
-    dot = plate.size(7.0)[1]
-    y = np.arange(plate.y.low, plate.y.high, 2.5 * dot)
+    dot = axes.size(7.0)[1]
+    y = np.arange(axes.y.low, axes.y.high, 2.5 * dot)
     dots = np.full((y.size, 2, 2), at)
     dots[:, 0, 1], dots[:, 1, 1] = y, y + dot
     return dots

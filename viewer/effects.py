@@ -13,8 +13,7 @@ from rerun.components import MarkerShape
 from incsvr.compensation.promotion import errors
 from incsvr.tracing.sentences import chance
 from service.wire import Batch, EffectsLedger
-from viewer.drawn import scalars
-from viewer.frame import VEHICLE_TIME, Floats, Frame
+from viewer.frame import Floats, Frame
 from viewer.names import effect, found_title, parameter, step, words
 from viewer.palette import LIGHT
 from viewer.pauses import Pauses
@@ -34,14 +33,8 @@ class EffectsPage:
         self._drawn = -inf  # the vehicle's time of the newest sample that is logged [s]
         # The viewer's own plots follow its theme: these colours are read on white and on black.
         self._colours = (LIGHT.support, LIGHT.old, LIGHT.new, LIGHT.outlier, LIGHT.forgotten, LIGHT.discarded)
-        rec.log(
-            "effects/torque/measured",
-            rr.SeriesPoints(colors=LIGHT.old, names="Measured", markers=MarkerShape.Circle, marker_sizes=2.0),
-            static=True,
-        )
-        rec.log(
-            "effects/torque/predicted", rr.SeriesLines(colors=LIGHT.new, names="Predicted", widths=1.6), static=True
-        )
+        rec.dots("effects/torque/measured", LIGHT.old, "Measured", MarkerShape.Circle, 2.0)
+        rec.line("effects/torque/predicted", LIGHT.new, "Predicted")
         self._ledger, self._told = EffectsLedger(), False
         self._found: dict[str, str] = {}
 
@@ -74,11 +67,10 @@ class EffectsPage:
             if path.startswith("effects/parts/") and path not in self._named:
                 colour = self._colours[len(self._named) % len(self._colours)]
                 name = self._words.get(path) or words(path.removeprefix("effects/parts/"))
-                self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=1.6), static=True)
+                self._rec.line(path, colour, name)
                 self._named[path] = name
             line = self._lines.setdefault(path, Pauses())
-            at, value = line.broken(time[new], values[new])
-            self._rec.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=at)], scalars(value))
+            self._rec.series(path, *line.broken(time[new], values[new]))
         self.remember(frame)
 
     def remember(self, frame: Frame) -> None:
@@ -99,8 +91,7 @@ class EffectsPage:
                     colours = {"estimate": LIGHT.new, "low": LIGHT.discarded, "high": LIGHT.discarded}
                     for line, colour in colours.items():
                         title = {"estimate": "Estimate", "low": "95 % from", "high": "to"}[line]
-                        style = rr.SeriesLines(colors=colour, names=title, widths=1.6)
-                        self._rec.log(f"{path}/{line}", style, static=True)
+                        self._rec.line(f"{path}/{line}", colour, title)
                 self._rec.log(f"{path}/estimate", rr.Scalars(float(value)))
                 low, high = intervals.get(key) or (value, value)
                 self._rec.log(f"{path}/low", rr.Scalars(float(low)))

@@ -14,13 +14,13 @@ import rerun as rr
 from rerun.components import Radius
 
 from service.wire import IterationReport
-from viewer.drawn import dashed, strips
-from viewer.drawn import points as points_at
+from viewer.axes import Axes, Entry, axis_for
+from viewer.component_batches import dashed, strips
+from viewer.component_batches import points as points_at
 from viewer.frame import Floats, Frame
-from viewer.learning import log_plate
+from viewer.learning import log_axes
+from viewer.painter import Mark
 from viewer.palette import Palette
-from viewer.pen import Mark
-from viewer.plate import Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
 WIDTH, HEIGHT = 1000, 425
@@ -36,7 +36,7 @@ class ErrorPage:
     def __init__(self, rec: Recorder, palette: Palette) -> None:
         self._rec, self._palette = rec, palette
         self._curves: dict[str, list[tuple[float, float]]] = {}
-        self._plate: Plate | None = None
+        self._axes: Axes | None = None
 
     def log(self, frame: Frame) -> None:
         """One iteration, at the clocks that are set."""
@@ -44,12 +44,12 @@ class ErrorPage:
         for name, value in self.remember(frame.report).items():
             rec.log(f"error/{name}", rr.Scalars(value))
         curves = {name: thinned(curve) for name, curve in self._curves.items()}
-        plate = self._follow(frame.report.iteration, curves)
+        axes = self._follow(frame.report.iteration, curves)
         for number, (name, points) in enumerate(curves.items()):
             dash = DASHES[number % len(DASHES)]
-            on_plate = np.column_stack((points[:, 0], np.minimum(points[:, 1], plate.y.high)))
-            line = strips(dashed(on_plate, None if dash is None else dash * plate.x.high))
-            now = points[-1:] if points[-1, 1] <= plate.y.high else points[:0]
+            on_axes = np.column_stack((points[:, 0], np.minimum(points[:, 1], axes.y.high)))
+            line = strips(dashed(on_axes, None if dash is None else dash * axes.x.high))
+            now = points[-1:] if points[-1, 1] <= axes.y.high else points[:0]
             rec.log(f"error/curve/{name}", line, points_at(now))
 
     def remember(self, report: IterationReport) -> dict[str, float]:
@@ -67,7 +67,7 @@ class ErrorPage:
             curve.append((float(report.iteration), value))
         return values
 
-    def _follow(self, iteration: int, curves: dict[str, Floats]) -> Plate:
+    def _follow(self, iteration: int, curves: dict[str, Floats]) -> Axes:
         """Widens the axes where the curves need it; a new curve gets its line style.
 
         One wild error, as that of the untrained model or on the first batch with a new range, must not press all others
@@ -76,10 +76,10 @@ class ErrorPage:
         learned = [points[points[:, 0] > 0.0, 1] for points in curves.values()]
         values = np.concatenate(learned) if learned else np.ones(1)
         highest = min(values.max(), 2.0 * float(np.median(values)))
-        plate, shown = self._plate, {entry.text for row in (self._plate.legend if self._plate else ()) for entry in row}
+        axes, shown = self._axes, {entry.text for row in (self._axes.legend if self._axes else ()) for entry in row}
         names = {name: _words(name) for name in self._curves}
-        if plate is not None and iteration <= plate.x.high and highest <= plate.y.high and set(names.values()) <= shown:
-            return plate
+        if axes is not None and iteration <= axes.x.high and highest <= axes.y.high and set(names.values()) <= shown:
+            return axes
         colours = (self._palette.before, self._palette.old, self._palette.support, self._palette.outlier)
         entries = []
         for number, (name, text) in enumerate(names.items()):
@@ -92,15 +92,15 @@ class ErrorPage:
                 static=True,
             )
         reach = 25.0 * 2.0 ** max(0, ceil(log2(iteration / 25.0)))
-        self._plate = Plate(
+        self._axes = Axes(
             axis_for(0.0, reach, "Iteration"),
             axis_for(0.0, 1.3 * highest or 1.0, _label(self._curves), ticks=4),
             WIDTH,
             HEIGHT,
             legend=tuple(tuple(entries[k : k + 3]) for k in range(0, len(entries), 3)),
         )
-        log_plate(self._rec, "error/axes", self._plate, self._palette, [f"error/curve/{name}" for name in self._curves])
-        return self._plate
+        log_axes(self._rec, "error/axes", self._axes, self._palette, [f"error/curve/{name}" for name in self._curves])
+        return self._axes
 
 
 def thinned(curve: Sequence[tuple[float, float]]) -> Floats:

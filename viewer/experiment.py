@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from incsvr.errors import BadInput
+from service.recordings.recording_csv import read
 from viewer.frame import Floats
 from viewer.palette import LIGHT, Colour
 
@@ -65,12 +66,10 @@ def _experiment(axes: list[Axes], runs: Mapping[str, Mapping[str, Floats]]) -> N
 
 def _streams(path: Path) -> dict[str, Floats]:
     """Each stream's (n, 2) stamps [s] and values."""
-    try:
-        table = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8")
-    except OSError:
-        raise BadInput(f"{path}: there is no such run; `make demo` makes it") from None
-    found = {name: np.column_stack((table["t"], table[name])) for name in STREAMS}
-    return {name: rows[~np.isnan(rows[:, 1])] for name, rows in found.items()}
+    if not path.is_file():
+        raise BadInput(f"{path}: there is no such run; `make demo` makes it")
+    streams = read(path).streams()
+    return {name: np.column_stack(streams[name]) for name in STREAMS}
 
 
 def _hex(colour: Colour) -> str:

@@ -12,8 +12,8 @@ from rich.progress import track
 
 from service.wire import EffectsLedger, Health, IterationReport, Measurement
 from viewer.bus import Bus, Message, Presence
-from viewer.chapter import Chapter
 from viewer.frame import Frame
+from viewer.recording_pages import RecordingPages
 
 log = logging.getLogger(__name__)
 
@@ -23,7 +23,7 @@ AWAY_WORDS = (
     "The learner does not answer. Its last model stays on the screen; everything it learns meanwhile is fetched later."
 )
 
-Begin = Callable[[], Chapter]
+Begin = Callable[[], RecordingPages]
 """Closes the present recording, where there is one, and begins the next."""
 
 
@@ -32,32 +32,32 @@ class Follower:
 
     Args:
         bus: what the learner says.
-        chapter: where it is recorded.
+        pages: where it is recorded.
         begin: begins the next recording, for a learner that was begun anew.
         recorded: the last revision that the recording holds from before this start.
     """
 
-    def __init__(self, bus: Bus, chapter: Chapter, begin: Begin, recorded: int = 0) -> None:
+    def __init__(self, bus: Bus, pages: RecordingPages, begin: Begin, recorded: int = 0) -> None:
         self._bus, self._begin = bus, begin
-        self._chapter, self._recorded = chapter, recorded
+        self._pages, self._recorded = pages, recorded
         self._earliest: float | None = None  # the vehicle's time before which its clock began anew [s]
         self._here = False
 
     @property
-    def chapter(self) -> Chapter:
-        return self._chapter
+    def pages(self) -> RecordingPages:
+        return self._pages
 
     def run(self, stop: threading.Event, *, until_broken: bool) -> None:
         """Follows until `stop` is set, and the bus woken; or until the file is broken, where there is nothing else."""
         if not self._here:
-            self._chapter.away("Waiting for the learner.", time.time())
+            self._pages.away("Waiting for the learner.", time.time())
         flushed = time.monotonic()
         while not stop.is_set():
             for message in self._bus.wait(FLUSH_S):
                 self._take(message)
             if time.monotonic() - flushed >= FLUSH_S:
                 flushed = time.monotonic()
-                if not self._chapter.flush() and until_broken:
+                if not self._pages.flush() and until_broken:
                     return
         self._finish()
 
@@ -69,7 +69,7 @@ class Follower:
             self._take(message)
         health = self._bus.health() if self._here else None
         if health is not None:
-            self._chapter.health(health, time.time())
+            self._pages.health(health, time.time())
 
     def _take(self, message: Message | Presence) -> None:
         if isinstance(message, Presence):
@@ -79,13 +79,13 @@ class Follower:
             case IterationReport() as report:
                 self._iteration(report, message.seen)
             case Health() as health:
-                if health.revision > self._chapter.revision:
+                if health.revision > self._pages.revision:
                     self._catch_up()
-                self._chapter.health(health, message.seen)
+                self._pages.health(health, message.seen)
             case EffectsLedger() as ledger:
-                self._chapter.effects(ledger, message.seen)
+                self._pages.effects(ledger, message.seen)
             case Measurement() as measurement:
-                self._chapter.measured(message.stream, measurement, message.seen)
+                self._pages.measured(message.stream, measurement, message.seen)
 
     def _meet(self, here: bool) -> None:
         if here == self._here:
@@ -93,29 +93,29 @@ class Follower:
         self._here = here
         if not here:
             log.warning("the learner went away; waiting for it")
-            self._chapter.away(AWAY_WORDS, time.time())
+            self._pages.away(AWAY_WORDS, time.time())
             return
         log.info("the learner is here")
         health = self._bus.health()
-        if health is not None and health.revision < max(self._recorded, self._chapter.revision):
+        if health is not None and health.revision < max(self._recorded, self._pages.revision):
             self._anew()
         self._catch_up()
         ledger = self._bus.ledger()
         if ledger is not None:
-            self._chapter.effects(ledger, time.time())
+            self._pages.effects(ledger, time.time())
 
     def _iteration(self, report: IterationReport, seen: float) -> None:
-        if report.revision <= self._chapter.revision:
+        if report.revision <= self._pages.revision:
             return
-        if report.revision > self._chapter.revision + 1:
+        if report.revision > self._pages.revision + 1:
             self._catch_up(before=report.revision)
         self._show(report, seen)
 
     def _catch_up(self, before: int | None = None) -> None:
         """Shows the iterations that were missed, those below revision `before`."""
         latest = self._bus.latest()
-        behind = 0 if latest is None else latest.revision - self._chapter.revision
-        missed = self._bus.reports(self._chapter.revision)
+        behind = 0 if latest is None else latest.revision - self._pages.revision
+        missed = self._bus.reports(self._pages.revision)
         if behind > MANY_ITERATIONS:
             missed = iter(
                 track(missed, "Fetching the past", total=behind, transient=True, console=Console(stderr=True))
@@ -124,7 +124,7 @@ class Follower:
             if before is not None and report.revision >= before:
                 return
             self._show(report, None, hurry=behind > MANY_ITERATIONS)
-        self._chapter.flush()
+        self._pages.flush()
 
     def _show(self, report: IterationReport, seen: float | None, hurry: bool = False) -> None:
         if self._earliest is not None and report.t < self._earliest:
@@ -134,15 +134,15 @@ class Follower:
         self._earliest = report.t - 0.5 * max(report.t - report.time_span[0], 0.0)
         frame = Frame(report, self._bus.model(report), seen)
         if report.revision <= self._recorded:
-            self._chapter.remember(frame)
+            self._pages.remember(frame)
         else:
-            self._chapter.iteration(frame)
+            self._pages.iteration(frame)
             # Whatever happens to us from here on, it is in the file; the far past goes there in larger pieces.
             if not hurry or report.iteration % 20 == 0:
-                self._chapter.flush()
+                self._pages.flush()
             log.info("iteration %d at %.1f s", report.iteration, report.t)
 
     def _anew(self) -> None:
         """Begins the next recording: iterations or the vehicle's time would run over those of the present one."""
-        self._chapter = self._begin()
+        self._pages = self._begin()
         self._recorded, self._earliest = 0, None

@@ -28,11 +28,7 @@ class HealthPage:
             ),
             static=True,
         )
-        rec.log(
-            "signals/health/learned",
-            rr.SeriesLines(colors=LIGHT.support, names="Learned share", widths=2.5),
-            static=True,
-        )
+        rec.line("signals/health/learned", LIGHT.support, "Learned share", 2.5)
 
     def log(self, health: Health) -> None:
         """The learner's health, at the clocks that are set."""

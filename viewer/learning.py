@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import rerun as rr
-from rerun.components import Radius
 
 from incsvr.learning.model import Model
 from service.wire import SETS, IterationReport
+from viewer.axes import Axes, Entry, NumberedAxis, axis_for
+from viewer.component_batches import NONE, Lines, strips
 from viewer.curve import draw
-from viewer.drawn import NONE, Lines, strips
 from viewer.frame import Floats, Frame, positions
 from viewer.marks import shape, style
+from viewer.painter import SHARP, Mark
 from viewer.palette import Colour, Palette
-from viewer.pen import SHARP, Mark
-from viewer.plate import Axis, Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
 RATE, DAMPING = "Yaw rate [rad/s]", "Damping moment [N m]"
@@ -56,7 +55,7 @@ class LearningPage:
         self._reach = (rate, 0.0)
         self._shown: dict[str, bool] = {}  # whether a set has anything on the screen
         self._drawn: dict[str, bytes] = {}  # the points of each curve on the screen
-        self._plate: Plate | None = None
+        self._axes: Axes | None = None
         for name, mark in _MARKS.items():
             rec.log(f"learning/{name}", *style(mark, set_colour(palette, name), order=_ORDER[name]), static=True)
         for name, (colour, width) in {
@@ -67,42 +66,42 @@ class LearningPage:
             "trained_range": (palette.frame, 1.0),
             "off_scale": (palette.outlier, 1.6),
         }.items():
-            _strip_style(rec, name, colour, width)
+            rec.strip(f"learning/{name}", colour, width, _ORDER[name])
 
-    def log(self, frame: Frame) -> Plate:
+    def log(self, frame: Frame) -> Axes:
         """One iteration, at the clocks that are set; the axes that it is drawn on."""
         model = frame.model
-        plate, report, rec = self._follow(frame.report, model), frame.report, self._rec
+        axes, report, rec = self._follow(frame.report, model), frame.report, self._rec
         for name in SETS:
             at = positions(getattr(report, name))
             if len(at) or self._shown.get(name, True):
-                rec.log(f"learning/{name}", *shape(_MARKS[name], at, plate))
+                rec.log(f"learning/{name}", *shape(_MARKS[name], at, axes))
             self._shown[name] = bool(len(at))
-        curves: dict[str, Lines] = {} if model is None else draw(model, plate)
-        curves["off_scale"] = _arrows(report, plate)
+        curves: dict[str, Lines] = {} if model is None else draw(model, axes)
+        curves["off_scale"] = _arrows(report, axes)
         for name in CURVES:
             lines = curves.get(name, NONE)
             drawn = np.concatenate(lines).tobytes() if len(lines) else b""
             if drawn != self._drawn.get(name):
                 rec.log(f"learning/{name}", strips(lines))
             self._drawn[name] = drawn
-        return plate
+        return axes
 
-    def _follow(self, report: IterationReport, model: Model | None) -> Plate:
+    def _follow(self, report: IterationReport, model: Model | None) -> Axes:
         """Widens the axes where this iteration needs it, and draws them anew then."""
         self._reach = _reach(report, model, *self._reach)
         rate, damping = self._reach[0], _with_outliers(report, self._reach[1])
-        if self._plate is not None and rate <= self._plate.x.high and damping <= self._plate.y.high:
-            return self._plate
+        if self._axes is not None and rate <= self._axes.x.high and damping <= self._axes.y.high:
+            return self._axes
         x, y = symmetric(rate, RATE), symmetric(damping, DAMPING)
-        self._plate = Plate(x, y, WIDTH, HEIGHT, legend=legend(self._palette), font=32)
-        log_plate(
-            self._rec, "learning/axes", self._plate, self._palette, [f"learning/{name}" for name in (*SETS, *CURVES)]
+        self._axes = Axes(x, y, WIDTH, HEIGHT, legend=legend(self._palette), font=32)
+        log_axes(
+            self._rec, "learning/axes", self._axes, self._palette, [f"learning/{name}" for name in (*SETS, *CURVES)]
         )
-        return self._plate
+        return self._axes
 
 
-def symmetric(reach: float, label: str) -> Axis:
+def symmetric(reach: float, label: str) -> NumberedAxis:
     """An axis from −reach to reach with air, so that a run that widens its range redraws it a few times only."""
     return axis_for(-1.15 * reach, 1.15 * reach, label, ticks=10)
 
@@ -138,17 +137,20 @@ def legend(palette: Palette) -> tuple[tuple[Entry, ...], ...]:
     )
 
 
-def log_plate(rec: Recorder, path: str, plate: Plate, palette: Palette, entities: list[str]) -> None:
-    """The plate's picture at `path`, and for each of `entities` the way from physical units onto it."""
-    rec.log(path, rr.EncodedImage(contents=plate.told(rec.axis).png(palette), media_type="image/png", draw_order=-10.0))
+def log_axes(rec: Recorder, path: str, axes: Axes, palette: Palette, entities: list[str]) -> None:
+    """The axes' picture at `path`, and for each of `entities` the way from physical units onto it."""
+    rec.log(
+        path,
+        rr.EncodedImage(contents=axes.in_words_of(rec.axis).png(palette), media_type="image/png", draw_order=-10.0),
+    )
     rec.log(path, rr.Transform3D(scale=1.0 / SHARP))
     for entity in entities:
-        log_transform(rec, plate, entity)
+        log_transform(rec, axes, entity)
 
 
-def log_transform(rec: Recorder, plate: Plate, entity: str) -> None:
-    """The way from physical units onto the plate's canvas, for what `entity` shows."""
-    (sx, sy), (tx, ty) = plate.scale, plate.translation
+def log_transform(rec: Recorder, axes: Axes, entity: str) -> None:
+    """The way from physical units onto the axes' canvas, for what `entity` shows."""
+    (sx, sy), (tx, ty) = axes.scale, axes.translation
     rec.log(entity, rr.Transform3D(translation=[tx, ty, 0.0], scale=[sx, sy, 1.0]))
 
 
@@ -172,25 +174,17 @@ def _with_outliers(report: IterationReport, damping: float) -> float:
     return max([damping, *(value for value in others if value <= WILD_FACTOR * damping)])
 
 
-def _arrows(report: IterationReport, plate: Plate) -> Floats:
+def _arrows(report: IterationReport, axes: Axes) -> Floats:
     """An arrow at the frame for each sample beyond the axes, as (n, 3, 2) strips pointing to it."""
     sets = (report.new, report.forgotten, report.outliers)
-    if max((abs(value) for points in sets for value in points.damping), default=0.0) <= plate.y.high:
+    if max((abs(value) for points in sets for value in points.damping), default=0.0) <= axes.y.high:
         return NONE
     at = np.concatenate([positions(points) for points in sets])
-    beyond = at[(np.abs(at[:, 1]) > plate.y.high) & (np.abs(at[:, 0]) <= plate.x.high)]
+    beyond = at[(np.abs(at[:, 1]) > axes.y.high) & (np.abs(at[:, 0]) <= axes.x.high)]
     beyond = np.unique(beyond, axis=0)
-    dx, dy = plate.size(11.0)
+    dx, dy = axes.size(11.0)
     side = np.sign(beyond[:, 1])[:, None]
-    tip = np.column_stack((beyond[:, 0], side[:, 0] * (plate.y.high - 0.5 * dy)))
+    tip = np.column_stack((beyond[:, 0], side[:, 0] * (axes.y.high - 0.5 * dy)))
     back = np.concatenate((np.full_like(side, dx), -side * 1.4 * dy), axis=1)
     mirrored = back * np.array([-1.0, 1.0])
     return np.stack((tip + back, tip, tip + mirrored), axis=1)
-
-
-def _strip_style(rec: Recorder, name: str, colour: Colour, width: float) -> None:
-    rec.log(
-        f"learning/{name}",
-        rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(width), draw_order=_ORDER[name]),
-        static=True,
-    )

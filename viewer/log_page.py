@@ -13,15 +13,14 @@ from incsvr.plant.axes import YAW
 from incsvr.plant.words import said
 from incsvr.signals.samples import Samples
 from service.logs.picture import LogPicture
-from viewer.drawn import scalars
-from viewer.frame import VEHICLE_TIME, Floats
-from viewer.learning import DAMPING, HEIGHT, RATE, WIDTH, log_plate, symmetric
+from viewer.axes import Axes, Entry
+from viewer.frame import Floats
+from viewer.learning import DAMPING, HEIGHT, RATE, WIDTH, log_axes, symmetric
 from viewer.marks import shape, style
 from viewer.names import channel
-from viewer.pages import plate_view
+from viewer.pages import axes_view, tabs
 from viewer.palette import LIGHT, Colour, Palette
 from viewer.pauses import Pauses
-from viewer.plate import Entry, Plate
 from viewer.recorder import Recorder
 
 STREAMS, SAMPLES, CHANNELS = "log/streams", "log/samples", "log/channels"
@@ -29,7 +28,7 @@ OWN = {YAW.rate: "Yaw rate [rad/s]", YAW.effort: "Torque [N m]"}
 """The streams that are learned from, and how their plots are called."""
 _END = rr.TimeRangeBoundary.infinite()
 OUTER = (0.005, 0.995)
-"""Part of the samples that the plate shows whole: a few wild ones must not press all others flat."""
+"""Part of the samples that the axes show whole: a few wild ones must not press all others flat."""
 HINT = (
     "One batch after the other is learned, from left to right. **Samples** shows each batch over the yaw rate: move "
     "the time to see the next one."
@@ -43,23 +42,15 @@ def blueprint(picture: LogPicture, palette: Palette) -> rrb.Blueprint:
     if picture.samples is not None:
         shown += [_plot(f"{SAMPLES}/damping", said(picture.axis, "Damping samples [N m]"))]
         entities = [f"{SAMPLES}/{name}" for name in ("axes", "all", "batch")]
-        plate = plate_view(
+        axes = axes_view(
             said(picture.axis, "Damping over yaw rate"), entities, (WIDTH, HEIGHT), f"{SAMPLES}/axes", palette
         )
-        pages.append(rrb.Horizontal(plate, _words_view(), column_shares=[1.55, 1.0], name="Samples"))
+        pages.append(rrb.Horizontal(axes, _words_view(), column_shares=[1.55, 1.0], name="Samples"))
     pages.insert(0, rrb.Vertical(_words_view(), *shown, row_shares=[1.0, *[1.0] * len(shown)], name="Streams"))
     if channels := _channels(picture):
         plots = [_plot(f"{CHANNELS}/{name}", channel(name)) for name in channels]
         pages.append(rrb.Grid(*plots, grid_columns=min(2, len(plots)), name="Channels"))
-    return rrb.Blueprint(
-        rrb.Tabs(*pages, active_tab=0),
-        rrb.TopPanel(state="hidden"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME),
-        auto_views=False,
-        auto_layout=False,
-    )
+    return tabs(pages)
 
 
 def draw(recorder: Recorder, picture: LogPicture, palette: Palette) -> None:
@@ -85,9 +76,8 @@ def _words(picture: LogPicture) -> rr.TextDocument:
 
 def _line(recorder: Recorder, path: str, title: str, colour: Colour, stamps: Floats, values: Floats) -> None:
     """A stream as a line that ends at pauses."""
-    at, value = Pauses().broken(stamps, values)
-    recorder.log(path, rr.SeriesLines(colors=colour, names=title, widths=1.4), static=True)
-    recorder.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=at)], scalars(value))
+    recorder.line(path, colour, title, 1.4)
+    recorder.series(path, *Pauses().broken(stamps, values))
 
 
 def _samples(recorder: Recorder, samples: Samples, batch: int, palette: Palette) -> None:
@@ -97,29 +87,27 @@ def _samples(recorder: Recorder, samples: Samples, batch: int, palette: Palette)
         path = f"{SAMPLES}/damping/{number}"
         taken = (np.arange(len(samples)) // batch % 2 == number) & (np.arange(len(samples)) < batch * len(ends))
         name = ("Batches 1, 3, 5 …", "Batches 2, 4, 6 …")[number]
-        mark = rr.SeriesPoints(colors=colour, names=name, markers=MarkerShape.Circle, marker_sizes=2.5)
-        recorder.log(path, mark, static=True)
-        times = [rr.TimeColumn(VEHICLE_TIME, duration=samples.time[taken])]
-        recorder.send_columns(path, times, scalars(samples.damping[taken]))
+        recorder.dots(path, colour, name, MarkerShape.Circle, 2.5)
+        recorder.series(path, samples.time[taken], samples.damping[taken])
     at = np.column_stack((samples.yaw_rate, samples.damping))
-    plate = _plate(at, palette)
-    seen = at[np.abs(at[:, 1]) <= plate.y.high]
+    axes = _axes(at, palette)
+    seen = at[np.abs(at[:, 1]) <= axes.y.high]
     recorder.set_clocks(vehicle=float(samples.time[0]))
-    log_plate(recorder, f"{SAMPLES}/axes", plate, palette, [f"{SAMPLES}/all", f"{SAMPLES}/batch"])
+    log_axes(recorder, f"{SAMPLES}/axes", axes, palette, [f"{SAMPLES}/all", f"{SAMPLES}/batch"])
     recorder.log(f"{SAMPLES}/all", *style("disc", palette.old, order=10.0), static=True)
     recorder.log(f"{SAMPLES}/batch", *style("square", palette.new, order=20.0), static=True)
-    recorder.log(f"{SAMPLES}/all", *shape("disc", seen, plate))
+    recorder.log(f"{SAMPLES}/all", *shape("disc", seen, axes))
     for end in ends:
         recorder.set_clocks(iteration=end // batch, vehicle=float(samples.time[end - 1]))
         newest = at[end - batch : end]
-        recorder.log(f"{SAMPLES}/batch", *shape("square", newest[np.abs(newest[:, 1]) <= plate.y.high], plate))
+        recorder.log(f"{SAMPLES}/batch", *shape("square", newest[np.abs(newest[:, 1]) <= axes.y.high], axes))
 
 
-def _plate(at: Floats, palette: Palette) -> Plate:
+def _axes(at: Floats, palette: Palette) -> Axes:
     """The axes around nearly all of the samples (n, 2) [rad/s, N m]."""
     reach = np.abs(at[:, 0]).max(), np.abs(np.quantile(at[:, 1], OUTER)).max()
     legend = ((Entry("disc", palette.old, "All samples"), Entry("square", palette.new, "The newest batch")),)
-    return Plate(
+    return Axes(
         symmetric(float(reach[0]), RATE), symmetric(float(reach[1]), DAMPING), WIDTH, HEIGHT, legend=legend, font=32
     )
 

@@ -10,11 +10,11 @@ import numpy as np
 import rerun as rr
 from rerun.components import Radius
 
-from viewer.drawn import Drawn, boxes, points, strips
+from viewer.axes import Axes
+from viewer.component_batches import ComponentBatches, boxes, points, strips
 from viewer.frame import Floats
+from viewer.painter import Mark
 from viewer.palette import Colour
-from viewer.pen import Mark
-from viewer.plate import Plate
 
 _CORE: dict[Mark, float] = {
     "disc": 4.5,
@@ -42,13 +42,13 @@ def style(mark: Mark, colour: Colour, *, order: float) -> list[rr.AsComponents]:
     return parts
 
 
-def shape(mark: Mark, at: Floats, plate: Plate) -> list[Drawn]:
-    """The samples `at` (n, 2) [rad/s, N m] as this mark, upright on `plate`."""
+def shape(mark: Mark, at: Floats, axes: Axes) -> list[ComponentBatches]:
+    """The samples `at` (n, 2) [rad/s, N m] as this mark, upright on `axes`."""
     if mark in _BOXES:
-        across, up = plate.size(1.0)
+        across, up = axes.size(1.0)
         return [points(at), boxes(at, (across * _BOXES[mark][0], up * _BOXES[mark][1]))]
     if mark in ("cross", "diamond"):
-        dx, dy = plate.size(10.0 if mark == "cross" else 14.0)
+        dx, dy = axes.size(10.0 if mark == "cross" else 14.0)
         strokes = (
             [[[-dx, -dy], [dx, dy]], [[-dx, dy], [dx, -dy]]]
             if mark == "cross"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -57,26 +58,31 @@ def blueprint(
         _effects(axis, found),
         _health(axis),
     )
+    return tabs([*pages, *further], play_state="following", playback_speed=PLAYBACK_SPEED)
+
+
+def tabs(pages: Sequence[rrb.Container], **playing: Any) -> rrb.Blueprint:
+    """Pages as tabs over the vehicle's time, with all panels out of the way; `playing` is how the time goes on."""
     return rrb.Blueprint(
-        rrb.Tabs(*pages, *further, active_tab=0),
+        rrb.Tabs(*pages, active_tab=0),
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, play_state="following", playback_speed=PLAYBACK_SPEED),
+        rrb.TimePanel(state="collapsed", timeline=VEHICLE_TIME, **playing),
         auto_views=False,
         auto_layout=False,
     )
 
 
-def plate_view(name: str, contents: list[str], size: tuple[int, int], axes: str, palette: Palette) -> rrb.Spatial2DView:
-    """An XY plot: the whole plate in sight, its picture out of the pointer's way."""
+def axes_view(name: str, contents: list[str], size: tuple[int, int], path: str, palette: Palette) -> rrb.Spatial2DView:
+    """An XY plot: the whole axes in sight, their picture out of the pointer's way."""
     return rrb.Spatial2DView(
         origin="/",
-        contents=[f"+ /{path}" for path in contents],
+        contents=[f"+ /{each}" for each in contents],
         name=name,
         background=palette.background,
         visual_bounds=rrb.VisualBounds2D(x_range=[0, size[0]], y_range=[0, size[1]]),
-        overrides={axes: rrb.EntityBehavior(interactive=False)},
+        overrides={path: rrb.EntityBehavior(interactive=False)},
     )
 
 
@@ -85,15 +91,15 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
     return rrb.Horizontal(
-        plate_view(said(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
+        axes_view(said(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
         rrb.Vertical(
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="learning/table", name="This iteration"),
                 rrb.TextDocumentView(origin="learning/samples", name="Its samples"),
                 column_shares=[1.35, 1.0],
             ),
-            plate_view("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
-            plate_view("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
+            axes_view("The last 60 s", scope, (signals.WIDTH, signals.HEIGHT), "signals/scope/axes", palette),
+            axes_view("Error", ["error/axes", "error/curve/**"], (error.WIDTH, error.HEIGHT), "error/axes", palette),
             row_shares=[1.22, 1.0, 1.0],
         ),
         column_shares=[1.55, 1.0],
@@ -104,7 +110,7 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
 def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     return rrb.Horizontal(
-        plate_view(said(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
+        axes_view(said(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
         rrb.TextDocumentView(origin="learning/compared", name="Compared"),
         column_shares=[1.55, 1.0],
         name="Before and after",
@@ -140,9 +146,9 @@ def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical
     rows = []
     for number, name in enumerate(others):
         views = []
-        for path, shown, title in zip(slices.axes(number), slices.entities(number), slices.TITLES, strict=True):
+        for path, shown, title in zip(slices.axes_paths(number), slices.entities(number), slices.TITLES, strict=True):
             named = f"{said(axis, title)}: {channel(name)}"
-            views.append(plate_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
+            views.append(axes_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
         rows.append(rrb.Horizontal(*views))
     return rrb.Vertical(*rows, name="Slices")
 

@@ -1,6 +1,6 @@
-"""Colours for the dark and the light plate, chosen together with the shapes in `marks`.
+"""Colours for dark and light axes, chosen together with the shapes in `marks`.
 
-Every colour reaches a contrast of at least 3:1 on its own plate (tests/viewer), and no meaning rests on colour alone:
+Every colour reaches a contrast of at least 3:1 on its own axes (tests/viewer), and no meaning rests on colour alone:
 each set has a shape, each curve a line style.
 """
 

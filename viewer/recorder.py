@@ -11,10 +11,13 @@ from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.components import MarkerShape, Radius
 
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
-from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME
+from viewer.component_batches import scalars
+from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME, Floats
+from viewer.palette import Colour
 
 log = logging.getLogger(__name__)
 
@@ -67,6 +70,28 @@ class Recorder:
     def write(self, path: str, markdown: str) -> None:
         """A text, in the words and units of the axis."""
         self.log(path, rr.TextDocument(said(self.axis, markdown), media_type="text/markdown"))
+
+    def line(self, path: str, colour: Colour, name: str, width: float = 1.6) -> None:
+        """How a series of scalars is drawn: as a line."""
+        self.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
+
+    def dots(self, path: str, colour: Colour, name: str, marker: MarkerShape, size: float) -> None:
+        """How a series of scalars is drawn: as dots."""
+        self.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=size), static=True)
+
+    def strip(self, path: str, colour: Colour, radius: float, order: float) -> None:
+        """How strips of lines on axes are drawn; a later `order` is above."""
+        style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=order)
+        self.log(path, style, static=True)
+
+    def points(self, path: str, colour: Any, radius: float, order: float) -> None:
+        """How points on axes are drawn; a later `order` is above."""
+        style = rr.Points2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=order)
+        self.log(path, style, static=True)
+
+    def series(self, path: str, time: Floats, values: Sequence[float] | Floats) -> None:
+        """Values of a series, each at its vehicle's time [s]."""
+        self.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=time)], scalars(values))
 
     def send_columns(self, path: str, clocks: Sequence[Any], columns: Any) -> None:
         """Many rows at once, each at its own clocks."""

@@ -8,15 +8,15 @@ from math import inf
 
 import numpy as np
 import rerun as rr
-from rerun.components import InterpolationMode, MarkerShape, Radius
+from rerun.components import InterpolationMode, MarkerShape
 
-from viewer.drawn import dashed, scalars, strips
+from viewer.axes import Axes, Entry, NumberedAxis, axis_for, even_axis
+from viewer.component_batches import dashed, scalars, strips
 from viewer.frame import VEHICLE_TIME, WALL_TIME, Floats, Frame
-from viewer.learning import log_plate, log_transform
+from viewer.learning import log_axes, log_transform
 from viewer.names import channel
-from viewer.palette import LIGHT, Colour, Palette
+from viewer.palette import LIGHT, Palette
 from viewer.pauses import MIN_PAUSE_S, Pauses
-from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 from viewer.recorder import Recorder
 
 SCOPE_S = 60.0  # s
@@ -53,7 +53,7 @@ class SignalsPage:
         self._raw: dict[str, Raw] = {}
         self.channels: list[str] = []  # in the order in which they came
         self._predicted = Pauses()
-        self._plate: Plate | None = None
+        self._axes: Axes | None = None
         self._reach = {"yaw_rate": 0.0, "torque": 0.0}
         self._rejected: dict[str, int] = {}
         self._explained = False
@@ -61,7 +61,7 @@ class SignalsPage:
         # The viewer's own plots follow its theme: these colours are read on white and on black.
         series = LIGHT
         self._refusals = (series.discarded, series.new, series.forgotten, series.old, series.outlier, series.support)
-        line, dot = self._line, self._dot
+        line, dot = rec.line, rec.dots
         line("signals/yaw_rate/raw", series.old, "Raw", 1.5)
         dot("signals/yaw_rate/synchronised", series.forgotten, "Synchronised", MarkerShape.Circle, 1.6)
         line("signals/torque/raw", series.before, "Raw", 1.5)
@@ -69,11 +69,7 @@ class SignalsPage:
         line(PREDICTED, series.support, "Model before it saw the sample", 2.0)
         dot("signals/residual", series.new, "Sample - model", MarkerShape.Diamond, 2.6)
         for name, colour, radius in (("yaw_rate", palette.old, 1.6), ("torque", palette.before, 1.2)):
-            rec.log(
-                f"signals/scope/{name}",
-                rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=5.0),
-                static=True,
-            )
+            rec.strip(f"signals/scope/{name}", colour, radius, 5.0)
 
     def receive(self, name: str, time: Sequence[float], value: Sequence[float], seen: float) -> None:
         """Takes (n,) stamps of the vehicle [s] and values of a stream, come in at `seen` [s since 1970]."""
@@ -100,7 +96,7 @@ class SignalsPage:
             path = f"signals/{name}/raw" if name in UNITS else f"{CHANNELS}/{name}"
             if name not in UNITS and name not in self.channels:
                 self.channels.append(name)
-                self._line(path, self._refusals[len(self.channels) % len(self._refusals)], channel(name), 1.5)
+                self._rec.line(path, self._refusals[len(self.channels) % len(self._refusals)], channel(name), 1.5)
             times, values = raw.pauses.broken(np.array(raw.time), np.array(raw.value, dtype=np.float64))
             # A point that ends a line came in with the one after it.
             seen = np.interp(times, raw.time, raw.seen) if len(times) > len(raw.time) else np.array(raw.seen)
@@ -130,7 +126,7 @@ class SignalsPage:
                 at, value = time[new], np.array(values)[new]
                 if path == PREDICTED:
                     at, value = self._predicted.broken(at, value)
-                self._rec.send_columns(path, [rr.TimeColumn(VEHICLE_TIME, duration=at)], scalars(value))
+                self._rec.series(path, at, value)
             self.remember(frame)
         end = frame.report.t
         lines = {name: self._recent(name, end) for name in UNITS}
@@ -180,12 +176,12 @@ class SignalsPage:
         reach = {
             name: max(self._reach[name], float(np.abs(line[:, 1]).max(initial=0.0))) for name, line in lines.items()
         }
-        plate = self._plate
-        if plate is not None and plate.y_right is not None and _holds(plate, plate.y_right, reach):
+        axes = self._axes
+        if axes is not None and axes.y_right is not None and _holds(axes, axes.y_right, reach):
             return
         self._reach = reach
         palette = self._palette
-        self._plate = plate = Plate(
+        self._axes = axes = Axes(
             axis_for(-SCOPE_S, 0.0, "Vehicle time before the end of the iteration [s]", ticks=6),
             even_axis(1.3 * reach["yaw_rate"], "Yaw rate [rad/s]"),
             WIDTH,
@@ -193,19 +189,13 @@ class SignalsPage:
             legend=((Entry("line", palette.old, "Yaw rate, left"), Entry("dashes", palette.before, "Torque, right")),),
             y_right=even_axis(1.3 * reach["torque"], "Torque [N m]"),
         )
-        assert plate.y_right is not None
-        log_plate(self._rec, "signals/scope/axes", plate, palette, ["signals/scope/yaw_rate"])
-        log_transform(self._rec, replace(plate, y=plate.y_right), "signals/scope/torque")
-
-    def _line(self, path: str, colour: Colour, name: str, width: float) -> None:
-        self._rec.log(path, rr.SeriesLines(colors=colour, names=name, widths=width), static=True)
-
-    def _dot(self, path: str, colour: Colour, name: str, marker: MarkerShape, size: float) -> None:
-        self._rec.log(path, rr.SeriesPoints(colors=colour, names=name, markers=marker, marker_sizes=size), static=True)
+        assert axes.y_right is not None
+        log_axes(self._rec, "signals/scope/axes", axes, palette, ["signals/scope/yaw_rate"])
+        log_transform(self._rec, replace(axes, y=axes.y_right), "signals/scope/torque")
 
 
-def _holds(plate: Plate, right: Axis, reach: Mapping[str, float]) -> bool:
-    return reach["yaw_rate"] <= plate.y.high and reach["torque"] <= right.high
+def _holds(axes: Axes, right: NumberedAxis, reach: Mapping[str, float]) -> bool:
+    return reach["yaw_rate"] <= axes.y.high and reach["torque"] <= right.high
 
 
 def unbroken(line: Floats) -> list[Floats]:

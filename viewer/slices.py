@@ -8,18 +8,16 @@ velocities: the vectors, and the newest batch.
 from __future__ import annotations
 
 import numpy as np
-import rerun as rr
-from rerun.components import Radius
 
 from incsvr.learning.model import Model
 from incsvr.learning.several.surface import Several
+from viewer.axes import Axes, Entry, NumberedAxis, axis_for
+from viewer.component_batches import NONE, points, strips
 from viewer.curve import CURVE_STEP, dashes, runs
-from viewer.drawn import NONE, points, strips
 from viewer.frame import Floats, Frame
-from viewer.learning import DAMPING, RATE, log_plate, symmetric
+from viewer.learning import DAMPING, RATE, log_axes, symmetric
 from viewer.names import channel
 from viewer.palette import Colour, Palette
-from viewer.plate import Axis, Entry, Plate, axis_for
 from viewer.recorder import Recorder
 
 MAX_ROWS = 2
@@ -32,15 +30,15 @@ WIDTH, HEIGHT = 1300, 800
 
 
 def entities(number: int) -> tuple[list[str], list[str]]:
-    """What is drawn on the plate of the slices of a row, and on that of its plane."""
+    """What is drawn on the axes of a row's slices, and on those of its plane."""
     slices = [
         f"learning/slices/{number}/{kind}_{k}" for kind in ("curve", "beyond") for k in range(len(SLICE_QUANTILES))
     ]
     return slices, [f"learning/slices/{number}/{name}" for name in ("vectors", "batch")]
 
 
-def axes(number: int) -> tuple[str, str]:
-    """Where the pictures of the two plates of a row are."""
+def axes_paths(number: int) -> tuple[str, str]:
+    """Where the pictures of the two plots of a row are."""
     return f"learning/slices/{number}/axes", f"learning/slices/{number}/plane"
 
 
@@ -51,9 +49,9 @@ class SlicesPage:
         self._rec, self._palette = rec, palette
         self.others: tuple[str, ...] = ()
         """The further velocities that have a row; none before the first model over several."""
-        self._plates: dict[str, Plate] = {}
+        self._axes_by_path: dict[str, Axes] = {}
 
-    def log(self, frame: Frame, plate: Plate) -> None:
+    def log(self, frame: Frame, axes: Axes) -> None:
         """One iteration on the axes of the page Learning, at the clocks that are set."""
         model = frame.model
         if model is None or model.several is None:
@@ -63,10 +61,10 @@ class SlicesPage:
             for number in range(len(self.others)):
                 self._style(number)
         for number, name in enumerate(self.others):
-            self._slices(number, name, model, model.several, plate)
-            self._plane(number, name, model.several, frame, plate)
+            self._slices(number, name, model, model.several, axes)
+            self._plane(number, name, model.several, frame, axes)
 
-    def _slices(self, number: int, name: str, model: Model, several: Several, beside: Plate) -> None:
+    def _slices(self, number: int, name: str, model: Model, several: Several, beside: Axes) -> None:
         column = several.velocity[:, 1 + number]
         step = axis_for(float(column.min()), float(column.max()), "", ticks=ROUNDING_STEPS).step
         values = np.round(np.quantile(column, SLICE_QUANTILES) / step) * step
@@ -83,41 +81,41 @@ class SlicesPage:
             velocity[:, 1 + number] = value
             said.append(model.over(velocity))
         largest = [float(np.abs(each.damping[~each.extrapolated]).max(initial=0.0)) for each in said]
-        path = axes(number)[0]
+        path = axes_paths(number)[0]
         y = self._wide(path, max(*largest, float(np.abs(model.support_damping).max())), DAMPING)
-        plate = Plate(_own(beside.x), y, WIDTH, HEIGHT, legend=(entries, signs), font=30)
-        self._lay(path, plate, entities(number)[0])
+        axes = Axes(_own(beside.x), y, WIDTH, HEIGHT, legend=(entries, signs), font=30)
+        self._lay(path, axes, entities(number)[0])
         for k, each in enumerate(said):
             curve = np.column_stack((rate, each.damping))
-            beyond = [dashes(run, plate.y.high) for run in runs(curve, each.extrapolated)]
+            beyond = [dashes(run, axes.y.high) for run in runs(curve, each.extrapolated)]
             self._rec.log(f"learning/slices/{number}/curve_{k}", strips(runs(curve, ~each.extrapolated)))
             self._rec.log(f"learning/slices/{number}/beyond_{k}", strips(np.concatenate(beyond) if beyond else NONE))
 
-    def _plane(self, number: int, name: str, several: Several, frame: Frame, beside: Plate) -> None:
+    def _plane(self, number: int, name: str, several: Several, frame: Frame, beside: Axes) -> None:
         vectors = several.velocity[:, [0, 1 + number]]
         batch = frame.report.batch
         fresh = np.column_stack((batch.rate, np.array(batch.channels.get(name, ()), dtype=np.float64)))
-        path = axes(number)[1]
+        path = axes_paths(number)[1]
         y = self._wide(path, max(float(np.abs(each[:, 1]).max()) for each in (vectors, fresh)), channel(name))
         signs = (
             Entry("disc", self._palette.support, "Support vectors"),
             Entry("dots", self._palette.new, "The newest batch"),
         )
-        plate = Plate(_own(beside.x), y, WIDTH, HEIGHT, legend=(signs,), font=30)
-        self._lay(path, plate, entities(number)[1])
+        axes = Axes(_own(beside.x), y, WIDTH, HEIGHT, legend=(signs,), font=30)
+        self._lay(path, axes, entities(number)[1])
         self._rec.log(f"learning/slices/{number}/vectors", points(vectors))
         self._rec.log(f"learning/slices/{number}/batch", points(fresh))
 
-    def _wide(self, path: str, reach: float, label: str) -> Axis:
+    def _wide(self, path: str, reach: float, label: str) -> NumberedAxis:
         """An axis that holds ±reach; it only grows."""
-        known = self._plates.get(path)
+        known = self._axes_by_path.get(path)
         return known.y if known is not None and reach <= known.y.high else symmetric(reach, label)
 
-    def _lay(self, path: str, plate: Plate, shown: list[str]) -> None:
+    def _lay(self, path: str, axes: Axes, shown: list[str]) -> None:
         """Draws the axes anew where they have changed."""
-        if self._plates.get(path) != plate:
-            self._plates[path] = plate
-            log_plate(self._rec, path, plate, self._palette, shown)
+        if self._axes_by_path.get(path) != axes:
+            self._axes_by_path[path] = axes
+            log_axes(self._rec, path, axes, self._palette, shown)
 
     @property
     def _colours(self) -> tuple[Colour, Colour, Colour]:
@@ -126,16 +124,14 @@ class SlicesPage:
     def _style(self, number: int) -> None:
         for k, colour in enumerate(self._colours):
             for kind, width in (("curve", 2.4), ("beyond", 1.6)):
-                style = rr.LineStrips2D.from_fields(colors=colour, radii=Radius.ui_points(width), draw_order=20.0 + k)
-                self._rec.log(f"learning/slices/{number}/{kind}_{k}", style, static=True)
+                self._rec.strip(f"learning/slices/{number}/{kind}_{k}", colour, width, 20.0 + k)
         for name, colour, radius in (("vectors", self._palette.support, 5.0), ("batch", self._palette.new, 2.2)):
-            dots = rr.Points2D.from_fields(colors=colour, radii=Radius.ui_points(radius), draw_order=10.0)
-            self._rec.log(f"learning/slices/{number}/{name}", dots, static=True)
+            self._rec.points(f"learning/slices/{number}/{name}", colour, radius, 10.0)
 
 
-def _own(axis: Axis) -> Axis:
-    return Axis(axis.low, axis.high, axis.step, RATE)
+def _own(axis: NumberedAxis) -> NumberedAxis:
+    return NumberedAxis(axis.low, axis.high, axis.step, RATE)
 
 
 TITLES = (f"{DAMPING}, slices", "Where it was driven")
-"""Of the two plates of a row."""
+"""Of the two plots of a row."""

@@ -26,7 +26,7 @@ from viewer.compare import Choice
 from viewer.follow import Follower
 from viewer.palette import PALETTES, Theme
 from viewer.recorder import Recorder, new_recording
-from viewer.shelf import Shelf
+from viewer.recording_set import RecordingSet
 
 log = logging.getLogger(__name__)
 
@@ -70,11 +70,11 @@ def run(args: argparse.Namespace) -> int:
     )
     theme: Theme = args.theme or "dark"
     rate = max(abs(end) for end in config.vehicle.rate_range)
-    shelf = Shelf(PALETTES[theme], choice, rate, args.save, port, AXES[config.vehicle.axis])
+    recordings = RecordingSet(PALETTES[theme], choice, rate, args.save, port, AXES[config.vehicle.axis])
     with window.window(port, theme, stop.set) if opens and port is not None else nullcontext():
-        _follow(config, shelf, stop, until_broken=port is None)
-    whole = shelf.close()
-    if shelf.broken:
+        _follow(config, recordings, stop, until_broken=port is None)
+    whole = recordings.close()
+    if recordings.broken:
         # The stream of a file that cannot be written is never closed, and would keep the interpreter from ending.
         logging.shutdown()
         os._exit(1)
@@ -117,12 +117,12 @@ def look_at_log(args: argparse.Namespace) -> int:
         return 1 if recorder.broken else 0 if args.headless else window.look(path, args.theme or "dark")
 
 
-def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken: bool) -> None:
+def _follow(config: Config, recordings: RecordingSet, stop: threading.Event, *, until_broken: bool) -> None:
     """Meets the learner, and follows it until `stop`."""
     where = config.bus.connect or config.bus.listen
     zenoh_config = client_config(config.bus)
-    shelf.chapter.away(f"Waiting for the learner at {where}.", time.time())
-    shelf.chapter.flush()
+    recordings.pages.away(f"Waiting for the learner at {where}.", time.time())
+    recordings.pages.flush()
     log.info("waiting for the learner at %s, keys %s/…", where, config.prefix)
     try:
         session = open_session(zenoh_config, float("inf"), stop)
@@ -135,7 +135,7 @@ def _follow(config: Config, shelf: Shelf, stop: threading.Event, *, until_broken
         threading.Thread(target=window.when, args=(stop.wait, bus.wake), daemon=True).start()
         log.info("viewer ready")
         try:
-            Follower(bus, shelf.chapter, shelf.begin, shelf.recorded).run(stop, until_broken=until_broken)
+            Follower(bus, recordings.pages, recordings.begin, recordings.recorded).run(stop, until_broken=until_broken)
         finally:
             bus.close()
 

@@ -1,4 +1,4 @@
-"""Rerun's own window, with its texts and time plots in the theme that the plates have."""
+"""Rerun's own window, with its texts and time plots in the theme that the axes have."""
 
 from __future__ import annotations
 

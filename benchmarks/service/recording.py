@@ -25,12 +25,12 @@ from service.learner.node import LearnerNode
 from service.wire import Health, Measurement
 from simulator.leng import recording
 from viewer import archive
-from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.frame import Frame
 from viewer.pages import blueprint
 from viewer.palette import DARK
 from viewer.recorder import Recorder, new_recording
+from viewer.recording_pages import RecordingPages
 from viewer.screen import Screen
 
 PERIOD = 5.0  # s of the vehicle's time for an iteration
@@ -62,7 +62,7 @@ def measure(path: Path, hours: float) -> dict[str, Any]:
 def write(path: Path, count: int) -> tuple[Array, Array, Array]:
     """Records `count` iterations; the times to log each, to bring it to the file, of the thread alone [ms]."""
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
-    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     node = LearnerNode(read(None, {"state": None, "signals": {"sample_period": PERIOD / SAMPLES}}), "a benchmark")
     iteration_ms: list[float] = []
     flush_ms: list[float] = []
@@ -70,19 +70,19 @@ def write(path: Path, count: int) -> tuple[Array, Array, Array]:
     for start in map(float, range(round((count + 2) * PERIOD))):
         for name, (t, value) in _second(start).items():
             node.push(name, t, value)
-            chapter.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), start)
-        chapter.flush()
+            pages.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), start)
+        pages.flush()
         while (outcome := node.learn()) is not None and len(iteration_ms) < count:
             report = outcome.report
             began, idle = time.perf_counter(), time.thread_time()
-            chapter.iteration(Frame(report, outcome.snapshot, start))
+            pages.iteration(Frame(report, outcome.snapshot, start))
             logged = time.perf_counter()
             work_ms.append(1e3 * (time.thread_time() - idle))
-            chapter.flush()
+            pages.flush()
             iteration_ms.append(1e3 * (logged - began))
             flush_ms.append(1e3 * (time.perf_counter() - logged))
             counters = {"iterations": report.iteration, "samples": 50 * report.iteration, "rejected": 0}
-            chapter.health(
+            pages.health(
                 Health(level="OK", boot="a benchmark", counters=counters, revision=report.revision, t=report.t), start
             )
         if len(iteration_ms) % 200 == 0 and start % 1000 == 0:

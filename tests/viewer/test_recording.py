@@ -13,7 +13,6 @@ from service.wire import SETS, EffectsLedger, Health, Measurement, Points, Valid
 from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, series, shown
 from viewer import archive
-from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.curve import trained_part
 from viewer.effects import columns
@@ -22,23 +21,24 @@ from viewer.frame import Frame, positions
 from viewer.pages import blueprint
 from viewer.palette import DARK
 from viewer.recorder import Recorder, new_recording
+from viewer.recording_pages import RecordingPages
 
 
 def record(run: Run, path: Path, choice: Choice) -> None:
     recorder = Recorder(new_recording(), blueprint(DARK, choice), path=path)
-    chapter = Chapter(recorder, DARK, choice, rate=0.25)
+    pages = RecordingPages(recorder, DARK, choice, rate=0.25)
     newest = 0.0
     for report, snapshot in run.iterations:
         now = time.time()
         for name, (t, value) in run.part(newest, report.t).items():
-            chapter.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), now)
+            pages.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), now)
         depth = np.arange(newest, report.t - 10.0, 0.5)  # a pause of ten seconds before each iteration
-        chapter.measured("depth", Measurement(t=tuple(depth.tolist()), value=tuple((0.1 * depth).tolist())), now)
+        pages.measured("depth", Measurement(t=tuple(depth.tolist()), value=tuple((0.1 * depth).tolist())), now)
         newest = report.t
-        chapter.iteration(Frame(report, snapshot, now))
+        pages.iteration(Frame(report, snapshot, now))
         counters = {"rejected": 3, "rejected:late": 2, "rejected:duplicate": 1}
-        chapter.health(Health(level="OK", boot="a test", counters=counters, t=report.t), now)
-        assert chapter.flush()
+        pages.health(Health(level="OK", boot="a test", counters=counters, t=report.t), now)
+        assert pages.flush()
     recorder.close()
 
 
@@ -102,7 +102,7 @@ def test_the_curve_of_errors_begins_at_the_untrained_model(run: Run, tmp_path: P
     path = tmp_path / "run.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
     first = report.model_copy(update={"validation": (check,)})
-    Chapter(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
+    RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(first, snapshot, None))
     recorder.close()
     (strip,) = rows(path, "LineStrips2D:strips", "/error")["/error/curve/V1"][1]
     (begins, error), (iteration, mae) = points(strip)
@@ -163,7 +163,7 @@ def test_a_recording_is_verified_and_optimising_keeps_every_number(run: Run, rec
 def test_an_iteration_without_its_model_says_so(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "bare.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
-    Chapter(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
+    RecordingPages(recorder, DARK, Choice(), rate=0.25).iteration(Frame(run.iterations[0][0], None, None))
     recorder.close()
     assert "curve is missing" in rows(path, "TextDocument:text")["/learning/table"][1][0]
 
@@ -187,9 +187,9 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
     wild = Points(rate=(*report.outliers.rate, 0.1), damping=(*report.outliers.damping, 900.0))
     path = tmp_path / "wild.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
-    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
-    chapter.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
-    chapter.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
+    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
+    pages.iteration(Frame(report.model_copy(update={"outliers": wild}), snapshot, None))
+    pages.iteration(Frame(run.iterations[1][0], run.iterations[1][1], None))
     recorder.close()
     strips = rows(path, "LineStrips2D:strips")
     (arrow,) = shown(strips["/learning/off_scale"], 1)
@@ -205,14 +205,14 @@ def test_a_wild_sample_neither_moves_the_axes_nor_goes_unseen(run: Run, tmp_path
 def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "effects.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
-    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     # The learner says it when it begins, before there is an iteration.
-    chapter.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
+    pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
     for report, snapshot in run.iterations[:2]:
         size = len(report.batch.time)
         parts = {"declared inertia": tuple(np.linspace(-9.0, 9.0, size).tolist()), "coupling:sway": (3.0,) * size}
         batch = report.batch.model_copy(update={"parts": parts})
-        chapter.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
+        pages.iteration(Frame(report.model_copy(update={"batch": batch}), snapshot, None))
     recorder.close()
     assert "## Torque lag" in shown(rows(path, "TextDocument:text", "/effects")["/effects/ledger"], 1)[0]
     found = columns(batch)
@@ -233,15 +233,15 @@ def test_the_torque_ledger_adds_up_and_the_effects_are_said(run: Run, tmp_path: 
 def test_what_is_suspected_is_drawn_until_effects_are_in_force(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "suspected.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
-    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     found = {"effect": "torque_lag", "state": "suspected", "sentence": "The torque lags."}
     about = {"parameters": {"time_constant_s": 0.71}, "interval": {"time_constant_s": [0.66, 0.76]}}
-    chapter.effects(EffectsLedger(mode="advise", found=(found | about,)), time.time())
+    pages.effects(EffectsLedger(mode="advise", found=(found | about,)), time.time())
     for report, snapshot in run.iterations[:2]:
-        chapter.iteration(Frame(report, snapshot, None))
-    assert list(chapter.suspected) == ["effects/found/torque_lag/time_constant_s"]
-    chapter.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
-    assert not chapter.suspected
+        pages.iteration(Frame(report, snapshot, None))
+    assert list(pages.suspected) == ["effects/found/torque_lag/time_constant_s"]
+    pages.effects(EffectsLedger(effects=({"effect": "torque_lag"},)), time.time())
+    assert not pages.suspected
     recorder.close()
     drawn = series(path, "/effects/found")
     assert {name.rpartition("/")[2]: set(values) for name, values in drawn.items()} == {

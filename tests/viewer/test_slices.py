@@ -17,13 +17,13 @@ from tests.viewer.conftest import Run
 from tests.viewer.readback import points, rows, shown
 from tests.viewer.test_recording import record
 from viewer import archive
-from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.frame import Frame
 from viewer.newest_pages import superseded
 from viewer.pages import PAGES, blueprint
 from viewer.palette import DARK
 from viewer.recorder import Recorder, new_recording
+from viewer.recording_pages import RecordingPages
 from viewer.slices import SLICE_QUANTILES
 
 Iterations = list[tuple[IterationReport, ModelSnapshot]]
@@ -45,16 +45,16 @@ def iterations() -> Iterations:
 
 @pytest.fixture(scope="module")
 def recorded(iterations: Iterations, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Closed as a shelf closes it: laid out three times, and joined."""
+    """Closed as a set of recordings closes it: laid out three times, and joined."""
     path = tmp_path_factory.mktemp("slices") / "planar.rrd"
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
-    chapter = Chapter(recorder, DARK, Choice(), rate=0.25)
+    pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
     for name in ("depth", "voltage"):
-        chapter.measured(name, Measurement(t=(0.0, 1.0), value=(1.0, 2.0)), time.time())
-        assert chapter.flush()
+        pages.measured(name, Measurement(t=(0.0, 1.0), value=(1.0, 2.0)), time.time())
+        assert pages.flush()
     for report, snapshot in iterations:
-        chapter.iteration(Frame(report, snapshot, time.time()))
-        assert chapter.flush()
+        pages.iteration(Frame(report, snapshot, time.time()))
+        assert pages.flush()
     recorder.close()
     assert len(superseded([path])) >= 3
     archive.optimise([path], path)

@@ -1,7 +1,7 @@
-"""A plate: the axes of an XY plot as a picture, and the way from physical units to its canvas.
+"""The axes of an XY plot as a picture, and the way from physical units to its canvas.
 
-Rerun has no XY view. A plate is drawn once, is put behind a 2D view, and the data are drawn over it in their own units,
-so that pointing at a sample shows rad/s and N m.
+Rerun has no XY view. These axes are drawn once, are put behind a 2D view, and the data are drawn over them in their own
+units, so that pointing at a sample shows rad/s and N m.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from math import ceil, floor, log10
 
 from PIL import Image, ImageDraw
 
-from incsvr.plant.axes import Axis as OfBody
+from incsvr.plant.axes import Axis
 from incsvr.plant.words import said
+from viewer.painter import SHARP, Mark, Painter
 from viewer.palette import Colour, Palette
-from viewer.pen import SHARP, Mark, Pen
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class NumberedAxis:
     """A numbered axis: from `low` to `high` with a tick each `step`, in the unit that stands in `label`."""
 
     low: float
@@ -38,23 +38,23 @@ class Axis:
         return f"{value:.{digits}f}" if abs(value) > self.step * 1e-6 else "0"
 
 
-def axis_for(low: float, high: float, label: str, *, ticks: int = 8) -> Axis:
+def axis_for(low: float, high: float, label: str, *, ticks: int = 8) -> NumberedAxis:
     """The axis whose ends are multiples of a round step (1, 2, 2.5 or 5 times a power of ten) around [low, high]."""
     if not high > low:
         low, high = low - 0.5, high + 0.5
     raw = (high - low) / ticks
     power = 10.0 ** floor(log10(raw))
     step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= raw * 0.999)
-    return Axis(floor(low / step + 1e-6) * step, ceil(high / step - 1e-6) * step, step, label)
+    return NumberedAxis(floor(low / step + 1e-6) * step, ceil(high / step - 1e-6) * step, step, label)
 
 
-def even_axis(reach: float, label: str) -> Axis:
+def even_axis(reach: float, label: str) -> NumberedAxis:
     """From −2 to 2 steps around zero, so that two such axes share one grid."""
     power = 10.0 ** floor(log10(reach / 2.0)) if reach > 0.0 else 1.0
     step = next(
         k * power for k in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if 2.0 * k * power >= reach * 0.999
     )
-    return Axis(-2.0 * step, 2.0 * step, step, label)
+    return NumberedAxis(-2.0 * step, 2.0 * step, step, label)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,16 +67,16 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Plate:
+class Axes:
     """Axes on a canvas of `width` × `height` units; (0, 0) is the canvas' upper left corner."""
 
-    x: Axis
-    y: Axis
+    x: NumberedAxis
+    y: NumberedAxis
     width: int
     height: int
     legend: tuple[tuple[Entry, ...], ...] = ()  # rows
     font: int = 30
-    y_right: Axis | None = None  # a second quantity over the same x
+    y_right: NumberedAxis | None = None  # a second quantity over the same x
 
     @property
     def left(self) -> float:
@@ -117,10 +117,10 @@ class Plate:
         (sx, sy), (tx, ty) = self.scale, self.translation
         return tx + sx * x, ty + sy * y
 
-    def told(self, axis: OfBody) -> Plate:
+    def in_words_of(self, axis: Axis) -> Axes:
         """The same with its labels and legend in the words and units of an axis of the vehicle."""
 
-        def labelled(one: Axis) -> Axis:
+        def labelled(one: NumberedAxis) -> NumberedAxis:
             return replace(one, label=said(axis, one.label))
 
         legend = tuple(tuple(replace(entry, text=said(axis, entry.text)) for entry in row) for row in self.legend)
@@ -134,40 +134,40 @@ class Plate:
         drawn while a vehicle waits for the next iteration.
         """
         picture = Image.new("L", (round(self.width * SHARP), round(self.height * SHARP)), 0)
-        pen = Pen(ImageDraw.Draw(picture), palette, self.font)
+        painter = Painter(ImageDraw.Draw(picture), palette, self.font)
         for tick in self.x.ticks:
             at, _ = self.canvas(tick, 0.0)
-            pen.line([(at, self.top), (at, self.bottom)], palette.frame if tick == 0.0 else palette.grid, 1.5)
-            pen.text((at, self.bottom + 0.55 * self.font), self.x.text(tick), "mt")
+            painter.line([(at, self.top), (at, self.bottom)], palette.frame if tick == 0.0 else palette.grid, 1.5)
+            painter.text((at, self.bottom + 0.55 * self.font), self.x.text(tick), "mt")
         for tick in self.y.ticks:
             _, at = self.canvas(0.0, tick)
-            pen.line([(self.left, at), (self.right, at)], palette.frame if tick == 0.0 else palette.grid, 1.5)
-            pen.text((self.left - 0.4 * self.font, at), self.y.text(tick), "rm")
+            painter.line([(self.left, at), (self.right, at)], palette.frame if tick == 0.0 else palette.grid, 1.5)
+            painter.text((self.left - 0.4 * self.font, at), self.y.text(tick), "rm")
         if self.y_right is not None:
             beside = replace(self, y=self.y_right)
             for tick in self.y_right.ticks:
-                pen.text((self.right + 0.4 * self.font, beside.canvas(0.0, tick)[1]), self.y_right.text(tick), "lm")
-            pen.text((self.width - 0.4 * self.font, self.top - 0.85 * self.font), self.y_right.label, "rs")
+                painter.text((self.right + 0.4 * self.font, beside.canvas(0.0, tick)[1]), self.y_right.text(tick), "lm")
+            painter.text((self.width - 0.4 * self.font, self.top - 0.85 * self.font), self.y_right.label, "rs")
         corners = [(self.left, self.top), (self.right, self.top), (self.right, self.bottom), (self.left, self.bottom)]
-        pen.line([*corners, corners[0]], palette.frame, 2.0)
-        pen.text(((self.left + self.right) / 2, self.height - 0.35 * self.font), self.x.label, "ms")
+        painter.line([*corners, corners[0]], palette.frame, 2.0)
+        painter.text(((self.left + self.right) / 2, self.height - 0.35 * self.font), self.x.label, "ms")
         # The label of y stands upright above its axis: nobody has to tilt the head.
-        pen.text((0.4 * self.font, self.top - 0.85 * self.font), self.y.label, "ls")
-        _legend(pen, self)
-        picture.putpalette(pen.colours())
+        painter.text((0.4 * self.font, self.top - 0.85 * self.font), self.y.label, "ls")
+        _legend(painter, self)
+        picture.putpalette(painter.colours())
         written = io.BytesIO()
         picture.save(written, "PNG", compress_level=6, compress_type=zlib.Z_RLE)
         return written.getvalue()
 
 
-def _legend(pen: Pen, plate: Plate) -> None:
+def _legend(painter: Painter, axes: Axes) -> None:
     """Rows of signs and words above the plot, in columns so that the eye can run down."""
-    unit = plate.font / 30
-    columns = max((len(row) for row in plate.legend), default=1)
-    width = (plate.right - 0.4 * plate.font) / columns
-    for number, row in enumerate(plate.legend):
-        y = (0.95 + 1.45 * number) * plate.font
+    unit = axes.font / 30
+    columns = max((len(row) for row in axes.legend), default=1)
+    width = (axes.right - 0.4 * axes.font) / columns
+    for number, row in enumerate(axes.legend):
+        y = (0.95 + 1.45 * number) * axes.font
         for column, entry in enumerate(row):
-            x = 0.4 * plate.font + column * width
-            pen.mark(entry.mark, x + 28 * unit, y, entry.colour)
-            pen.text((x + 66 * unit, y), entry.text, "lm")
+            x = 0.4 * axes.font + column * width
+            painter.mark(entry.mark, x + 28 * unit, y, entry.colour)
+            painter.text((x + 66 * unit, y), entry.text, "lm")

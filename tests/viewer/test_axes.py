@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from PIL import Image, ImageFont
 
 from incsvr.plant.axes import AXES
+from viewer.axes import Axes, Entry, NumberedAxis, axis_for, even_axis
+from viewer.painter import SHARP
 from viewer.palette import DARK, LIGHT, Colour, Palette
-from viewer.pen import SHARP
-from viewer.plate import Axis, Entry, Plate, axis_for, even_axis
 
 NATIVE_GROUNDS = [(13, 13, 13), (255, 255, 255)]  # of Rerun's own plots, in its two themes
 
@@ -39,28 +39,27 @@ def test_two_even_axes_share_one_grid(reach: float) -> None:
 @pytest.mark.parametrize(("rate", "damping"), [(0.25, 100.0), (1.8, 6.0), (0.25, 12345.0), (0.002, 0.004)])
 def test_labels_never_overlap(rate: float, damping: float) -> None:
     x, y = (axis_for(-1.15 * reach, 1.15 * reach, "", ticks=10) for reach in (rate, damping))
-    plate = Plate(x, y, 1500, 1330, font=32)
+    axes = Axes(x, y, 1500, 1330, font=32)
     font = ImageFont.load_default(32)
     ends = [
-        (plate.canvas(tick, 0.0)[0] - font.getlength(x.text(tick)) / 2, font.getlength(x.text(tick)))
-        for tick in x.ticks
+        (axes.canvas(tick, 0.0)[0] - font.getlength(x.text(tick)) / 2, font.getlength(x.text(tick))) for tick in x.ticks
     ]
     for (left, width), (following, _) in pairwise(ends):
         assert left + width + 8 < following
     for tick in y.ticks:
-        assert font.getlength(y.text(tick)) < plate.left - 0.4 * plate.font
+        assert font.getlength(y.text(tick)) < axes.left - 0.4 * axes.font
 
 
 def test_the_canvas_and_physical_units_agree() -> None:
-    plate = Plate(axis_for(-0.3, 0.3, "x"), axis_for(-120.0, 120.0, "y"), 1500, 1330)
-    assert plate.canvas(plate.x.low, plate.y.low) == pytest.approx((plate.left, plate.bottom))
-    assert plate.canvas(plate.x.high, plate.y.high) == pytest.approx((plate.right, plate.top))
+    axes = Axes(axis_for(-0.3, 0.3, "x"), axis_for(-120.0, 120.0, "y"), 1500, 1330)
+    assert axes.canvas(axes.x.low, axes.y.low) == pytest.approx((axes.left, axes.bottom))
+    assert axes.canvas(axes.x.high, axes.y.high) == pytest.approx((axes.right, axes.top))
 
 
 @pytest.mark.parametrize("palette", [DARK, LIGHT])
 def test_the_picture_has_the_colours_it_was_told(palette: Palette) -> None:
-    plate = Plate(Axis(-1.0, 1.0, 0.5, "x"), Axis(-1.0, 1.0, 0.5, "y"), 400, 300)
-    picture = Image.open(io.BytesIO(plate.png(palette))).convert("RGB")
+    axes = Axes(NumberedAxis(-1.0, 1.0, 0.5, "x"), NumberedAxis(-1.0, 1.0, 0.5, "y"), 400, 300)
+    picture = Image.open(io.BytesIO(axes.png(palette))).convert("RGB")
     assert picture.size == (round(400 * SHARP), round(300 * SHARP))
     assert picture.getpixel((2, 2)) == palette.background
     assert palette.frame in {colour for _, colour in picture.getcolors(1 << 20) or ()}
@@ -93,10 +92,10 @@ def test_the_native_plots_are_read_in_both_themes(ground: Colour) -> None:
 def test_labels_and_legend_are_in_the_words_of_the_vehicles_axis() -> None:
     left, right = even_axis(0.2, "Yaw rate [rad/s]"), even_axis(60.0, "Torque [N m]")
     entries = ((Entry("line", LIGHT.old, "Yaw rate, left"), Entry("dashes", LIGHT.before, "Torque, right")),)
-    plate = Plate(axis_for(-60.0, 0.0, "Time [s]"), left, 1000, 425, legend=entries, y_right=right)
-    told = plate.told(AXES["surge"])
+    axes = Axes(axis_for(-60.0, 0.0, "Time [s]"), left, 1000, 425, legend=entries, y_right=right)
+    told = axes.in_words_of(AXES["surge"])
     assert (told.y.label, told.x.label) == ("Surge velocity [m/s]", "Time [s]")
     assert told.y_right is not None
     assert told.y_right.label == "Force [N]"
     assert [entry.text for entry in told.legend[0]] == ["Surge velocity, left", "Force, right"]
-    assert plate.told(AXES["yaw"]) == plate
+    assert axes.in_words_of(AXES["yaw"]) == axes

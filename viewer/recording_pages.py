@@ -25,7 +25,7 @@ HEALTH_S = 5.0
 COLLECTING = "# Collecting the first samples\n\nThe first iteration comes when a batch is complete."
 
 
-class Chapter:
+class RecordingPages:
     """Logs what comes in, each on the clocks it belongs to, and remembers how far it got."""
 
     def __init__(self, recorder: Recorder, palette: Palette, choice: Choice, rate: float) -> None:
@@ -50,11 +50,11 @@ class Chapter:
         self.revision, self._iteration, self._vehicle = report.revision, report.iteration, report.t
         self._signals.explain(report.iteration, report.time_span[0])
         recorder.set_clocks(iteration=report.iteration, vehicle=report.t, wall=frame.seen)
-        plate = self._learning.log(frame)
+        axes = self._learning.log(frame)
         self._error.log(frame)
         self._signals.log(frame)
-        self._compare.log(frame, plate)
-        self._slices.log(frame, plate)
+        self._compare.log(frame, axes)
+        self._slices.log(frame, axes)
         self._effects.log(frame)
         recorder.write("learning/table", table(frame))
         recorder.write("learning/samples", samples_table(frame))

@@ -8,17 +8,17 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from incsvr.plant.axes import YAW, Axis
 from viewer import archive
-from viewer.chapter import Chapter
 from viewer.compare import Choice
 from viewer.pages import blueprint
 from viewer.palette import Palette
 from viewer.recorder import Recorder, new_recording
+from viewer.recording_pages import RecordingPages
 
 log = logging.getLogger(__name__)
 
 
-class Shelf:
-    """The recordings of one start: the present chapter, and the file that keeps them all.
+class RecordingSet:
+    """The recordings of one start: those that are open, and the file that keeps them all.
 
     A file that is there already is kept aside and joined with the new one in the end: a restart goes on, nothing is
     overwritten, and after kill -9 the file holds all since the start, and `….before.rrd` what was before.
@@ -31,7 +31,7 @@ class Shelf:
         self._axis = axis
         self._before = None if path is None else path.with_suffix(".before.rrd")
         self.recorded = 0
-        self._chapter: Chapter | None = None
+        self._pages: RecordingPages | None = None
         recording = new_recording()
         if path is not None:
             try:
@@ -45,27 +45,27 @@ class Shelf:
         self._open(recording)
 
     @property
-    def chapter(self) -> Chapter:
-        assert self._chapter is not None
-        return self._chapter
+    def pages(self) -> RecordingPages:
+        assert self._pages is not None
+        return self._pages
 
     @property
     def broken(self) -> bool:
         """Whether a file could not be written to its end."""
-        return self.chapter.recorder.broken
+        return self.pages.recorder.broken
 
-    def begin(self) -> Chapter:
-        """Closes the present chapter and begins the next."""
+    def begin(self) -> RecordingPages:
+        """Closes the pages that are open and begins the next."""
         log.info("a new recording begins")
-        self.chapter.recorder.close()
-        if self._path is not None and not self.chapter.recorder.broken:
+        self.pages.recorder.close()
+        if self._path is not None and not self.pages.recorder.broken:
             self._set_aside()
         return self._open(new_recording())
 
     def close(self) -> bool:
         """Closes the file, joins, halves and reads it again; whether it holds everything."""
-        recorder = self.chapter.recorder
-        self.chapter.flush()
+        recorder = self.pages.recorder
+        self.pages.flush()
         recorder.close()
         if self._path is None or self._before is None:
             return True
@@ -77,21 +77,21 @@ class Shelf:
             log.error("%s", error)
             return False
         found = archive.last_revision(self._path)
-        if self.chapter.revision and (found is None or found[1] != self.chapter.revision):
-            log.error("%s does not hold all up to revision %d", self._path, self.chapter.revision)
+        if self.pages.revision and (found is None or found[1] != self.pages.revision):
+            log.error("%s does not hold all up to revision %d", self._path, self.pages.revision)
             return False
         self._before.unlink(missing_ok=True)
         log.info("%s: %.2f MB; open it with `incsvr view %s`", self._path, self._path.stat().st_size / 1e6, self._path)
         return not recorder.broken
 
-    def _open(self, recording: str) -> Chapter:
-        pages = blueprint(self._palette, self._choice, axis=self._axis)
+    def _open(self, recording: str) -> RecordingPages:
+        layout = blueprint(self._palette, self._choice, axis=self._axis)
         try:
-            recorder = Recorder(recording, pages, path=self._path, port=self._port, axis=self._axis)
+            recorder = Recorder(recording, layout, path=self._path, port=self._port, axis=self._axis)
         except (RuntimeError, OSError) as error:
             raise BadInput(f"{self._path}: cannot be written ({error}); free some space or record elsewhere") from None
-        self._chapter = Chapter(recorder, self._palette, self._choice, self._rate)
-        return self._chapter
+        self._pages = RecordingPages(recorder, self._palette, self._choice, self._rate)
+        return self._pages
 
     def _set_aside(self) -> tuple[str, int] | None:
         """Moves what is in the file to where it is kept; the newest recording in it and its last revision."""

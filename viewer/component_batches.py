@@ -17,7 +17,7 @@ Lines = Sequence[Floats] | Floats
 NONE: Floats = np.empty((0, 2, 2))
 
 
-class Drawn:
+class ComponentBatches:
     """Arrow arrays with the descriptors of what they are, as Rerun's `log` takes them."""
 
     def __init__(self, *batches: rr.DescribedComponentBatch) -> None:
@@ -27,19 +27,19 @@ class Drawn:
         return self._batches
 
 
-def points(at: Floats) -> Drawn:
+def points(at: Floats) -> ComponentBatches:
     """Points2D at (n, 2); coordinates become 32-bit floats in the recording."""
-    return Drawn(_vectors(at, *_POSITIONS))
+    return ComponentBatches(_vectors(at, *_POSITIONS))
 
 
-def boxes(at: Floats, half_size: tuple[float, float]) -> Drawn:
+def boxes(at: Floats, half_size: tuple[float, float]) -> ComponentBatches:
     """Boxes2D of one size around (n, 2)."""
     halves = np.empty_like(at)
     halves[:] = half_size
-    return Drawn(_vectors(halves, *_HALF_SIZES), _vectors(at, *_CENTRES))
+    return ComponentBatches(_vectors(halves, *_HALF_SIZES), _vectors(at, *_CENTRES))
 
 
-def strips(lines: Lines) -> Drawn:
+def strips(lines: Lines) -> ComponentBatches:
     """LineStrips2D."""
     if isinstance(lines, np.ndarray):
         ends, flat = np.arange(0, lines.size // 2 + 1, lines.shape[1]), lines
@@ -50,7 +50,7 @@ def strips(lines: Lines) -> Drawn:
     kind, descriptor = _STRIPS
     inner = pa.FixedSizeListArray.from_arrays(pa.array(flat.astype(np.float32).ravel()), type=kind.value_type)
     array = pa.ListArray.from_arrays(pa.array(ends.astype(np.int32)), inner, type=kind)
-    return Drawn(rr.DescribedComponentBatch(_Ready(array), descriptor))
+    return ComponentBatches(rr.DescribedComponentBatch(_Ready(array), descriptor))
 
 
 def scalars(values: Sequence[float] | Floats) -> list[rr.ComponentColumn]:

@@ -1,4 +1,4 @@
-"""Draws in units of a plate's canvas, and knows the sign of every set and curve (`marks` draws the same in Rerun)."""
+"""Draws in units of a plot's canvas, and knows the sign of every set and curve (`marks` draws the same in Rerun)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHARP = 1.6  # pixels of the picture for one unit of the canvas: stays sharp on 
 RAMP = 200  # shades from the background to the text; the colours of the legend follow
 
 
-class Pen:
+class Painter:
     """Draws in units of the canvas."""
 
     def __init__(self, draw: ImageDraw.ImageDraw, palette: Palette, font: int) -> None:
