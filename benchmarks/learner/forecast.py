@@ -21,8 +21,8 @@ from benchmarks.tables import grouped, page, share, table
 from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Forecast, Grid, Start, forecast
-from incsvr.forecasting.experience import CLAIM, KEPT, widening
-from incsvr.forecasting.experience import HORIZONS as TRIED
+from incsvr.forecasting.experience import HORIZON_ERRORS, NORMAL_95_DEVIATIONS, widening
+from incsvr.forecasting.experience import HORIZONS_S as TRIED
 from incsvr.free_run.integrator import Damping, free_run, tabulated
 from incsvr.learning import guarded
 from incsvr.learning.baselines import Data, LeastSquares
@@ -176,8 +176,8 @@ def _of_errors(errors: Sequence[tuple[float, float, float]], horizon: float) -> 
     """Half of the interval that 95 % of earlier errors were within; infinite before there are any."""
     if not errors:
         return float("inf"), float("inf")
-    rate, turned = widening(np.array(errors[-KEPT:]), horizon)
-    return rate * CLAIM, turned * CLAIM
+    rate, turned = widening(np.array(errors[-HORIZON_ERRORS:]), horizon)
+    return rate * NORMAL_95_DEVIATIONS, turned * NORMAL_95_DEVIATIONS
 
 
 def condensed(records: Sequence[Record]) -> list[Record]:

@@ -19,7 +19,7 @@ from benchmarks.study import Record, begin, in_processes, options, publish
 from benchmarks.tables import grouped, interval, page, table
 from benchmarks.tracer.live_missions import EFFECTS, HOUR, between, configured, drawn
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.shadow import COMMAND, as_run, compare
+from incsvr.compensation.shadow import COMMANDED_TORQUE, as_run, compare
 from incsvr.errors import BadInput
 from incsvr.tracing import innovations
 from incsvr.tracing.candidates import admissible, leads
@@ -68,7 +68,7 @@ def _bet(name: str, streams: Streams, config: Config) -> tuple[float, int]:
 
 def _fitted(name: str, streams: Streams, config: Config) -> Compensation:
     """The effect as it explains these data best."""
-    problem = innovations.pose([as_run(streams)], config.vehicle.inertia, [], COMMAND)
+    problem = innovations.pose([as_run(streams)], config.vehicle.inertia, [], COMMANDED_TORQUE)
     base = fit(problem, problem.start, problem.colour)
     effects = [effect for effect in admissible([], problem.cells) if effect.name == name]
     found = leads(problem, base, effects, 1, 0)

@@ -22,7 +22,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 
-STAKES = (0.05, 0.2, 0.5, 0.9)
+STAKE_FRACTIONS = (0.05, 0.2, 0.5, 0.9)
 """λ: for effects that show little by little, and for those that show in every block."""
 
 
@@ -37,9 +37,9 @@ def wealth(scores: Array) -> Array:
     Args:
         scores: (n,) x of each block, between −1 and 1.
     """
-    stakes = np.array(STAKES)[:, None]
+    stakes = np.array(STAKE_FRACTIONS)[:, None]
     grown = np.cumsum(np.log1p(stakes * scores), axis=1)
-    return np.asarray(np.logaddexp.reduce(grown, axis=0) - math.log(len(STAKES)))
+    return np.asarray(np.logaddexp.reduce(grown, axis=0) - math.log(len(STAKE_FRACTIONS)))
 
 
 def evidence(*scores: Array) -> float:

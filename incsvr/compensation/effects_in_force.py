@@ -23,8 +23,9 @@ from incsvr.numerics import Array
 from incsvr.signals import RUN_PAUSE_S
 from incsvr.tracing.model import TracedModel
 
-HEADING = "heading"
-OF_HEADING = ("heading_current", "tether", "unexplained:heading")
+HEADING_CHANNEL = "heading"
+"""The channel of the heading."""
+HEADING_EFFECTS = ("heading_current", "tether", "unexplained:heading")
 """The effects that look at the heading."""
 _TURN = 2.0 * np.pi
 
@@ -120,11 +121,11 @@ class Compensation:
     @property
     def of_heading(self) -> bool:
         """Whether an effect looks at the heading."""
-        return any(name in OF_HEADING for name in self.names)
+        return any(name in HEADING_EFFECTS for name in self.names)
 
     def reads(self, known: Iterable[str]) -> tuple[str, ...]:
         """Those of the known channels that the effects look at, the heading among them."""
-        looked_at = {*self.channels, *([HEADING] if self.of_heading else [])}
+        looked_at = {*self.channels, *([HEADING_CHANNEL] if self.of_heading else [])}
         return tuple(name for name in known if name in looked_at)
 
     @property
@@ -148,7 +149,9 @@ class Compensation:
         for first, last in pairwise(edges):
             part = piece.take(slice(first, last))
             if carried.index is not None and (part.index[0] - carried.index) * piece.step >= RUN_PAUSE_S:
-                carried = Carried(turns=carried.turns, heading=carried.heading if HEADING in piece.channels else None)
+                carried = Carried(
+                    turns=carried.turns, heading=carried.heading if HEADING_CHANNEL in piece.channels else None
+                )
             values, carried = self._stretch(part, carried)
             found.append(values)
         return [np.concatenate(values) for values in zip(*found, strict=True)], carried
@@ -213,8 +216,8 @@ class _Seen(Signals):
 
 def _heading(piece: Piece, carried: Carried) -> tuple[Array, Carried]:
     """(n,) the heading, counted on over whole turns [rad]: as received, else the integral of the yaw rate."""
-    if HEADING in piece.channels:
-        received = piece.channels[HEADING]
+    if HEADING_CHANNEL in piece.channels:
+        received = piece.channels[HEADING_CHANNEL]
         before = received[0] if carried.heading is None else carried.heading
         jumps = np.rint(np.diff(received, prepend=before) / _TURN).astype(np.int64)
         turns = carried.turns - np.cumsum(jumps)

@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-CHANCE = 0.05
-"""That a learner ever takes an effect for proven which does not foretell better, however long it runs: what the proof
-is designed for; its conditions are in bets.py."""
-REFUSED = 0.05
+FALSE_PROOF_CHANCE = 0.05
+"""Chance that a learner ever takes an effect for proven which does not foretell better, however long it runs: what the
+proof is designed for; its conditions are in bets.py."""
+FALSE_REFUSAL_CHANCE = 0.05
 """Chance that an effect is refused early which does foretell better; one that is there is found again."""
-WITHDRAWN = 1e-3
-"""The same of a comparison that takes an effect out of force."""
+FALSE_WITHDRAWAL_CHANCE = 1e-3
+"""Chance that a comparison takes an effect out of force which does foretell better."""
 
 Verdict = Literal["promoted", "proven", "refused", "kept", "doubted", "withdrawn", "waits"]
 
@@ -80,11 +80,12 @@ class Comparison:
 
 
 def level(count: int) -> float:
-    """Chance that is spent on what was suspected as the `count`th, from 1: Σ CHANCE/(k (k + 1)) = CHANCE."""
-    return CHANCE / (count * (count + 1))
+    """Chance that is spent on what was suspected as the `count`th, from 1: Σ FALSE_PROOF_CHANCE/(k (k + 1)) =
+    FALSE_PROOF_CHANCE."""
+    return FALSE_PROOF_CHANCE / (count * (count + 1))
 
 
-def on_trial(found: Comparison, spent: float = CHANCE, last: bool = True) -> Verdict:
+def on_trial(found: Comparison, spent: float = FALSE_PROOF_CHANCE, last: bool = True) -> Verdict:
     """What becomes of suspected effects; unless this is the last look, they may prove themselves on more data.
 
     Args:
@@ -94,12 +95,12 @@ def on_trial(found: Comparison, spent: float = CHANCE, last: bool = True) -> Ver
         return "refused" if last else "waits"
     if found.evidence >= -math.log(spent):
         return "promoted"
-    return "refused" if last or found.against >= -math.log(REFUSED) else "waits"
+    return "refused" if last or found.against >= -math.log(FALSE_REFUSAL_CHANCE) else "waits"
 
 
 def in_force(found: Comparison) -> Verdict:
     """What becomes of effects in force or proven."""
-    return "withdrawn" if found.turned and found.against >= -math.log(WITHDRAWN) else "kept"
+    return "withdrawn" if found.turned and found.against >= -math.log(FALSE_WITHDRAWAL_CHANCE) else "kept"
 
 
 def errors(error: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.compensation.bets import evidence, score, standing
-from incsvr.compensation.effects_in_force import HEADING, Compensation
+from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.compensation.freeing import takes_torque
 from incsvr.compensation.promotion import Comparison
 from incsvr.effects import Effect, Term
@@ -33,21 +33,21 @@ from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import change_of_rms, rms
 from incsvr.tracing.torque_nature import TorqueNature
 
-FEWEST_BEFORE = 100
+MIN_CELLS_BEFORE = 100
 """Cells of data before the fresh data, ten for each coefficient of damping and noise: below it nothing is determined.
 How well they are known the bets show; a count of time scales would refuse a vehicle in circles."""
-STILL = 0.2
-"""A vehicle that turns less than this part of what it did before tells nothing of its effects."""
-SCALES = 4.0
+MIN_TURN_SHARE = 0.2
+"""Part of how much it turned before by which a vehicle turns at least that tells anything of its effects."""
+BOOTSTRAP_BLOCK_SCALES = 4.0
 """Time scales of the motion in a block of the bootstrap: well above the errors' correlation time."""
-FREE_BLOCK = 1.0
-"""The same of the bets on free runs, whose errors last as long as the motion does."""
-BLOCK = 0.5
+FREE_RUN_BLOCK_SCALES = 1.0
+"""Time scales of the motion in a block of the bets on free runs, whose errors last as long as the motion does."""
+BET_BLOCK_SCALES = 0.5
 """Time scales of the motion in a block of the bets: whitened water lasts for a few cells."""
 
-STEPS_A_SCALE = 20.0
+STEPS_PER_SCALE = 20.0
 """Steps of a free run in a time scale of the motion."""
-COMMAND = TorqueNature(held=True, noisy=False, closed=True)
+COMMANDED_TORQUE = TorqueNature(held=True, noisy=False, closed=True)
 """A torque that the vehicle is told to apply, which a controller may have made."""
 
 Streams = Mapping[str, tuple[Array, Array]]
@@ -86,8 +86,8 @@ def compare(
     better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
         raise BadInput("a channel that the effects read did not come with the fresh data")
-    length = max(round(SCALES * effects.model.scale / step), 4)
-    turned = float(np.std(stream(run, run.yaw_rate)[1])) >= STILL * float(np.std(before[YAW_RATE][1]))
+    length = max(round(BOOTSTRAP_BLOCK_SCALES * effects.model.scale / step), 4)
+    turned = float(np.std(stream(run, run.yaw_rate)[1])) >= MIN_TURN_SHARE * float(np.std(before[YAW_RATE][1]))
     change = change_of_rms(plain, better, length)
     torque_without, torque_with = (
         _torque_error(streams, fresh, signals, model, freed_of)
@@ -95,7 +95,7 @@ def compare(
     )
     scores = [score(told.gains)]
     if not closed:
-        scores.append(_free_scores(plain, better, max(round(FREE_BLOCK * effects.model.scale / step), 1)))
+        scores.append(_free_scores(plain, better, max(round(FREE_RUN_BLOCK_SCALES * effects.model.scale / step), 1)))
     return Comparison(
         rms(plain),
         change.estimate,
@@ -127,20 +127,20 @@ class _Forecasts:
 def _forecasts(streams: Streams, fresh: float, without: Compensation | None, effects: Compensation) -> _Forecasts:
     run, model = as_run(streams), effects.model
     wanted = {*effects.channels, *(() if without is None else without.channels)}
-    names = [name for name in run.channels if name in wanted or name == HEADING]
-    problem = innovations.pose([run], model.inertia, names, COMMAND, thinned=False)
+    names = [name for name in run.channels if name in wanted or name == HEADING_CHANNEL]
+    problem = innovations.pose([run], model.inertia, names, COMMANDED_TORQUE, thinned=False)
     time = problem.cells.signals.time[problem.windows.first]
     before = time < fresh
-    if before.sum() < FEWEST_BEFORE:
+    if before.sum() < MIN_CELLS_BEFORE:
         period = float(np.median(np.diff(time)))
         raise BadInput(
             f"{before.sum() * period:.3g} s of data came before the fresh data, too few to learn the damping from: "
-            f"{FEWEST_BEFORE * period:.3g} s are needed"
+            f"{MIN_CELLS_BEFORE * period:.3g} s are needed"
         )
     plain = _fitted(problem, () if without is None else without.pairs(), before)
     better = _fitted(problem, effects.pairs(), before)
     gain = score_on(problem, better, ~before) - score_on(problem, plain, ~before)
-    block = np.floor((time[~before] - fresh) / (BLOCK * model.scale)).astype(np.intp)
+    block = np.floor((time[~before] - fresh) / (BET_BLOCK_SCALES * model.scale)).astype(np.intp)
     gains = np.bincount(block, gain).astype(np.float64)
     return _Forecasts(gains, *(model_of(problem, each, model.sigma) for each in (plain, better)))
 
@@ -209,8 +209,8 @@ def _torque_error(
 def _free_run(run: Run, model: TracedModel) -> tuple[list[Array], float]:
     """The errors of each stretch without a pause [rad/s], and the time between two of them [s]."""
     sampled = float(np.median(np.diff(stream(run, run.yaw_rate)[0])))
-    step = max(model.scale / STEPS_A_SCALE, sampled)
-    signals = cut([run], model.inertia, list(run.channels), Cut(step, COMMAND, model.scale)).signals
+    step = max(model.scale / STEPS_PER_SCALE, sampled)
+    signals = cut([run], model.inertia, list(run.channels), Cut(step, COMMANDED_TORQUE, model.scale)).signals
     index, simulated = model.simulate(signals)
     error, stretch = simulated - signals.rate[index], np.searchsorted(signals.start, index, side="right")
     return [error[stretch == k] for k in np.unique(stretch)], step

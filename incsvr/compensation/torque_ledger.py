@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.compensation.effects_in_force import HEADING, Carried, Compensation, Piece, plain
+from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Carried, Compensation, Piece, plain
 from incsvr.numerics import Array, Streams
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA
@@ -26,7 +26,7 @@ from incsvr.signals.smoothing import Smoothed, smooth
 from incsvr.signals.streams import JUMP_S
 from incsvr.signals.takes_torque import TorqueSplit
 
-SUBSTEPS = 6
+STEPS_PER_WIDTH = 6
 """Fine steps in the smoothing's standard deviation."""
 
 
@@ -41,7 +41,7 @@ class TorqueLedger:
     def __init__(self, compensation: Compensation, settings: SignalSettings, body: BodyTorque | None = None) -> None:
         self._compensation, self._settings, self._body = compensation, settings, body
         self._pairs = compensation.pairs()
-        self._step = settings.smoothing / SUBSTEPS
+        self._step = settings.smoothing / STEPS_PER_WIDTH
         self._channels = compensation.reads(settings.channels)
         self._next = 0
         self._carried = Carried()
@@ -71,7 +71,7 @@ class TorqueLedger:
             "rate": _linear(*streams[YAW_RATE], at, self._settings.longest_pause),
             "torque": _linear(*streams[TORQUE], at, self._settings.longest_pause),
             "delayed": _linear(*streams[TORQUE], at - self._compensation.delay, self._settings.longest_pause),
-            **{name: _linear(*streams[name], at, JUMP_S, name == HEADING) for name in self._channels},
+            **{name: _linear(*streams[name], at, JUMP_S, name == HEADING_CHANNEL) for name in self._channels},
         }
         good = ~np.any(np.isnan(list(values.values())), axis=0)
         if not good.any():

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.compensation.effects_in_force import HEADING, Compensation
+from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.effects import Signals
 from incsvr.free_run.motions import Motion
 from incsvr.numerics import Array
@@ -15,8 +15,8 @@ from incsvr.tracing.model import TracedModel
 
 Streams = Mapping[str, tuple[Array, Array]]
 
-STEPS = 40.0
-"""Of the simulation in the vehicle's time scale."""
+STEPS_PER_SCALE = 40.0
+"""Steps of the simulation in the vehicle's time scale."""
 
 
 def traced_free_run_errors(
@@ -38,11 +38,11 @@ def traced_free_run_errors(
 
 def _error(model: TracedModel, motion: Motion, streams: Streams) -> Array:
     """(m,) simulated minus measured yaw rate [rad/s]."""
-    step = model.scale / STEPS
+    step = model.scale / STEPS_PER_SCALE
     time: Array = np.arange(motion.rate_time[0], motion.rate_time[-1] + 2.0 * step, step, dtype=np.float64)
     heading = np.zeros(time.size)
-    if HEADING in streams:
-        heading = np.interp(time, streams[HEADING][0], np.unwrap(streams[HEADING][1]))
+    if HEADING_CHANNEL in streams:
+        heading = np.interp(time, streams[HEADING_CHANNEL][0], np.unwrap(streams[HEADING_CHANNEL][1]))
     signals = Signals(
         step=step, start=np.array([0, time.size], dtype=np.intp), time=time,
         rate=np.interp(time, motion.rate_time, motion.yaw_rate),

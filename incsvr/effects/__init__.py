@@ -36,7 +36,7 @@ from incsvr.plant.axes import VELOCITIES, YAW, of_rate, products
 
 __all__ = ["Effect", "Signals", "SmoothTerm", "Term", "candidates", "catalogue"]
 
-SPEED = "surge"
+SPEED_CHANNEL = "surge"
 """The channel in which the speed past propellers and rudders stands."""
 
 
@@ -59,7 +59,7 @@ def candidates(channels: Iterable[str] = (), rate: str = YAW.rate, one_clock: bo
     ]  # fmt: skip
     for channel in channels:
         fixed += [Coupling(channel), DampingModulation(channel)]
-        if channel == SPEED:  # of thrust and speed more is known than that one scales the other
+        if channel == SPEED_CHANNEL:  # of thrust and speed more is known than that one scales the other
             fixed += [ThrustSpeed(channel, "falls"), ThrustSpeed(channel, "square")]
         else:
             fixed.append(ThrustModulation(channel))
@@ -82,5 +82,5 @@ def catalogue(channels: Iterable[str] = ()) -> dict[str, Effect]:
     pairs = [pair for pair in (name.split("*") for name in names) if len(pair) == 2]
     moved = [Coriolis(first, second, own) for first, second in pairs for own in ("", first, second)]
     flows = [CrossFlow(name) for name in names]
-    speeds = (ThrustSpeed(SPEED, "falls"), ThrustSpeed(SPEED, "square"))
+    speeds = (ThrustSpeed(SPEED_CHANNEL, "falls"), ThrustSpeed(SPEED_CHANNEL, "square"))
     return {effect.key: effect for effect in (*candidates(names), *flows, *speeds, *smooth, *moved)}

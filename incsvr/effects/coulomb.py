@@ -10,8 +10,8 @@ from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-CREEP = {"": (0.01, 0.03), "sharp": (0.001, 0.003)}
-"""r_c, in parts of the fastest turn."""
+CREEP_RATE_SHARES = {"": (0.01, 0.03), "sharp": (0.001, 0.003)}
+"""Creep rates r_c of each form, in parts of the fastest turn."""
 
 
 class Coulomb(Effect):
@@ -33,7 +33,7 @@ class Coulomb(Effect):
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         fastest = float(np.quantile(np.abs(s.rate), 0.99))
-        return [(part * fastest,) for part in CREEP[self.variant]]
+        return [(part * fastest,) for part in CREEP_RATE_SHARES[self.variant]]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         return stack(np.tanh(s.rate / inner[-1]))

@@ -9,8 +9,8 @@ from incsvr.effects.effect import Term, stack
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-ALIKE = 0.1
-"""Of their mean by which the two moments must differ: else it is plain friction."""
+MIN_DIFFERENCE_SHARE = 0.1
+"""Part of their mean by which the two moments must differ: else it is plain friction."""
 
 
 class CoulombAsymmetry(Coulomb):
@@ -38,6 +38,6 @@ class CoulombAsymmetry(Coulomb):
 
     def slight(self, term: Term, s: Signals) -> str:
         forward, backward = term.coefficients
-        if abs(forward - backward) < ALIKE * 0.5 * (forward + backward):
-            return f"the friction would be the same to either side within {ALIKE:.0%}"
+        if abs(forward - backward) < MIN_DIFFERENCE_SHARE * 0.5 * (forward + backward):
+            return f"the friction would be the same to either side within {MIN_DIFFERENCE_SHARE:.0%}"
         return ""

@@ -10,9 +10,10 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-STARTS = {"shifted": 9, "step": 16}
-"""Half widths that are tried; past a step's edge little of a command that stays about it is explained."""
-NOISY = 3.0
+START_COUNTS = {"shifted": 9, "step": 16}
+"""Numbers of half widths that are tried, by form; past a step's edge little of a command that stays about it is
+explained."""
+NOISE_DEVIATIONS = 3.0
 """Deviations of a measured torque's noise: a dead band within them predicts better because it silences the noise."""
 
 
@@ -33,7 +34,7 @@ class DeadZone(Effect):
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         low, high = self.bounds(s)
-        return [(float(w),) for w in np.geomspace(low, high, STARTS[self.variant])] if high > 0.0 else []
+        return [(float(w),) for w in np.geomspace(low, high, START_COUNTS[self.variant])] if high > 0.0 else []
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         largest = float(np.quantile(np.abs(s.torque), 0.99))
@@ -47,7 +48,7 @@ class DeadZone(Effect):
         return {"half_width_nm": term.inner[-1]}
 
     def slight(self, term: Term, s: Signals) -> str:
-        if term.inner[-1] < NOISY * s.torque_noise:
+        if term.inner[-1] < NOISE_DEVIATIONS * s.torque_noise:
             return "the dead band would lie within the noise of the measured torque, which it takes away"
         return ""
 

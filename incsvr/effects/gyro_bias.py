@@ -8,11 +8,11 @@ from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-SMALL = 0.05
+SLOPE_RATE_SHARE = 0.05
 """Part of the fastest turn over which the damping's slope is taken."""
 
-MOST = 0.3
-"""Of the fastest turn: a zero beyond is a fault that nobody overlooks."""
+MAX_ZERO_SHARE = 0.3
+"""Part of the fastest turn that a gyro's zero is at most: one beyond is a fault that nobody overlooks."""
 
 
 class GyroBias(Effect):
@@ -29,7 +29,7 @@ class GyroBias(Effect):
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         """A rate small beside the fastest turn [rad/s], to either side of which the damping's slope is taken."""
-        return [(SMALL * float(np.quantile(np.abs(s.rate), 0.99)),)]
+        return [(SLOPE_RATE_SHARE * float(np.quantile(np.abs(s.rate), 0.99)),)]
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         beside = max(inner[0], 1e-9)
@@ -40,4 +40,4 @@ class GyroBias(Effect):
 
     def implausible(self, term: Term, s: Signals) -> str:
         part = abs(term.coefficients[0]) / float(np.quantile(np.abs(s.rate), 0.99))
-        return f"the zero would be off by {part:.0%} of the fastest turn" if part > MOST else ""
+        return f"the zero would be off by {part:.0%} of the fastest turn" if part > MAX_ZERO_SHARE else ""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 
-KNOWN = 0.05
-"""Of the declared inertia: no pendulum test or added mass by strip theory is closer."""
+DECLARED_INERTIA_ERROR = 0.05
+"""Part of the declared inertia to which it is known: no pendulum test or added mass by strip theory is closer."""
 
 
 class Inertia(Effect):
@@ -31,6 +31,7 @@ class Inertia(Effect):
         return "the inertia would be negative" if term.coefficients[0] <= -s.inertia else ""
 
     def slight(self, term: Term, s: Signals) -> str:
-        if abs(term.coefficients[0]) < KNOWN * s.inertia:
-            return f"the inertia would be the declared one within {KNOWN:.0%}, better than it can be known"
+        if abs(term.coefficients[0]) < DECLARED_INERTIA_ERROR * s.inertia:
+            within = f"{DECLARED_INERTIA_ERROR:.0%}"
+            return f"the inertia would be the declared one within {within}, better than it can be known"
         return ""

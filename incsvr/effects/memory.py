@@ -10,15 +10,19 @@ from incsvr.effects.effect import Effect, Term, stack
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array, root_mean_square
 
-SHORTEST_SCALES, LONGEST_SCALES = 1.0, 10.0
-"""Time constants in time scales of the motion: nothing tells water that follows sooner from an inertia, or from the
-colour of the disturbance."""
+MIN_MEMORY_SCALES = 1.0
+"""Shortest time constant in time scales of the motion: nothing tells water that follows sooner from an inertia, or from
+the colour of the disturbance."""
+MAX_MEMORY_SCALES = 10.0
+"""Longest time constant in time scales of the motion."""
 
-EDGE = 1.02
+EDGE_FACTOR = 1.02
 """Times the shortest memory that is tried: a search that ends there would go on."""
 
-LEAST, MOST = 0.01, 0.9
-"""β, of the hull's rate what the water that it drags in takes on, of which the secant is taken."""
+MIN_ENTRAINMENT = 0.01
+"""Least β, of the hull's rate what the water that it drags in takes on, of which the secant is taken."""
+MAX_ENTRAINMENT = 0.9
+"""Largest β likewise."""
 
 
 class Memory(Effect):
@@ -45,25 +49,27 @@ class Memory(Effect):
         return [(usual, float(constant)) for constant in np.geomspace(*self.bounds(s), 7)]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        return SHORTEST_SCALES * s.scale, LONGEST_SCALES * s.scale
+        return MIN_MEMORY_SCALES * s.scale, MAX_MEMORY_SCALES * s.scale
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         water = s.lowpass(s.rate, inner[-1])
         if self.variant == "linear":
             return stack(water)
         slope = s.drag_slope(inner[0])
-        carried = min(max(-coefficients[0] / slope, LEAST), MOST) if coefficients else LEAST
+        carried = (
+            min(max(-coefficients[0] / slope, MIN_ENTRAINMENT), MAX_ENTRAINMENT) if coefficients else MIN_ENTRAINMENT
+        )
         return stack((s.damping - s.drag_at(s.rate - carried * water)) / (carried * slope))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"gain_nm_s": -term.coefficients[0], "time_constant_s": term.inner[-1]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        if term.inner[-1] < EDGE * self.bounds(s)[0]:
+        if term.inner[-1] < EDGE_FACTOR * self.bounds(s)[0]:
             return "water that followed so fast would be but another inertia"
         if self.variant == "co-rotating":
             carried = -term.coefficients[0] / s.drag_slope(term.inner[0])
-            return "" if 0.0 < carried < MOST else "the water would turn against the vehicle, or ahead of it"
+            return "" if 0.0 < carried < MAX_ENTRAINMENT else "the water would turn against the vehicle, or ahead of it"
         if abs(term.coefficients[0]) * float(np.std(s.rate)) > 3.0 * float(np.std(s.torque) + np.std(s.damping)):
             return "the moment of the moving water would exceed thrust and damping"
         return ""

@@ -8,8 +8,12 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-LEAST, MOST, LEAST_DAMPING = 0.2, 3.0, 0.05
-"""Least and largest factor on the thrust, and least on the damping, whatever the channel does."""
+MIN_THRUST_FACTOR = 0.2
+"""Least factor on the thrust, whatever the channel does."""
+MAX_THRUST_FACTOR = 3.0
+"""Largest factor on the thrust, whatever the channel does."""
+MIN_DAMPING_FACTOR = 0.05
+"""Least factor on the damping, whatever the channel does."""
 
 
 class _Modulation(Effect):
@@ -49,7 +53,10 @@ class ThrustModulation(_Modulation):
         return "the thrust would change its sign" if float(np.quantile(gain, 0.01)) <= 0.1 else ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return np.asarray(command * np.clip(1.0 + term.coefficients[0] * self.away(s, term.inner), LEAST, MOST))
+        return np.asarray(
+            command
+            * np.clip(1.0 + term.coefficients[0] * self.away(s, term.inner), MIN_THRUST_FACTOR, MAX_THRUST_FACTOR)
+        )
 
 
 class DampingModulation(_Modulation):
@@ -65,4 +72,4 @@ class DampingModulation(_Modulation):
         return "the damping would change its sign" if float(np.quantile(factor, 0.01)) <= 0.0 else ""
 
     def factor(self, s: Signals, term: Term) -> Array:
-        return np.maximum(1.0 + term.coefficients[0] * self.away(s, term.inner), LEAST_DAMPING)
+        return np.maximum(1.0 + term.coefficients[0] * self.away(s, term.inner), MIN_DAMPING_FACTOR)

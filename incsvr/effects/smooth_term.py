@@ -9,8 +9,8 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-INTERVALS = 4
-"""Of the cubic spline."""
+SPLINE_INTERVALS = 4
+"""Intervals of the cubic spline."""
 
 
 class SmoothTerm(Effect):
@@ -40,7 +40,7 @@ class SmoothTerm(Effect):
         return s.channels[self._channel]
 
     def width(self, inner: tuple[float, ...]) -> int:
-        return INTERVALS + 3
+        return SPLINE_INTERVALS + 3
 
     def columns(self, s: Signals, inner: tuple[float, ...], coefficients: tuple[float, ...]) -> Array:
         knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])

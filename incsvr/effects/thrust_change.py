@@ -10,13 +10,15 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-LEAST, MOST = 0.1, 3.0
-"""Part of the thrust that the table says: what is left at least, and at most."""
+MIN_THRUST_SHARE = 0.1
+"""Part of the thrust that the table says which is left at least."""
+MAX_THRUST_SHARE = 3.0
+"""Part of the thrust that the table says which is left at most."""
 
-KNOWN = 0.05
+THRUST_TABLE_ERROR = 0.05
 """Part of the thrust: no table is better known, and what its error leaves of an effect looks like so small a change."""
 
-EDGE = 0.04
+EDGE_SHARE = 0.04
 """Part of the recordings at either end within which no step is sought."""
 
 
@@ -36,15 +38,22 @@ class _ThrustOfTime(Effect):
 
     def implausible(self, term: Term, s: Signals) -> str:
         left = 1.0 + term.coefficients[0]
-        return "" if LEAST < left < MOST else f"the thrust would become {left:.2g} times what its table says"
+        return (
+            ""
+            if MIN_THRUST_SHARE < left < MAX_THRUST_SHARE
+            else f"the thrust would become {left:.2g} times what its table says"
+        )
 
     def slight(self, term: Term, s: Signals) -> str:
-        if abs(term.coefficients[0]) < KNOWN:
-            return f"the thrust would change by less than {KNOWN:.0%}, better than its table can be known"
+        if abs(term.coefficients[0]) < THRUST_TABLE_ERROR:
+            return f"the thrust would change by less than {THRUST_TABLE_ERROR:.0%}, better than its table can be known"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
-        return np.asarray(command * np.clip(1.0 + term.coefficients[0] * self.progress(s, term.inner), LEAST, MOST))
+        return np.asarray(
+            command
+            * np.clip(1.0 + term.coefficients[0] * self.progress(s, term.inner), MIN_THRUST_SHARE, MAX_THRUST_SHARE)
+        )
 
 
 class ThrustStep(_ThrustOfTime):
@@ -61,7 +70,7 @@ class ThrustStep(_ThrustOfTime):
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         begin, end = s.origin
-        return begin + EDGE * (end - begin), end - EDGE * (end - begin)
+        return begin + EDGE_SHARE * (end - begin), end - EDGE_SHARE * (end - begin)
 
     def nudge(self, s: Signals, k: int) -> float:
         return 0.5 * s.block if k == 1 else 0.0

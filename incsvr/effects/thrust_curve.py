@@ -8,11 +8,11 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-STARTS = (0.5, 0.65, 0.8, 1.25, 1.5, 1.75, 2.0, 2.5)
+START_EXPONENTS = (0.5, 0.65, 0.8, 1.25, 1.5, 1.75, 2.0, 2.5)
 """Exponents from which the search begins, to either side of the table's."""
 
-KNOWN = 0.06
-"""By what an exponent may differ from one: no thrust table is closer."""
+THRUST_EXPONENT_ERROR = 0.06
+"""Difference of an exponent from one that says nothing: no thrust table is closer."""
 
 
 class ThrustCurve(Effect):
@@ -33,7 +33,7 @@ class ThrustCurve(Effect):
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         top = float(np.quantile(np.abs(s.torque), 0.999))
-        return [(top, exponent) for exponent in STARTS] if top > 0.0 else []
+        return [(top, exponent) for exponent in START_EXPONENTS] if top > 0.0 else []
 
     def bounds(self, s: Signals) -> tuple[float, float]:
         return 0.4, 3.0
@@ -42,8 +42,10 @@ class ThrustCurve(Effect):
         return {"exponent": term.inner[-1]}
 
     def slight(self, term: Term, s: Signals) -> str:
-        if abs(term.inner[-1] - 1.0) < KNOWN:
-            return f"the exponent would be that of the table within {KNOWN:g}, better than it can be known"
+        if abs(term.inner[-1] - 1.0) < THRUST_EXPONENT_ERROR:
+            return (
+                f"the exponent would be that of the table within {THRUST_EXPONENT_ERROR:g}, better than it can be known"
+            )
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

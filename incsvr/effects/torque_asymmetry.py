@@ -8,7 +8,7 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-KNOWN = 0.05
+THRUST_TABLE_ERROR = 0.05
 """Part of the thrust: no thrust table is closer."""
 
 
@@ -37,8 +37,9 @@ class TorqueAsymmetry(Effect):
         return ""
 
     def slight(self, term: Term, s: Signals) -> str:
-        if abs(1.0 / (1.0 + term.coefficients[0]) - 1.0) < KNOWN:
-            return f"reverse thrust would be forward thrust within {KNOWN:.0%}, better than a thrust table is known"
+        if abs(1.0 / (1.0 + term.coefficients[0]) - 1.0) < THRUST_TABLE_ERROR:
+            within = f"{THRUST_TABLE_ERROR:.0%}"
+            return f"reverse thrust would be forward thrust within {within}, better than a thrust table is known"
         return ""
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:

@@ -8,7 +8,7 @@ from incsvr.effects.effect import Effect, Term
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-MAX_PART = 0.8
+MAX_DELAY_SETTLINGS = 0.8
 """Part of the settling time beyond which a delay is no delay."""
 
 
@@ -24,7 +24,7 @@ class TorqueDelay(Effect):
     lingers = True
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
-        return [(float(delay),) for delay in np.geomspace(0.25 * s.step, MAX_PART * s.settling, 6)]
+        return [(float(delay),) for delay in np.geomspace(0.25 * s.step, MAX_DELAY_SETTLINGS * s.settling, 6)]
 
     def coefficient_bounds(self, s: Signals) -> tuple[float, float]:
         return 0.0, 1.5 * s.scale
@@ -36,7 +36,7 @@ class TorqueDelay(Effect):
         return {"delay_s": term.coefficients[0]}
 
     def implausible(self, term: Term, s: Signals) -> str:
-        if term.coefficients[0] > MAX_PART * s.settling:
+        if term.coefficients[0] > MAX_DELAY_SETTLINGS * s.settling:
             return "the delay would be as long as the vehicle's own motion"
         return ""
 

@@ -12,17 +12,21 @@ from incsvr.effects.even_table import EvenTable
 from incsvr.effects.signals import Signals
 from incsvr.numerics import Array
 
-MIN_LOSS = 0.03
+MIN_LOSS_SHARE = 0.03
 """Part of the highest commands that a limit must take: a limit just above them takes but the torque's noise."""
 
-HIGHEST = 0.999
+HIGHEST_COMMAND_QUANTILE = 0.999
 """Quantile of the commands that counts as the highest: a controller asks for most but for instants, and loses most."""
 
-ROUND_STARTS, ROUND_RANGE = (0.15, 0.3, 0.45), (0.05, 0.6)
-"""Widths of a rounded corner in parts of the limit, from a supply that cuts to one that sags: starts, and range."""
+ROUND_START_WIDTHS = (0.15, 0.3, 0.45)
+"""Widths of a rounded corner from which the search begins, in parts of the limit."""
+ROUND_WIDTH_RANGE = (0.05, 0.6)
+"""Range of these widths, from a supply that cuts to one that sags."""
 
-TABLED, TABLE_CELLS = 4.0, 1000
-"""Limits up to which a rounded one is tabled, for beyond no corner is left, and cells of that."""
+TABLE_LIMITS = 4.0
+"""Limits up to which a rounded one is tabled, for beyond no corner is left."""
+TABLE_CELL_COUNT = 1000
+"""Cells of that table."""
 
 
 class Saturation(Effect):
@@ -39,16 +43,16 @@ class Saturation(Effect):
 
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant
-        self.shapes = ROUND_RANGE if variant == "rounded corner" else None
+        self.shapes = ROUND_WIDTH_RANGE if variant == "rounded corner" else None
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         limits = [float(limit) for limit in np.linspace(*self.bounds(s), 6) if limit > 0.0]
         if self.variant == "rounded corner":
-            return [(width, limit) for width in ROUND_STARTS for limit in limits]
+            return [(width, limit) for width in ROUND_START_WIDTHS for limit in limits]
         return [(limit,) for limit in limits]
 
     def bounds(self, s: Signals) -> tuple[float, float]:
-        largest = float(np.quantile(np.abs(s.torque), HIGHEST))
+        largest = float(np.quantile(np.abs(s.torque), HIGHEST_COMMAND_QUANTILE))
         return (0.5 * largest, 2.5 * largest) if self.variant == "smooth limit" else (0.3 * largest, 0.97 * largest)
 
     def lost(self, command: Array, inner: tuple[float, ...]) -> Array:
@@ -59,8 +63,10 @@ class Saturation(Effect):
         if self.variant == "limit":
             return np.asarray(command - np.clip(command, -limit, limit))
         width = inner[0] * limit
-        size, even = np.abs(command), np.linspace(0.0, TABLED * limit, TABLE_CELLS + 1)
-        inside = EvenTable(0.0, TABLED * limit / TABLE_CELLS, _over(even - limit, width) - _over(-even - limit, width))
+        size, even = np.abs(command), np.linspace(0.0, TABLE_LIMITS * limit, TABLE_CELL_COUNT + 1)
+        inside = EvenTable(
+            0.0, TABLE_LIMITS * limit / TABLE_CELL_COUNT, _over(even - limit, width) - _over(-even - limit, width)
+        )
         return np.asarray(np.copysign(np.maximum(inside(size), size - limit), command))
 
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
@@ -70,7 +76,11 @@ class Saturation(Effect):
         largest = np.abs(s.torque)
         largest = largest[largest >= np.quantile(largest, 0.99)]
         part = float(np.mean(self.lost(largest, term.inner)) / np.mean(largest))
-        return f"of the highest commands {part:.1%} would be lost, no more than their noise" if part < MIN_LOSS else ""
+        return (
+            f"of the highest commands {part:.1%} would be lost, no more than their noise"
+            if part < MIN_LOSS_SHARE
+            else ""
+        )
 
     def thrust(self, command: Array, s: Signals, term: Term) -> Array:
         return command - term.coefficients[0] * self.lost(command, term.inner)

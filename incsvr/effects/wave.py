@@ -71,7 +71,7 @@ class Wave(Effect):
             return "it would have the period of the command, or a harmonic of it: that is the vehicle's own motion"
         commanded, above = _line(s, 1.0 / term.inner[-1])
         if (
-            above > LINE
+            above > LINE_POWER_RATIO
             and commanded > 2.0 * amplitude
             and not _isolated(s, 1.0 / term.inner[-1], commanded, amplitude)
         ):
@@ -79,21 +79,23 @@ class Wave(Effect):
         return "the wave would exceed every command" if amplitude > 1.5 * float(np.max(np.abs(s.torque))) else ""
 
 
-HARMONICS = 15
-"""Of a periodic command: as far as the shape error of an effect of the motion reaches."""
+MAX_HARMONIC = 15
+"""Highest harmonic of a periodic command that is looked at: as far as the shape error of an effect of the motion
+reaches."""
 
-ISOLATED = 3
+MAX_ISOLATED_HARMONIC = 3
 """Highest harmonic that a motion may have alone: of r² the second, of r |r| mostly the third."""
 
-BESIDE = 0.3
-"""Of a higher one's amplitude: at least so large is another harmonic of the same motion."""
+MIN_NEIGHBOUR_SHARE = 0.3
+"""Part of a higher harmonic's amplitude which another harmonic of the same motion has at least."""
 
-LINE = 12.0
+LINE_POWER_RATIO = 12.0
 """Power of a line over that of its neighbourhood; noise gets there once in e¹² times."""
 
-NEAR, FEWEST = 0.15, 4
-"""Of a line's frequency, within which the vehicle answers others of the command alike, and so many of them at least:
-a sweep that is driven again and again has them."""
+NEAR_FREQUENCY_SHARE = 0.15
+"""Part of a line's frequency within which the vehicle answers others of the command alike."""
+MIN_NEAR_LINES = 4
+"""Others of the command near a line, at least: a sweep that is driven again and again has them."""
 
 
 def _harmonic(s: Signals, period: float, amplitude: float) -> bool:
@@ -103,13 +105,15 @@ def _harmonic(s: Signals, period: float, amplitude: float) -> bool:
     """
     finest = 1.0 / (s.origin[1] - s.origin[0])
     a_fifth, half = np.sqrt(0.4 * np.var(s.torque)), np.std(s.torque)  # of a sine that holds as much of the variance
-    for harmonic in range(1, HARMONICS + 1):
+    for harmonic in range(1, MAX_HARMONIC + 1):
         first = 1.0 / period / harmonic
         (here,) = _tones(s, s.torque, np.array([first]))
         if here > a_fifth and here >= max(_tones(s, s.torque, first + np.array([-finest, finest]) / harmonic)):
-            others = np.array([k for k in range(1, HARMONICS + 1) if k != harmonic]) * first
+            others = np.array([k for k in range(1, MAX_HARMONIC + 1) if k != harmonic]) * first
             isolated = (
-                harmonic > ISOLATED and here < half and np.max(_tones(s, s.residual, others)) < BESIDE * amplitude
+                harmonic > MAX_ISOLATED_HARMONIC
+                and here < half
+                and np.max(_tones(s, s.residual, others)) < MIN_NEIGHBOUR_SHARE * amplitude
             )
             if not isolated:
                 return True
@@ -128,10 +132,10 @@ def _isolated(s: Signals, frequency: float, commanded: float, amplitude: float) 
     """Whether next to nothing is left where the command has lines near this one, of half its size [N m] at least: of
     the vehicle's own motion as much would be left there."""
     length = s.origin[1] - s.origin[0]
-    apart = np.arange(3, 1 + int(NEAR * frequency * length)) / length
+    apart = np.arange(3, 1 + int(NEAR_FREQUENCY_SHARE * frequency * length)) / length
     near = frequency + np.concatenate([-apart, apart])
     lines = near[_tones(s, s.torque, near) >= 0.5 * commanded] if near.size else near
-    return lines.size >= FEWEST and bool(np.max(_tones(s, s.residual, lines)) < BESIDE * amplitude)
+    return lines.size >= MIN_NEAR_LINES and bool(np.max(_tones(s, s.residual, lines)) < MIN_NEIGHBOUR_SHARE * amplitude)
 
 
 def _tones(s: Signals, values: Array, frequency: Array) -> Array:

@@ -28,25 +28,25 @@ from incsvr.forecasting.propagation import Curve, propagate
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
 
-HORIZONS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
+HORIZONS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
 """Times ahead at which errors are kept [s]."""
-KEPT = 100
+HORIZON_ERRORS = 100
 """Errors of a horizon: of the last twenty batches. What the model did not know when it was young must not widen the
 intervals for long."""
-PER_BATCH = 5
+MAX_BATCH_ERRORS = 5
 """Errors that a batch adds to a horizon at most: those close to each other tell the same."""
-FEWEST = 19
-"""From so many independent errors on the 95 % of them are one of them; below, their spread and Student's t must do."""
-MODELS = 4
+MIN_INDEPENDENT_ERRORS = 19
+"""Independent errors from which on the 95 % of them are one of them; below, their spread and Student's t must do."""
+MAX_MODELS = 4
 """Models that were served are kept, so that a start is forecast with no later one than was served then."""
-UNTRIED = 2.0
-"""By how much an interval is wider than claimed where no forecast was tried yet."""
-CLAIM = 1.96
+UNTRIED_WIDENING = 2.0
+"""Factor by which an interval is wider than claimed where no forecast was tried yet."""
+NORMAL_95_DEVIATIONS = 1.96
 """Half an interval of 95 %, in standard deviations."""
-OF_FASTEST = 0.01
-"""A rate that starts a forecast is known to this part of the fastest: filter, mounting and scale of a gyro."""
-FRESH = 900.0
-"""How long a rate counts for what is usual [s]: as long as a sample counts as fresh in health."""
+START_SIGMA_SHARE = 0.01
+"""Part of the fastest rate to which a rate that starts a forecast is known: filter, mounting and scale of a gyro."""
+USUAL_RATES_S = 900.0
+"""Time for which a rate counts for what is usual [s]: as long as a sample counts as fresh in health."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +58,12 @@ class Experience:
         scores: for each horizon, of the latest forecasts, (k, 3): when the batch in which it ended did [s], and the
             errors of rate and heading in claimed deviations.
         fastest: the fastest rate so far [rad/s].
-        square: mean square of the rates of the last FRESH [rad²/s²].
+        square: mean square of the rates of the last USUAL_RATES_S [rad²/s²].
         until: what ends later is new [s].
     """
 
     models: tuple[tuple[float, Model], ...] = ()
-    scores: tuple[Array, ...] = tuple(np.empty((0, 3)) for _ in HORIZONS)
+    scores: tuple[Array, ...] = tuple(np.empty((0, 3)) for _ in HORIZONS_S)
     fastest: float = 0.0
     square: float = 0.0
     until: float = -math.inf
@@ -85,7 +85,7 @@ class Experience:
             models = _thinned((*models, (max(self.until, float(grid.time[0])), model)))
         kept = replace(self, models=models)
         if rates.size:
-            stays = math.exp(-rates.size * grid.step / FRESH) if self.fastest else 0.0
+            stays = math.exp(-rates.size * grid.step / USUAL_RATES_S) if self.fastest else 0.0
             kept = replace(
                 kept,
                 fastest=max(self.fastest, float(np.abs(rates).max())),
@@ -98,24 +98,24 @@ class Experience:
     @property
     def usual(self) -> float:
         """Half the width of what the rates are usually within, about rest [rad/s]."""
-        return CLAIM * math.sqrt(self.square)
+        return NORMAL_95_DEVIATIONS * math.sqrt(self.square)
 
     @property
     def start_sigma(self) -> float:
         """How well the rate is known at a start [rad/s]."""
-        return OF_FASTEST * self.fastest
+        return START_SIGMA_SHARE * self.fastest
 
     def widening(self, ahead: Array) -> tuple[Array, Array]:
         """By how much the intervals of rate and heading so far ahead (n,) [s] are wider than the claim."""
         known = [
             (math.log(horizon), *widening(scores, horizon))
-            for horizon, scores in zip(HORIZONS, self.scores, strict=True)
+            for horizon, scores in zip(HORIZONS_S, self.scores, strict=True)
             if len(scores)
         ]
         if not known:
-            return np.full(ahead.size, UNTRIED), np.full(ahead.size, UNTRIED)
+            return np.full(ahead.size, UNTRIED_WIDENING), np.full(ahead.size, UNTRIED_WIDENING)
         places, *scales = (np.array(column) for column in zip(*known, strict=True))
-        at = np.log(np.maximum(ahead, HORIZONS[0]))
+        at = np.log(np.maximum(ahead, HORIZONS_S[0]))
         # Further than anything was tried it is no better than the worst of what was.
         beyond = at > places[-1] + 1e-9
         rate, heading = (np.where(beyond, scale.max(), np.interp(at, places, scale)) for scale in scales)
@@ -132,9 +132,9 @@ class Experience:
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> Experience:
         """Raises an exception of any kind where it is not what `to_dict` can have given."""
-        scores = tuple(np.array(each, dtype=np.float64).reshape(-1, 3)[-KEPT:] for each in data["scores"])
+        scores = tuple(np.array(each, dtype=np.float64).reshape(-1, 3)[-HORIZON_ERRORS:] for each in data["scores"])
         fastest, square = float(data["fastest"]), float(data["square"])
-        if len(scores) != len(HORIZONS) or not all(np.isfinite(each).all() for each in scores):
+        if len(scores) != len(HORIZONS_S) or not all(np.isfinite(each).all() for each in scores):
             raise ValueError("these are no scores of forecasts")
         if not (math.isfinite(fastest) and fastest >= 0.0 and math.isfinite(square) and square >= 0.0):
             raise ValueError("these are no rates")
@@ -145,13 +145,13 @@ class Experience:
         scores = list(self.scores)
         for part in grid.stretches():
             for which, found in self._stretch(inertia, grid, part):
-                scores[which] = np.concatenate((scores[which], found))[-KEPT:]
+                scores[which] = np.concatenate((scores[which], found))[-HORIZON_ERRORS:]
         return replace(self, scores=tuple(scores))
 
     def _stretch(self, inertia: float, grid: Grid, part: slice) -> Iterator[tuple[int, Array]]:
         time, measured, moment, step = grid.time[part], grid.rate[part], grid.torque[part], grid.step
         turned = np.concatenate(([0.0], np.cumsum(0.5 * step * (measured[1:] + measured[:-1]))))
-        lengths = [round(horizon / step) for horizon in HORIZONS]
+        lengths = [round(horizon / step) for horizon in HORIZONS_S]
         ends_from = int(np.searchsorted(time, self.until, side="right"))
         starts = [_starts(time.size, length, ends_from) for length in lengths]
         for model, own in self._by_model(time):
@@ -191,14 +191,14 @@ def widening(scores: Array, horizon: float) -> tuple[float, float]:
     independent = min(ended.size, 1.0 + float(np.ptp(ended)) / horizon)
     rank = min(math.ceil(0.95 * (len(scores) + 1)), len(scores)) - 1
     found = np.sort(errors, axis=0)[rank]
-    if independent < FEWEST:
+    if independent < MIN_INDEPENDENT_ERRORS:
         found = np.maximum(found, np.sqrt(np.mean(errors**2, axis=0)) * float(stdtrit(independent, 0.975)))
-    return float(found[0]) / CLAIM, float(found[1]) / CLAIM
+    return float(found[0]) / NORMAL_95_DEVIATIONS, float(found[1]) / NORMAL_95_DEVIATIONS
 
 
 def _thinned(models: tuple[tuple[float, Model], ...]) -> tuple[tuple[float, Model], ...]:
-    """At most MODELS, those kept that stand furthest apart; the newest stays."""
-    while len(models) > MODELS:
+    """At most MAX_MODELS, those kept that stand furthest apart; the newest stays."""
+    while len(models) > MAX_MODELS:
         apart = [models[k + 1][0] - models[k - 1][0] for k in range(1, len(models) - 1)]
         drop = 1 + int(np.argmin(apart))
         models = models[:drop] + models[drop + 1 :]
@@ -210,5 +210,5 @@ def _starts(size: int, length: int, ends_from: int) -> NDArray[np.intp]:
     first, last = max(ends_from - length, 0), size - 1 - length
     if length < 1 or last < first:
         return np.empty(0, dtype=np.intp)
-    apart = max(length // 2, (last - first) // PER_BATCH, 1)
+    apart = max(length // 2, (last - first) // MAX_BATCH_ERRORS, 1)
     return np.arange(last, first - 1, -apart, dtype=np.intp)[::-1]

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.forecasting.experience import CLAIM, Experience
+from incsvr.forecasting.experience import NORMAL_95_DEVIATIONS, Experience
 from incsvr.forecasting.propagation import Curve, propagate
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
 
-LONGEST = 3600.0
-"""No forecast reaches further [s]."""
-MOST_STEPS = 20_000
-"""And none takes more steps."""
+MAX_FORECAST_S = 3600.0
+"""Longest forecast [s]."""
+MAX_FORECAST_STEPS = 20_000
+"""Steps of a forecast at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +74,9 @@ def forecast(
     if not at.size or not torque[0].size or not (np.diff(at) >= 0.0).all() or not at[0] >= start.time:
         raise BadInput("a forecast needs times that increase from its start on, and a torque")
     ahead = float(at[-1]) - start.time
-    if not ahead <= LONGEST:
-        raise BadInput(f"a forecast over {ahead:.6g} s is longer than {LONGEST:g} s")
-    step = max(step, ahead / MOST_STEPS)
+    if not ahead <= MAX_FORECAST_S:
+        raise BadInput(f"a forecast over {ahead:.6g} s is longer than {MAX_FORECAST_S:g} s")
+    step = max(step, ahead / MAX_FORECAST_STEPS)
     count = max(math.ceil(ahead / step), 1)
     even = start.time + step * np.arange(count + 1)
     curve = Curve.of(model, inertia, max(experience.fastest, abs(start.rate)), sample_period)
@@ -86,5 +86,5 @@ def forecast(
         np.interp(at, even, values[:, 0]) for values in (runs.rate, runs.heading, runs.rate_sigma, runs.heading_sigma)
     )
     wider, turns_wider = experience.widening(at - start.time)
-    half = CLAIM * wider * rate_sigma
-    return Forecast(at, rate, half, turned, CLAIM * turns_wider * turned_sigma, half < experience.usual)
+    half = NORMAL_95_DEVIATIONS * wider * rate_sigma
+    return Forecast(at, rate, half, turned, NORMAL_95_DEVIATIONS * turns_wider * turned_sigma, half < experience.usual)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from incsvr.numerics import Array, integral_at
 
-A_WIDTH = 2.0
+STEPS_PER_WIDTH = 2.0
 """Steps in a width of the filter: what is quicker is the gyro's noise to the learner."""
-BRIDGED = 2
-"""So many steps without a value are bridged."""
+MAX_BRIDGED_STEPS = 2
+"""Steps without a value that are bridged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Grid:
     @staticmethod
     def step_for(smoothing: float) -> float:
         """Of the grid beside a filter of this width [s]."""
-        return smoothing / A_WIDTH
+        return smoothing / STEPS_PER_WIDTH
 
     def part(self, kept: NDArray[np.bool_]) -> Grid:
         """The steps (n,) that are kept."""
@@ -78,5 +78,5 @@ def _means(stamps: Array, values: Array, at: Array, step: float, held: bool) -> 
     means = np.diff(integral_at(stamps, values, edges, held)) / step
     before = np.clip(np.searchsorted(stamps, edges, side="right") - 1, 0, stamps.size - 1)
     after = np.minimum(before + 1, stamps.size - 1)
-    paused = stamps[after] - stamps[before] > max(BRIDGED * step, 3.0 * usual)
+    paused = stamps[after] - stamps[before] > max(MAX_BRIDGED_STEPS * step, 3.0 * usual)
     return np.asarray(np.where(paused[1:] | paused[:-1], np.nan, means))

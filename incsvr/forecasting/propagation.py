@@ -20,12 +20,13 @@ import numpy as np
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
 
-NODES = 2001
+TABLE_NODES = 2001
 """Rates at which a curve is tabulated."""
-REACH = 2.5
-"""The table's ends, in fastest rates: a free run that is beyond is no forecast of anything."""
-LEAST_CORRELATION = 0.05
-"""Of the noise of two samples: less cannot be told from none, and would be a time of nearly nothing."""
+TABLE_REACH = 2.5
+"""Ends of the table, in fastest rates: a free run that is beyond is no forecast of anything."""
+MIN_CORRELATION = 0.05
+"""Correlation of the noise of two samples, at least: less cannot be told from none, and would be a time of nearly
+nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ class Curve:
 
     Attributes:
         low, step: the rates are low, low + step, … [rad/s].
-        damping, slope, sigma: (NODES,) d(r) [N m], d′(r) [N m s/rad], one standard deviation of the curve [N m].
+        damping, slope, sigma: (TABLE_NODES,) d(r) [N m], d′(r) [N m s/rad], one standard deviation of the curve [N m].
         inertia: I [kg m²].
         disturbance: one standard deviation of w [N m].
         lasts: its correlation time [s].
@@ -51,20 +52,20 @@ class Curve:
 
     @staticmethod
     def of(model: Model, inertia: float, fastest: float, period: float) -> Curve:
-        """A trained model's, out to REACH times the fastest rate [rad/s]; `period` is between two samples [s]."""
-        rates = np.linspace(-REACH * fastest, REACH * fastest, NODES)
+        """A trained model's, out to TABLE_REACH times the fastest rate [rad/s]; `period` is between two samples [s]."""
+        rates = np.linspace(-TABLE_REACH * fastest, TABLE_REACH * fastest, TABLE_NODES)
         said = model.predict(rates)
         step = float(rates[1] - rates[0])
         # A free run must not gain energy: where a curve drives, by its own doubt, it is taken for a flat one.
         slope = np.maximum(np.gradient(said.damping, step), 0.0)
-        lasts = -period / math.log(min(max(model.correlation, LEAST_CORRELATION), 0.999))
+        lasts = -period / math.log(min(max(model.correlation, MIN_CORRELATION), 0.999))
         return Curve(
             float(rates[0]), step, said.damping, slope, said.curve_sigma, inertia, float(model.sigma), float(lasts)
         )
 
     def at(self, rate: Array) -> tuple[Array, Array, Array]:
         """Damping, slope and doubt at (n,) rates, those of the ends beyond them."""
-        place = np.clip((rate - self.low) / self.step, 0.0, NODES - 1.001)
+        place = np.clip((rate - self.low) / self.step, 0.0, TABLE_NODES - 1.001)
         cell = place.astype(np.intp)
         part = place - cell
         return (

@@ -14,10 +14,11 @@ from incsvr.signals.coupled import motion_at
 from incsvr.signals.holding import MAX_HOLDING_PERIODS
 from incsvr.signals.settings import SETTLING_S
 
-SHORTEST = 1.0
-"""A motion shorter than this [s] shows nothing of a vehicle."""
-SHORTEST_HELD = 0.4
-"""The same where the torque holds meanwhile: there are many then, and together they show it."""
+MIN_MOTION_S = 1.0
+"""Length of a motion [s] below which it shows nothing of a vehicle."""
+MIN_HELD_MOTION_S = 0.4
+"""Length [s] below which a motion while the torque holds shows nothing: there are many of those, and together they show
+it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Moti
             stop = min(end, torque_end)
             rates = (rate_time >= start) & (rate_time <= stop)
             torques = (torque_time >= torque_begin) & (torque_time <= torque_end)
-            if stop - start >= SHORTEST and rates.any():
+            if stop - start >= MIN_MOTION_S and rates.any():
                 found.append(Motion(torque_time[torques], torque[torques], rate_time[rates], rate[rates]))
     return found
 
@@ -85,13 +86,13 @@ def held_motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list
     found = []
     for first, last in zip(edges[:-1], edges[1:] - 1, strict=True):
         begin, end = float(time[first]) + SETTLING_S, float(time[last])
-        if end - begin < SHORTEST_HELD or float(np.diff(time[first : last + 1]).max()) > longest:
+        if end - begin < MIN_HELD_MOTION_S or float(np.diff(time[first : last + 1]).max()) > longest:
             continue
         within = (rate_time >= begin) & (rate_time <= end)
         stamps, rates = rate_time[within], rate[within]
         for start, stop in _stretches(stamps, gap):
             one = (stamps >= start) & (stamps <= stop)
-            if stop - start >= SHORTEST_HELD:  # a free run stops at the stamps of the torque: at each of the rate's
+            if stop - start >= MIN_HELD_MOTION_S:  # a free run stops at the stamps of the torque: at each of the rate's
                 found.append(Motion(stamps[one], np.full(int(one.sum()), command[first]), stamps[one], rates[one]))
     return found
 

@@ -24,7 +24,8 @@ from incsvr.free_run.integrator import free_run
 from incsvr.free_run.motions import Motion
 from incsvr.numerics import Array, robust_deviation, root_mean_square
 
-_BLOCKS = 20
+_SCORE_BLOCKS = 20
+"""Blocks of time between which the scores scatter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,11 +109,11 @@ def _relative_error(jacobian: Array, residual: Array, soft: float) -> float:
     """Standard error of ln I by the sandwich formula, scores summed over blocks of time."""
     # least_squares scales its Jacobian for the soft loss by (1 + z)^(-3/4); a score's own factor is (1 + z)^(-1/2).
     scores = jacobian * (residual * (1.0 + (residual / soft) ** 2) ** 0.25)[:, None]
-    starts = np.linspace(0, residual.size, _BLOCKS, endpoint=False).astype(int)
+    starts = np.linspace(0, residual.size, _SCORE_BLOCKS, endpoint=False).astype(int)
     sums = np.add.reduceat(scores, starts, axis=0)
     information = jacobian.T @ jacobian
     if np.linalg.cond(information) > 1e12:
         return np.inf
     bread = np.linalg.inv(information)
-    covariance = bread @ (sums.T @ sums) @ bread * (_BLOCKS / (_BLOCKS - 1.0))
+    covariance = bread @ (sums.T @ sums) @ bread * (_SCORE_BLOCKS / (_SCORE_BLOCKS - 1.0))
     return float(np.sqrt(covariance[0, 0]))

@@ -12,15 +12,15 @@ import numpy as np
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
-FAR = 3.0
+FAR_FACTOR = 3.0
 """Factor between the declared inertia and the nearer end of what the motion shows, from which the declaration is said
 to be wrong: hidden effects and a closed loop bring forth two."""
-OWN = 0.5
+MIN_ACCELERATION_SHARE = 0.5
 """Part of what drag leaves of the torque that the acceleration must explain: a vehicle that turns steadily shows no
 inertia."""
-EXPLAINED = 0.5
+MIN_EXPLAINED_SHARE = 0.5
 """Part of the torque that acceleration and drag must explain before they say anything."""
-FEWEST = 30
+MIN_SAMPLES = 30
 """Samples from which anything is told."""
 
 
@@ -47,7 +47,7 @@ class ApparentInertia:
 
     def contradicts(self, declared: float) -> bool:
         """Whether a declared inertia [kg m²] is wrong by a factor, or the torque is in another unit by as much."""
-        return not self.low / FAR <= declared <= FAR * self.high
+        return not self.low / FAR_FACTOR <= declared <= FAR_FACTOR * self.high
 
 
 def apparent_inertia(samples: Samples, declared: float) -> ApparentInertia | None:
@@ -57,7 +57,7 @@ def apparent_inertia(samples: Samples, declared: float) -> ApparentInertia | Non
     τ = I ṙ + b r + c r|r| + d by least squares. Noise in ṙ lowers the I of τ on ṙ, noise in τ raises that of ṙ on τ:
     the truth lies between them (Frisch).
     """
-    if TORQUE not in samples.raw or len(samples) < FEWEST:
+    if TORQUE not in samples.raw or len(samples) < MIN_SAMPLES:
         return None
     torque, rate = samples.raw[TORQUE], samples.yaw_rate
     slope = (torque - samples.damping) / declared
@@ -68,7 +68,7 @@ def apparent_inertia(samples: Samples, declared: float) -> ApparentInertia | Non
         return None
     own = together**2 / (square * rest)
     explained = 1.0 - (1.0 - own) * rest / max(float(np.sum((torque - np.mean(torque)) ** 2)), 1e-300)
-    if own < OWN or explained < EXPLAINED:
+    if own < MIN_ACCELERATION_SHARE or explained < MIN_EXPLAINED_SHARE:
         return None
     asked = declared * float(np.sqrt(np.mean(slope**2) / np.mean(torque**2)))
     return ApparentInertia(together / square, together / square / own, asked, float(torque.max()), float(torque.min()))

@@ -8,8 +8,10 @@ import numpy as np
 
 from incsvr.learning.model import Model
 
-NAMES = ("N_r", "N_r|r|")
-NORMAL_95 = 1.96
+COEFFICIENT_NAMES = ("N_r", "N_r|r|")
+"""Names of the two coefficients, as CONTRACT has them."""
+NORMAL_95_DEVIATIONS = 1.96
+"""Half width of an interval of 95 % in standard deviations."""
 
 
 class Interval(NamedTuple):
@@ -24,7 +26,7 @@ def negative_drag(name: str, low: float, high: float) -> str | None:
     """A sentence on a coefficient whose interval of 95 % holds a drag that drives the vehicle; None where it does not.
 
     Args:
-        name: of NAMES, or as the axis calls it.
+        name: of COEFFICIENT_NAMES, or as the axis calls it.
         low, high: the interval, positive where damping opposes.
     """
     if low >= 0.0:
@@ -52,8 +54,8 @@ def coefficients(model: Model) -> dict[str, Interval]:
     best = covariance @ (weighted.T @ said.damping)
     own = np.sum(terms @ covariance * terms, axis=1)
     scale = float(np.mean(said.curve_sigma**2)) / max(float(np.mean(own)), 1e-300)
-    reach = NORMAL_95 * np.sqrt(scale * np.maximum(np.diag(covariance), 0.0))
+    reach = NORMAL_95_DEVIATIONS * np.sqrt(scale * np.maximum(np.diag(covariance), 0.0))
     return {
         name: Interval(value, value - half, value + half)
-        for name, value, half in zip(NAMES, best.tolist(), reach.tolist(), strict=True)
+        for name, value, half in zip(COEFFICIENT_NAMES, best.tolist(), reach.tolist(), strict=True)
     }

@@ -16,13 +16,13 @@ from incsvr.learning.driven import independent_share
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import Axis, accelerating, products
 
-SMALL = 0.15
+SMALL_RMS_SHARE = 0.15
 """Share of the torque's RMS up to which the neglected terms are small: thrust is rarely known to better."""
-CLEAR = 20.0
+CLEAR_F = 20.0
 """F of a term on which the residual's independent samples agree: of some twenty terms one by chance in ten thousand."""
-MOST = 3
+MAX_TERMS = 3
 """Terms that are told; a fourth has never mattered beside them."""
-FEWEST = 50
+MIN_SAMPLES = 50
 """Samples below which nothing is said."""
 
 
@@ -58,20 +58,20 @@ def neglected(
     terms = _terms(axis, rate, motion)
     known = np.all([np.isfinite(values) for values in terms.values()], axis=0) if terms else np.zeros(0, dtype=bool)
     count, level = int(known.sum()), root_mean_square(torque[known]) if known.any() else 0.0
-    if count < FEWEST or level == 0.0:
+    if count < MIN_SAMPLES or level == 0.0:
         return None
     own = np.column_stack([rate, rate * np.abs(rate), np.ones(rate.size)])[known]
     columns = {name: values[known] for name, values in terms.items() if np.ptp(values[known]) > 0.0}
     y = damping[known]
     chosen: list[str] = []
     design, left = own, _left(own, y)
-    while len(chosen) < MOST and len(chosen) < len(columns):
+    while len(chosen) < MAX_TERMS and len(chosen) < len(columns):
         rest = {name: _left(np.column_stack([design, columns[name]]), y) for name in columns if name not in chosen}
         best = min(rest, key=lambda name: float(rest[name] @ rest[name]))
         better = rest[best]
         power = max(float(better @ better), 1e-300)
         worth = count * independent_share(better)
-        if worth * (float(left @ left) - power) / power < CLEAR:
+        if worth * (float(left @ left) - power) / power < CLEAR_F:
             break
         chosen.append(best)
         design, left = np.column_stack([design, columns[best]]), better
@@ -80,7 +80,7 @@ def neglected(
     weights = np.linalg.lstsq(design, y, rcond=None)[0][own.shape[1] :]
     taken = design[:, own.shape[1] :] @ weights
     rms = root_mean_square(taken)
-    return Others(tuple(chosen), rms, level) if rms > SMALL * level else None
+    return Others(tuple(chosen), rms, level) if rms > SMALL_RMS_SHARE * level else None
 
 
 def _terms(axis: Axis, rate: Array, motion: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:

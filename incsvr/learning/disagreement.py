@@ -20,15 +20,15 @@ from incsvr.learning.model import Model
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-CELLS = 5
+SIDE_GROUPS = 5
 """Groups of a batch to each side, over the vehicle's rates."""
-FEWEST_SAMPLES = 4
-"""Of a group that tells anything."""
-FEWEST_GROUPS = 5.0
-"""From which on they are believed."""
-HORIZON = 40.0
+MIN_GROUP_SAMPLES = 4
+"""Samples of a group that tells anything, at least."""
+MIN_GROUPS = 5.0
+"""Groups from which on they are believed."""
+HORIZON_GROUPS = 40.0
 """Groups that the sums stand for, at most: of some ten batches."""
-FARTHEST = 4.0
+MAX_GROUP_DEVIATIONS = 4.0
 """Deviations that a group counts for, at most: a few outliers must not be the curve's error."""
 
 
@@ -49,7 +49,7 @@ class Disagreement:
     @property
     def widening(self) -> float:
         """By how much the curve's own doubt is to be multiplied, at least 1."""
-        if self.groups < FEWEST_GROUPS or not self.excess > self.claimed > 0.0:
+        if self.groups < MIN_GROUPS or not self.excess > self.claimed > 0.0:
             return 1.0
         return sqrt(self.excess / self.claimed)
 
@@ -61,21 +61,21 @@ class Disagreement:
             fastest: the vehicle's largest |r| [rad/s].
         """
         said, rate, damping = model.at(samples), samples.yaw_rate, samples.damping
-        cell = 2 * np.minimum((CELLS * np.abs(rate) / fastest).astype(np.intp), CELLS - 1) + (rate > 0.0)
-        sizes = np.bincount(cell[~said.extrapolated], minlength=2 * CELLS)
-        known = (~said.extrapolated) & (sizes[cell] >= FEWEST_SAMPLES)
-        there = np.flatnonzero(sizes >= FEWEST_SAMPLES)
+        cell = 2 * np.minimum((SIDE_GROUPS * np.abs(rate) / fastest).astype(np.intp), SIDE_GROUPS - 1) + (rate > 0.0)
+        sizes = np.bincount(cell[~said.extrapolated], minlength=2 * SIDE_GROUPS)
+        known = (~said.extrapolated) & (sizes[cell] >= MIN_GROUP_SAMPLES)
+        there = np.flatnonzero(sizes >= MIN_GROUP_SAMPLES)
         if there.size == 0:
             return self
 
         def mean(values: Array) -> Array:
-            return np.asarray(np.bincount(cell[known], values[known], 2 * CELLS)[there] / sizes[there])
+            return np.asarray(np.bincount(cell[known], values[known], 2 * SIDE_GROUPS)[there] / sizes[there])
 
         worth = (1.0 - model.correlation) / (1.0 + model.correlation)
         noise = mean(said.noise**2) / (worth * sizes[there])
         claimed = mean(said.curve_sigma**2) / model.widening**2
-        square = np.minimum(mean(damping - said.damping) ** 2, FARTHEST**2 * (noise + claimed))
-        before = min(self.groups, max(HORIZON - there.size, 0.0))
+        square = np.minimum(mean(damping - said.damping) ** 2, MAX_GROUP_DEVIATIONS**2 * (noise + claimed))
+        before = min(self.groups, max(HORIZON_GROUPS - there.size, 0.0))
         kept = before / self.groups if self.groups else 0.0
         return Disagreement(
             kept * self.excess + float((square - noise).sum()),

@@ -31,35 +31,35 @@ from incsvr.learning.criteria import Mask
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-WINDOW = 11
+WINDOW_SAMPLES = 11
 """Samples over which work is weighed: several of the vehicle's time scales where they stand as the paper's do."""
-MOSTLY = 0.5
+MIN_DRIVEN_SHARE = 0.5
 """Share of a batch that the torque makes from which all of it is evidence: the water then bends the curve by less than
 leaving samples out by what they say."""
 
-CLEARLY = 3.5
+CLEAR_WORK_T = 3.5
 """Student's t from which on the work is clearly positive: by chance in one window of about 300. At 3 a vehicle that
 holds its station teaches half as much again; at 4 one that follows a pipeline loses a tenth of its evidence."""
-HELD = 1.0
+HELD_MOTION_T = 1.0
 """Student's t below whose negative the motion about the mean is the water's. By chance in one window of six of noise
 alone; but at the crests of the paper's experiment, where the rate moves least, in two of a thousand."""
-TURNS = 0.2
+HELD_TURNS_SHARE = 0.2
 """Share of a batch from which on, where all of it is evidence, held turns are what it consists of: in the paper's
 experiment up to 0.12 are taken for it by chance, in long circles half."""
-AT_REST = 0.25
-"""A sample whose neighbourhood moves by less than this share of its window is at rest beside a turn, and no evidence;
-a straight pass through zero, as in the paper's experiment, has 0.26."""
-FEWEST = 5
+REST_MOTION_SHARE = 0.25
+"""Share of its window's motion by less than which a sample's neighbourhood moves where it is at rest beside a turn, and
+no evidence; a straight pass through zero, as in the paper's experiment, has 0.26."""
+MIN_WINDOW_SAMPLES = 5
 """Samples from which on a window tells anything: two are taken by what is estimated, and one may be an outlier."""
-TAMED = 3
-"""Times that a window's outlier is drawn in: at first it has drawn the line towards itself."""
-LARGEST_CORRELATION = 0.95
-"""Of the noise of two neighbours, as far as it is believed."""
+TAMING_ROUNDS = 3
+"""Rounds in which a window's outlier is drawn in: at first it has drawn the line towards itself."""
+MAX_CORRELATION = 0.95
+"""Correlation of the noise of two neighbours up to which it is believed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recent:
-    """What the next batch needs of those before it: their last samples, fewer than WINDOW.
+    """What the next batch needs of those before it: their last samples, fewer than WINDOW_SAMPLES.
 
     Attributes:
         yaw_rate: (n,) [rad/s].
@@ -102,31 +102,31 @@ def sift(batch: Samples, recent: Recent) -> Sifted:
     """
     r = np.concatenate((recent.yaw_rate, batch.yaw_rate))
     y = np.concatenate((recent.damping, batch.damping))
-    kept = Recent(r[1 - WINDOW :], y[1 - WINDOW :])
-    if r.size < FEWEST:  # too few to tell
+    kept = Recent(r[1 - WINDOW_SAMPLES :], y[1 - WINDOW_SAMPLES :])
+    if r.size < MIN_WINDOW_SAMPLES:  # too few to tell
         return Sifted(np.ones(len(batch), dtype=bool), batch.yaw_rate, kept)
-    count = min(WINDOW, r.size)
+    count = min(WINDOW_SAMPLES, r.size)
     first = np.clip(np.arange(r.size) - count // 2, 0, r.size - count)
     rise = np.gradient(r)
     rates, moments, rises = (sliding_window_view(values, count)[first] for values in (r, y, rise))
     slope, inertial = _regress(moments, rates, rises)
-    for _ in range(TAMED):
+    for _ in range(TAMING_ROUNDS):
         moments = _tamed(moments, slope[:, None] * rates + inertial[:, None] * rises)
         slope, inertial = _regress(moments, rates, rises)
     worth = (count - 2) * independent_share(y - slope * r - inertial * rise)
     apart = _without(rates, rises)
-    work, clear = _work(_without(moments, rises), apart, worth, CLEARLY)
+    work, clear = _work(_without(moments, rises), apart, worth, CLEAR_WORK_T)
     beside = np.clip(np.arange(r.size) - 1, 0, r.size - 3)
     near = (sliding_window_view(r, 3)[beside] ** 2).mean(axis=1)
-    moves = near >= AT_REST**2 * (rates * rates).mean(axis=1)
+    moves = near >= REST_MOTION_SHARE**2 * (rates * rates).mean(axis=1)
     mean = rates.mean(axis=1)
     about, level, rising = (values - values.mean(axis=1)[:, None] for values in (rates, moments, rises))
-    taken, told = _work(_without(level, rising), _without(about, rising), worth, HELD)
+    taken, told = _work(_without(level, rising), _without(about, rising), worth, HELD_MOTION_T)
     held = told & (taken < 0.0)
     new = slice(recent.yaw_rate.size, None)
     driven, held = (clear & (work > 0.0) & moves)[new], held[new]
-    if driven.mean() > MOSTLY:
-        driven, held = np.ones_like(driven), held & (held.mean() > TURNS)
+    if driven.mean() > MIN_DRIVEN_SHARE:
+        driven, held = np.ones_like(driven), held & (held.mean() > HELD_TURNS_SHARE)
     return Sifted(driven, np.where(held, mean[new], batch.yaw_rate), kept)
 
 
@@ -170,5 +170,5 @@ def independent_share(error: Array) -> float:
     """How many independent samples one of (n,) errors is worth in a mean: (1 − ρ)/(1 + ρ)."""
     power = float(error @ error)
     correlation = float(error[1:] @ error[:-1]) / power if power > 0.0 else 0.0
-    correlation = min(max(correlation, 0.0), LARGEST_CORRELATION)
+    correlation = min(max(correlation, 0.0), MAX_CORRELATION)
     return (1.0 - correlation) / (1.0 + correlation)

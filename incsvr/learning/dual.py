@@ -16,14 +16,15 @@ from incsvr.learning.kernel import rbf, rbf_at_rest
 from incsvr.learning.solver.certificate import Solution, certify
 from incsvr.learning.solver.coordinate_descent import descend
 from incsvr.learning.solver.crossover import cross, edges
-from incsvr.learning.solver.factor import SMALL, factor
+from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.learning.solver.interior_point import path
 from incsvr.learning.solver.matrix import Factored, Whole
 from incsvr.numerics import Array
 
 __all__ = ["Solution", "coordinate_descent", "solve"]
 
-LARGEST = 1e30  # root of the sum of squares of any input: nothing physical, and no product of two overflows
+MAX_INPUT_NORM = 1e30
+"""Root of the sum of squares of any input, at most: nothing physical is as large, and no product of two overflows."""
 
 
 def solve(
@@ -47,7 +48,7 @@ def solve(
     best: Solution | None = None
     if (np.abs(y) > tube).any():
         # Over several velocities the rank is near n.
-        whole = x.ndim == 2 and y.size <= SMALL
+        whole = x.ndim == 2 and y.size <= MAX_WHOLE_SAMPLES
         kernel = rbf_at_rest if vanishing else rbf
         matrix = Whole(kernel(x, x, gamma)) if whole else Factored(factor(x, gamma, vanishing))
         for theta in edges(matrix, y, bound, tube) if whole else ():
@@ -106,8 +107,10 @@ def _checked(
     bound, tube = _each("C", C, y.size), _each("epsilon", epsilon, y.size)
     for name, values in (("x", x), ("y", y), ("C", bound), ("epsilon", tube)):
         flat = values.reshape(-1)
-        if not flat.dot(flat) < LARGEST * LARGEST:  # one call; NaN compares as false
-            raise BadInput(f"{name} holds NaN, infinity or values beyond {LARGEST:g}: strike such samples out first")
+        if not flat.dot(flat) < MAX_INPUT_NORM * MAX_INPUT_NORM:  # one call; NaN compares as false
+            raise BadInput(
+                f"{name} holds NaN, infinity or values beyond {MAX_INPUT_NORM:g}: strike such samples out first"
+            )
     if y.size and not (float(bound.min()) > 0.0 and float(tube.min()) >= 0.0):
         raise BadInput("C must be positive and epsilon zero or more for every sample")
     return x, y, bound, tube

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from incsvr.learning.criteria import Mask
-from incsvr.learning.driven import WINDOW, independent_share
+from incsvr.learning.driven import WINDOW_SAMPLES, independent_share
 from incsvr.signals.samples import Samples
 
-ANSWERS = 3.0
+ANSWERING_T = 3.0
 """Student's t from which on the torque answers the rate, over all motion that the water makes: by chance one in 700."""
-LITTLE = 0.05
-"""Where less than this part of the samples is evidence, somebody should know."""
-HORIZON = 1000.0
+LITTLE_EVIDENCE_SHARE = 0.05
+"""Share of the samples that is evidence below which somebody should know."""
+HORIZON_SAMPLES = 1000.0
 """Samples that the running means of the water stand for, at most."""
 
 
@@ -40,7 +40,7 @@ class Water:
         n = len(batch)
         rate, moment = float((batch.yaw_rate**2) @ ~driven), float((batch.damping**2) @ ~driven)
         count = float(np.count_nonzero(~driven))
-        known = min(self.seen, max(HORIZON - n, 0.0))
+        known = min(self.seen, max(HORIZON_SAMPLES - n, 0.0))
         seen = known + n
         return Water(
             (known * self.rate + rate) / seen,
@@ -106,13 +106,13 @@ class Excitation:
     @property
     def little(self) -> bool:
         """Whether so few samples are evidence that somebody should know."""
-        return self.driven < LITTLE * self.samples
+        return self.driven < LITTLE_EVIDENCE_SHARE * self.samples
 
 
-MANOEUVRE = (
+EXCITING_MANOEUVRE = (
     "drive steps of torque to both sides, from weak to full, each held until the yaw rate has settled, for some minutes"
 )
-"""What would be evidence."""
+"""Manoeuvre that would be evidence."""
 
 
 def torque_answers(undriven: Samples) -> bool:
@@ -123,7 +123,7 @@ def torque_answers(undriven: Samples) -> bool:
     """
     r, y = undriven.yaw_rate, undriven.damping
     motion, work = float(r @ r), float(r @ y)
-    if r.size < WINDOW or not motion > 0.0:
+    if r.size < WINDOW_SAMPLES or not motion > 0.0:
         return False
     left = y - work / motion * r
-    return work < 0.0 and r.size * independent_share(left) * work * work > ANSWERS**2 * motion * float(left @ left)
+    return work < 0.0 and r.size * independent_share(left) * work * work > ANSWERING_T**2 * motion * float(left @ left)

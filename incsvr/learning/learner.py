@@ -23,7 +23,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.criteria import Mask
 from incsvr.learning.disagreement import Disagreement
 from incsvr.learning.driven import Recent, sift
-from incsvr.learning.dual import LARGEST
+from incsvr.learning.dual import MAX_INPUT_NORM
 from incsvr.learning.excitation import Water
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
@@ -35,10 +35,11 @@ from incsvr.signals.samples import Samples
 
 __all__ = ["Iteration", "Settings", "State", "start", "step"]
 
-FORM = 3  # of the plain data; a state of another form is refused
+STATE_FORM = 3
+"""Number of the form of the plain data; a state of another form is refused."""
 Memory = paper.Memory | weighted.Memory | several_paper.Memory | several_weighted.Memory
-FEWEST = 5
-"""A policy learns from no less than this part of a batch: from fewer samples no noise can be told."""
+BATCH_PARTS = 5
+"""Parts of a batch of which a policy learns from one at least: from fewer samples no noise can be told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,7 @@ class State:
     def to_dict(self) -> dict[str, Any]:
         """Plain data for a file: numbers, strings, lists, dictionaries; exact to the bit through JSON."""
         return {
-            "form": FORM,
+            "form": STATE_FORM,
             "iterations": self.iterations,
             "model": self.model.to_dict(),
             "policy": self.policy,
@@ -119,7 +120,7 @@ class State:
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> State:
-        if data.get("form") != FORM or data.get("policy") not in _POLICIES:
+        if data.get("form") != STATE_FORM or data.get("policy") not in _POLICIES:
             raise BadInput("this is not a learner's state of this version; start from an empty state directory")
         policy = data["policy"]
         over_several = "fastest" in data["memory"]  # which no policy over one velocity remembers
@@ -174,8 +175,10 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     if not np.isfinite(batch.yaw_rate).all() or not np.isfinite(batch.damping).all():
         raise BadInput("a batch holds NaN or infinite samples; reject them before they reach the learner")
     for name, values in (("x", batch.yaw_rate), ("y", batch.damping)):
-        if np.abs(values).max() > LARGEST:
-            raise BadInput(f"{name} holds values beyond {LARGEST:g}: reject such samples before they reach the learner")
+        if np.abs(values).max() > MAX_INPUT_NORM:
+            raise BadInput(
+                f"{name} holds values beyond {MAX_INPUT_NORM:g}: reject such samples before they reach the learner"
+            )
     if state.policy != settings.policy:
         raise BadInput(f'the state was learned under policy "{state.policy}"; set it or start from an empty state')
     if set(state.memory.served.channels) != set(settings.others):
@@ -191,7 +194,7 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
     water = state.water.after(alone, driven)
     samples, policy = waiting.samples, _policy(settings.policy, bool(settings.others))
     disagreement = state.disagreement
-    if len(samples) and FEWEST * len(samples) >= min(settings.batch, len(batch)):
+    if len(samples) and BATCH_PARTS * len(samples) >= min(settings.batch, len(batch)):
         predicted = before.learned(samples) if before.is_trained else None
         if before.is_trained:
             fastest = max(abs(end) for end in settings.rate_range)

@@ -18,22 +18,24 @@ from incsvr.learning.driven import independent_share
 from incsvr.numerics import Array
 from incsvr.signals.smoothing import smooth
 
-STRETCH = 60.0
-"""Of a recording [s]: a dozen commands, which tell a delay to some hundredths of a second."""
-LATEST, STEP = 4.0, 0.05
-"""Delays that are tried go so far to both sides, so far apart [s]; beyond, the streams do not belong together."""
-APART = 0.25
-"""Delays that differ by less [s] are none of a clock's: rotors follow a small command later than a large one by up to a
-fifth of a second, and two quartz clocks part by a tenth in a quarter of an hour."""
-SURE = 9.0
+STRETCH_S = 60.0
+"""Length of a stretch of a recording [s]: a dozen commands, which tell a delay to some hundredths of a second."""
+MAX_DELAY_S = 4.0
+"""Longest delay that is tried, to both sides [s]; beyond, the streams do not belong together."""
+DELAY_STEP_S = 0.05
+"""Step between two delays that are tried [s]."""
+MIN_CLOCK_STEP_S = 0.25
+"""Difference of two delays from which on it is a clock's [s]: rotors follow a small command later than a large one by
+up to a fifth of a second, and two quartz clocks part by a tenth in a quarter of an hour."""
+SURE_LOG_LIKELIHOOD = 9.0
 """Twice the log-likelihood by which a delay must be worse to be out of the question: three standard deviations."""
-WIDEST = 0.5
-"""A stretch in which more than this to both sides [s] is in question tells nothing."""
-FEWEST = 2
+MAX_DOUBT_S = 0.5
+"""Delays to both sides that are in question in a stretch which tells anything, at most [s]."""
+MIN_STRETCHES = 2
 """Stretches that must tell the same on either side of a step."""
-ROUNDING = 1e-12
-"""Of what noise-free data leave."""
-EXPLAINS = 0.5
+ROUNDING_SHARE = 1e-12
+"""Share of the torque that rounding leaves of noise-free data."""
+MIN_EXPLAINED_SHARE = 0.5
 """Share of the torque that the motion must explain in a stretch for its delay to be believed."""
 
 
@@ -59,32 +61,36 @@ def offsets(rate: tuple[Array, Array], torque: tuple[Array, Array], smoothing: f
     if not rate[0].size or not torque[0].size:
         return []
     begin, end = max(rate[0][0], torque[0][0]), min(rate[0][-1], torque[0][-1])
-    count = int((end - begin) // STRETCH)
-    found = (_of_stretch(rate, torque, begin + k * STRETCH, smoothing) for k in range(count))
+    count = int((end - begin) // STRETCH_S)
+    found = (_of_stretch(rate, torque, begin + k * STRETCH_S, smoothing) for k in range(count))
     return [each for each in found if each is not None]
 
 
 def unsteady(found: list[Offset]) -> str | None:
     """A sentence where one clock steps, or runs at another speed, beside the other; None where neither explains all.
 
-    A step needs FEWEST stretches on both sides, another speed twice as many: where a controller closes the loop, a
-    stretch may show the controller's delay instead of the vehicle's. A clock that walks is told by its pace (checks).
+    A step needs MIN_STRETCHES stretches on both sides, another speed twice as many: where a controller closes the
+    loop, a stretch may show the controller's delay instead of the vehicle's. A clock that walks is told by its pace
+    (checks).
     """
-    if len(found) < 2 * FEWEST:
+    if len(found) < 2 * MIN_STRETCHES:
         return None
     late, early = max(found, key=lambda each: each.late), min(found, key=lambda each: each.late)
-    if late.late - early.late < APART or late.least <= early.most:
+    if late.late - early.late < MIN_CLOCK_STEP_S or late.least <= early.most:
         return None
     middle = np.array([0.5 * (each.begin + each.end) for each in found])
     offset = np.array([each.late for each in found])
     line = np.polyval(np.polyfit(middle, offset, 1), middle)
     steps = [
         np.where(np.arange(offset.size) < k, offset[:k].mean(), offset[k:].mean())
-        for k in range(FEWEST, offset.size - FEWEST + 1)
+        for k in range(MIN_STRETCHES, offset.size - MIN_STRETCHES + 1)
     ]
     step = min(steps, key=lambda levels: float(np.sum((offset - levels) ** 2)))
     nearer = min((line, step), key=lambda levels: float(np.sum((offset - levels) ** 2)))
-    if any(not each.least - STEP <= at <= each.most + STEP for each, at in zip(found, nearer.tolist(), strict=True)):
+    if any(
+        not each.least - DELAY_STEP_S <= at <= each.most + DELAY_STEP_S
+        for each, at in zip(found, nearer.tolist(), strict=True)
+    ):
         return None
     if nearer is line:
         slope = 1e3 * float(line[-1] - line[0]) / float(middle[-1] - middle[0])
@@ -101,29 +107,29 @@ def unsteady(found: list[Offset]) -> str | None:
 def _of_stretch(
     rate: tuple[Array, Array], torque: tuple[Array, Array], begin: float, smoothing: float
 ) -> Offset | None:
-    delays = np.arange(-LATEST, LATEST + 0.5 * STEP, STEP, dtype=np.float64)
-    at = np.arange(begin + LATEST, begin + STRETCH - LATEST, max(smoothing, STEP), dtype=np.float64)
+    delays = np.arange(-MAX_DELAY_S, MAX_DELAY_S + 0.5 * DELAY_STEP_S, DELAY_STEP_S, dtype=np.float64)
+    at = np.arange(begin + MAX_DELAY_S, begin + STRETCH_S - MAX_DELAY_S, max(smoothing, DELAY_STEP_S), dtype=np.float64)
     gap = 2.0 * smoothing
     moved = smooth(*rate, at, smoothing=smoothing, gap=gap)
-    grid = np.arange(begin, begin + STRETCH, STEP, dtype=np.float64)
+    grid = np.arange(begin, begin + STRETCH_S, DELAY_STEP_S, dtype=np.float64)
     pushed = smooth(*torque, grid, smoothing=smoothing, gap=gap)
     if not pushed.complete.any():
         return None
-    place = np.rint((at[:, None] + delays - begin) / STEP).astype(np.intp).clip(0, grid.size - 1)
+    place = np.rint((at[:, None] + delays - begin) / DELAY_STEP_S).astype(np.intp).clip(0, grid.size - 1)
     shifted = pushed.value[place]
     known = moved.complete & np.isfinite(shifted).all(axis=1)
-    if known.sum() < STRETCH / (4.0 * max(smoothing, STEP)) or np.ptp(shifted[known]) <= 0.0:
+    if known.sum() < STRETCH_S / (4.0 * max(smoothing, DELAY_STEP_S)) or np.ptp(shifted[known]) <= 0.0:
         return None
     r, rise, y = moved.value[known], moved.slope[known], shifted[known]
     design = np.column_stack([rise, r, r * np.abs(r), np.ones(r.size)])
     left = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
-    share = np.maximum(np.mean(left**2, axis=0) / np.maximum(np.var(y, axis=0), ROUNDING), ROUNDING)
+    share = np.maximum(np.mean(left**2, axis=0) / np.maximum(np.var(y, axis=0), ROUNDING_SHARE), ROUNDING_SHARE)
     best = int(np.argmin(share))
-    if share[best] > 1.0 - EXPLAINS or not 0 < best < delays.size - 1:
+    if share[best] > 1.0 - MIN_EXPLAINED_SHARE or not 0 < best < delays.size - 1:
         return None
     worth = r.size * independent_share(left[:, best])
-    inside = np.flatnonzero(worth * np.log(share / share[best]) < SURE)
+    inside = np.flatnonzero(worth * np.log(share / share[best]) < SURE_LOG_LIKELIHOOD)
     least, most = float(delays[inside[0]]), float(delays[inside[-1]])
-    if most - least > 2.0 * WIDEST:
+    if most - least > 2.0 * MAX_DOUBT_S:
         return None
-    return Offset(begin, begin + STRETCH, float(delays[best]), least, most)
+    return Offset(begin, begin + STRETCH_S, float(delays[best]), least, most)

@@ -1,7 +1,7 @@
 """Answers from a model: damping, how sure it is, and whether it was learned there; from a table, in microseconds.
 
 The table is a cubic Hermite spline of the curve. With nodes h apart it is off by less than h⁴ max|f⁗|/384, and since
-|f⁗| ≤ ‖f‖ √1680 γ², STEP keeps that below 1e-5 N m for a curve of 1,000 N m.
+|f⁗| ≤ ‖f‖ √1680 γ², NODE_DISTANCE_LENGTHS keeps that below 1e-5 N m for a curve of 1,000 N m.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from incsvr.learning.spread import Spread
 from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array
 
-STEP = 0.015
+NODE_DISTANCE_LENGTHS = 0.015
 """Distance of two nodes, in kernel lengths 1/√γ."""
-NODES = 4096
-"""At most."""
-NARROW = 1e-9
-"""A learned range of this width is one rate [rad/s]."""
-SYSTEMATIC = 0.3
+MAX_NODES = 4096
+"""Nodes of a table at most."""
+MIN_RANGE_RAD_S = 1e-9
+"""Width of a learned range below which it is one rate [rad/s]."""
+SYSTEMATIC_NOISES = 0.3
 """Doubt that no number of samples takes away, in noise levels: between two samples torque and water are not known, and
 the curve is as smooth as its kernel. On ordinary missions (seeds 2000 on) the weighted policy's band of 95 % holds the
 truth in 94 % with it, and in 91 % with 0.2; in the paper's experiment, where the noise is the gyro's, in all."""
-ALONE = sqrt(1.0 - SYSTEMATIC**2)
+NOISE_SHARE = sqrt(1.0 - SYSTEMATIC_NOISES**2)
 """The noise as a part of what fresh samples leave over, which holds the systematic doubt as well."""
-BY_THE_WATER = 1.5
-"""How much more than at random the water stands in what was learned: motion counts as driven where its work is clear,
-and the water may have helped it."""
-GAP = 0.5
+WATER_FACTOR = 1.5
+"""Factor by which the water stands in what was learned beside what it would at random: motion counts as driven where
+its work is clear, and the water may have helped it."""
+MAX_GAP_LENGTHS = 0.5
 """Distance from the nearest vector beyond which a rate between vectors is not learned either, in kernel lengths."""
 
 
@@ -92,8 +92,8 @@ class Table:
         x = support.rate
         low, high = float(x.min()), float(x.max())
         span = high - low
-        cells = min(max(ceil(span * sqrt(support.gamma) / STEP), 1), NODES)
-        h = span / cells if span > NARROW else 1.0
+        cells = min(max(ceil(span * sqrt(support.gamma) / NODE_DISTANCE_LENGTHS), 1), MAX_NODES)
+        h = span / cells if span > MIN_RANGE_RAD_S else 1.0
         nodes = np.linspace(low, low + h * cells, cells + 1)
         kernel = rbf(nodes, x, support.gamma)
         f = kernel @ support.weight
@@ -101,7 +101,7 @@ class Table:
         rise = np.diff(f, append=f[-1])
         following = np.append(slope[1:], 0.0)
         doubt = _doubt(support, nodes, kernel)
-        noise = ALONE * support.sigma * support.spread.at(nodes)
+        noise = NOISE_SHARE * support.sigma * support.spread.at(nodes)
         sigma = np.hypot(noise, doubt)
         rows = np.stack(
             (
@@ -118,7 +118,7 @@ class Table:
         ordered = np.sort(x)
         edges = 0.5 * (ordered[1:] + ordered[:-1])
         nearest = ordered[np.searchsorted(edges, nodes)]
-        thin = np.abs(nodes - nearest) > GAP / sqrt(support.gamma)
+        thin = np.abs(nodes - nearest) > MAX_GAP_LENGTHS / sqrt(support.gamma)
         beyond = Continuation.fit(
             x,
             rbf(x, x, support.gamma) @ support.weight,
@@ -148,7 +148,7 @@ class Table:
         sigma, noise = increase * u + sigma, louder * u + noise
         if beyond:
             damping[outside], doubt = self.beyond.predict(rate[outside])
-            noise[outside] = ALONE * self.noise * self.spread.at(rate[outside])
+            noise[outside] = NOISE_SHARE * self.noise * self.spread.at(rate[outside])
             sigma[outside] = np.hypot(noise[outside], doubt)
         if self.thin is not None:
             outside |= self.thin[cell]
@@ -171,8 +171,9 @@ def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
     """Standard deviation of the curve at the nodes [N m].
 
     The noise: that of a Gaussian process with the model's kernel, the curve's largest moment as its scale, and as much
-    noise in each vector as its samples leave. Beside it what no number of samples takes away (SYSTEMATIC), and what
-    the water may have made of the slope. All of it as much wider as fresh samples have disagreed (disagreement.py).
+    noise in each vector as its samples leave. Beside it what no number of samples takes away (SYSTEMATIC_NOISES),
+    and what the water may have made of the slope. All of it as much wider as fresh samples have disagreed
+    (disagreement.py).
 
     Args:
         nodes: (k,) rates [rad/s].
@@ -185,5 +186,7 @@ def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
     gram[np.diag_indices(x.size)] += ratio / (support.worth * support.count)
     explained = (kernel.T * cho_solve(cho_factor(gram), kernel.T)).sum(axis=0)
     noise = scale**2 * np.maximum(1.0 - explained, 0.0)
-    own = np.sqrt(noise + (SYSTEMATIC * support.sigma) ** 2 + (BY_THE_WATER * support.slope_by_water * nodes) ** 2)
+    own = np.sqrt(
+        noise + (SYSTEMATIC_NOISES * support.sigma) ** 2 + (WATER_FACTOR * support.slope_by_water * nodes) ** 2
+    )
     return np.asarray(support.widening * own)

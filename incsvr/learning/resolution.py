@@ -22,23 +22,24 @@ from incsvr.signals import SignalSettings, raw
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MIN_WIDTH_PERIODS
 
-BANDS = ((0.15, 0.35), (0.35, 0.65), (0.65, 1.0))
-"""Of the fastest rate, in each of which the error is told."""
-SAID = 0.1
-"""Of the damping there: a smaller error is not said."""
-AIMED = 0.5 * SAID
-"""Of the damping there: a filter that is proposed is narrow enough for this error."""
-WORTH = 0.9
-"""Of the filter's width, that a narrower one has at most: less changes nothing."""
-OF_FASTEST = 0.02
-"""And of the damping at the fastest rates: where there is next to no damping, nobody asks for a tenth of it."""
-CLEARLY = 3.0
+RATE_BANDS = ((0.15, 0.35), (0.35, 0.65), (0.65, 1.0))
+"""Bands of the rates, in parts of the fastest, in each of which the error is told."""
+MIN_ERROR_SHARE = 0.1
+"""Share of the damping in a band below which an error is not said."""
+AIMED_ERROR_SHARE = 0.5 * MIN_ERROR_SHARE
+"""Share of the damping for which a filter that is proposed is narrow enough."""
+MAX_NARROWER_SHARE = 0.9
+"""Width of a narrower filter, in that of the filter, at most: less changes nothing."""
+MIN_FASTEST_SHARE = 0.02
+"""Share of the damping at the fastest rates below which an error is not said either: where there is next to no damping,
+nobody asks for a tenth of it."""
+CLEAR_STANDARD_ERRORS = 3.0
 """Standard errors by which what is said is no chance."""
-FEWEST = 5
+MIN_SAMPLES = 5
 """Samples of a band from which anything is told."""
-TAMED = 5
-"""Times that the weights are told anew."""
-FASTEST = 0.98
+TAMING_ROUNDS = 5
+"""Rounds in which the weights are told anew."""
+FASTEST_QUANTILE = 0.98
 """Quantile of the rates that counts as the fastest: one outlier does not."""
 
 
@@ -83,20 +84,22 @@ class Unresolved:
         """The width of a filter [s] that is narrow enough for the motion, or as narrow as the streams allow; None where
         they allow none that is much narrower."""
         least = MIN_WIDTH_PERIODS * self._slowest(settings)
-        width = max(self.smoothing * (AIMED / self.share) ** 0.5, least)  # the error goes with the width squared
-        return float(f"{width:.2g}") if width < WORTH * self.smoothing else None
+        width = max(
+            self.smoothing * (AIMED_ERROR_SHARE / self.share) ** 0.5, least
+        )  # the error goes with the width squared
+        return float(f"{width:.2g}") if width < MAX_NARROWER_SHARE * self.smoothing else None
 
     def cure(self, settings: SignalSettings) -> str:
         """What to set or to ask for, in the configuration's words."""
         width = None if self.late else self.narrower(settings)
         if self.late:
-            cure = f"send the torque every {self.torque_period * SAID / self.share:.1g} s"
+            cure = f"send the torque every {self.torque_period * MIN_ERROR_SHARE / self.share:.1g} s"
         elif width is not None:
             cure = f"set signals.smoothing to {width:g}"
         else:
             slowest = self._slowest(settings)
             name = "yaw rate" if slowest <= self.yaw_rate_period else "torque"
-            wanted = self.smoothing * (AIMED / self.share) ** 0.5
+            wanted = self.smoothing * (AIMED_ERROR_SHARE / self.share) ** 0.5
             cure = f"send the {name} every {wanted / MIN_WIDTH_PERIODS:.1g} s and smooth over {wanted:.1g} s"
         if settings.torque != COMMANDED:
             cure += ", or, where the torque is a command that holds until the next, set signals.torque to commanded"
@@ -114,7 +117,7 @@ def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:
         samples: with what their raw streams showed.
         smoothing: the width of their filter [s].
     """
-    if raw.RATE_SPREAD not in samples.raw or len(samples) < FEWEST:
+    if raw.RATE_SPREAD not in samples.raw or len(samples) < MIN_SAMPLES:
         return None
     rate, spread = samples.yaw_rate, samples.raw[raw.RATE_SPREAD]
     period = samples.raw[raw.named(raw.TORQUE, raw.PERIOD)]
@@ -125,23 +128,23 @@ def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:
     curve = linear * rate + quadratic * square
     bend, late = side * quadratic * (blurred - square), 0.25 * period * side * samples.raw[raw.TORQUE_SLOPE]
     size = np.abs(rate)
-    fastest = float(np.quantile(size, FASTEST))
+    fastest = float(np.quantile(size, FASTEST_QUANTILE))
     found: list[tuple[float, float, float, bool]] = []
     largest = 0.0
-    for low, high in reversed(BANDS):
+    for low, high in reversed(RATE_BANDS):
         inside = (size >= low * fastest) & (size <= high * fastest) & np.isfinite(bend + late)
-        if inside.sum() < FEWEST:
+        if inside.sum() < MIN_SAMPLES:
             continue
         damping = float(np.mean(np.abs(curve[inside])))
         largest = max(largest, damping)
         parts = [_clear(values[inside]) for values in (bend, late)]
         off = sum(parts)
-        counts = off > OF_FASTEST * largest and damping > 0.0
+        counts = off > MIN_FASTEST_SHARE * largest and damping > 0.0
         found.append((float(np.mean(size[inside])), off / damping if counts else 0.0, off, parts[1] > parts[0]))
     if not found:
         return None
     worst = max(found, key=lambda each: each[1])
-    if worst[1] < SAID:
+    if worst[1] < MIN_ERROR_SHARE:
         return None
     return Unresolved(
         rate=worst[0],
@@ -158,7 +161,7 @@ def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:
 def _fitted(terms: Array, damping: Array) -> tuple[float, float]:
     """Coefficients of two terms (n, 2) in a moment (n,), with little weight for what is far from most."""
     weight = np.ones(damping.size)
-    for _ in range(TAMED):
+    for _ in range(TAMING_ROUNDS):
         root = np.sqrt(weight)
         best = np.linalg.lstsq(terms * root[:, None], damping * root)[0]
         left = np.abs(damping - terms @ best)
@@ -170,4 +173,4 @@ def _clear(values: Array) -> float:
     """The size of the median of (n,) values, as far as it is no chance."""
     median = float(np.median(values))
     doubt = 1.25 * robust_deviation(values - median) / np.sqrt(values.size)
-    return abs(median) if abs(median) > CLEARLY * doubt else 0.0
+    return abs(median) if abs(median) > CLEAR_STANDARD_ERRORS * doubt else 0.0

@@ -10,14 +10,16 @@ from incsvr.learning import guarded
 from incsvr.learning.iteration import Settings
 from incsvr.signals.samples import Samples
 
-IMPOSSIBLE = frozenset({"yaw_rate stuck", "sign"})
+IMPOSSIBLE_KINDS = frozenset({"yaw_rate stuck", "sign"})
 """Kinds of findings after which nothing that a recording says of the vehicle is right. A torque that stands still is
 not among them: a moment that nobody declared may turn a vehicle whose torque is held."""
-SIGN, TORQUE_STUCK = "sign", "torque stuck"
-"""What a Coriolis force or a Munk moment brings forth, too: they drive a vehicle without its thrust, and turn it on
-while a rudder keeps its angle."""
-REVERSED = "heading reversed"
-MOST = 0.5
+SIGN_KIND = "sign"
+"""Kind of a sign that a Coriolis force or a Munk moment brings forth, too: they drive a vehicle without its thrust."""
+STUCK_TORQUE_KIND = "torque stuck"
+"""Kind of a stuck torque, likewise: they turn a vehicle on while a rudder keeps its angle."""
+REVERSED_HEADING_KIND = "heading reversed"
+"""Kind of a heading that counts the other way."""
+MIN_REVERSED_SHARE = 0.5
 """The part of the batches that could tell, at least, of which a heading counts the other way: a compass is mounted for
 good."""
 
@@ -48,15 +50,15 @@ def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: boo
     """
     verdicts = [verdict for verdict, _ in guarded.follow(settings, vehicle, samples, rest=True)]
     findings = [finding for verdict in verdicts for finding in verdict.findings]
-    refused = IMPOSSIBLE - {SIGN} if coupled else IMPOSSIBLE
-    of_the_model = MODEL_KINDS | {SIGN, TORQUE_STUCK} if coupled else MODEL_KINDS
+    refused = IMPOSSIBLE_KINDS - {SIGN_KIND} if coupled else IMPOSSIBLE_KINDS
+    of_the_model = MODEL_KINDS | {SIGN_KIND, STUCK_TORQUE_KIND} if coupled else MODEL_KINDS
     impossible = [finding for finding in findings if finding.kind in refused]
-    turned = sum(any(finding.kind == REVERSED for finding in verdict.findings) for verdict in verdicts)
+    turned = sum(any(finding.kind == REVERSED_HEADING_KIND for finding in verdict.findings) for verdict in verdicts)
     return Sensors(
         tuple(_only(verdicts, lambda finding: finding.kind not in of_the_model)),
         tuple(_only(verdicts, lambda finding: finding.kind in of_the_model)),
         impossible[0] if impossible else None,
-        turned > MOST * len(verdicts),
+        turned > MIN_REVERSED_SHARE * len(verdicts),
     )
 
 

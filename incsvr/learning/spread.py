@@ -15,16 +15,16 @@ import numpy as np
 
 from incsvr.numerics import Array
 
-KNOTS = 5
-"""Rates at which the variance is known, evenly from rest to the fastest."""
-UNSEEN = 10.0
+KNOT_COUNT = 5
+"""Number of rates at which the variance is known, evenly from rest to the fastest."""
+PRIOR_SAMPLES = 10.0
 """Samples for which "as loud as the level says" stands at each of them."""
-HORIZON = 100.0
-"""Samples that each of them stands for, at most: some ten batches."""
-FARTHEST = 2.5
+HORIZON_SAMPLES = 100.0
+"""Samples that each knot stands for, at most: some ten batches."""
+MAX_SAMPLE_DEVIATIONS = 2.5
 """Deviations that a sample counts for, at most: an outlier must not be the noise."""
-_LEFT = 0.97750
-"""Mean square of what FARTHEST leaves of a normal deviate."""
+_CLIPPED_VARIANCE = 0.97750
+"""Mean square of a normal deviate that is clipped at MAX_SAMPLE_DEVIATIONS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +33,13 @@ class Spread:
 
     Attributes:
         fastest: the vehicle's largest |r| [rad/s].
-        variance: (KNOTS,) at |r| from 0 to the fastest, as shares of the level's.
-        seen: (KNOTS,) samples that each stands for.
+        variance: (KNOT_COUNT,) at |r| from 0 to the fastest, as shares of the level's.
+        seen: (KNOT_COUNT,) samples that each stands for.
     """
 
     fastest: float
-    variance: tuple[float, ...] = (1.0,) * KNOTS
-    seen: tuple[float, ...] = (UNSEEN,) * KNOTS
+    variance: tuple[float, ...] = (1.0,) * KNOT_COUNT
+    seen: tuple[float, ...] = (PRIOR_SAMPLES,) * KNOT_COUNT
 
     @staticmethod
     def start(rate_range: tuple[float, float]) -> Spread:
@@ -51,12 +51,14 @@ class Spread:
         """Whether every number is one that learning can have led to."""
         parts = np.array((self.variance, self.seen))
         return (
-            parts.shape == (2, KNOTS) and bool(np.isfinite(parts).all() and parts.min() >= 0.0) and self.fastest > 0.0
+            parts.shape == (2, KNOT_COUNT)
+            and bool(np.isfinite(parts).all() and parts.min() >= 0.0)
+            and self.fastest > 0.0
         )
 
     def at(self, rate: Array) -> Array:
         """(n,) standard deviation over the level's, at (n,) rates [rad/s]."""
-        knots = np.linspace(0.0, self.fastest, KNOTS)
+        knots = np.linspace(0.0, self.fastest, KNOT_COUNT)
         return np.asarray(np.sqrt(np.interp(np.abs(rate), knots, self.variance)))
 
     def after(self, rate: Array, residual: Array, level: float) -> Spread:
@@ -67,11 +69,11 @@ class Spread:
             residual: (n,) what the curve leaves over [N m].
             level: the noise's standard deviation [N m], above 0.
         """
-        place = np.minimum(np.abs(rate) / self.fastest, 1.0) * (KNOTS - 1)
-        near = np.maximum(1.0 - np.abs(place - np.arange(KNOTS)[:, None]), 0.0)
-        square = np.minimum((residual / level) ** 2, (FARTHEST * self.at(rate)) ** 2) / _LEFT
+        place = np.minimum(np.abs(rate) / self.fastest, 1.0) * (KNOT_COUNT - 1)
+        near = np.maximum(1.0 - np.abs(place - np.arange(KNOT_COUNT)[:, None]), 0.0)
+        square = np.minimum((residual / level) ** 2, (MAX_SAMPLE_DEVIATIONS * self.at(rate)) ** 2) / _CLIPPED_VARIANCE
         new, total = near.sum(axis=1), near @ square
-        seen = np.minimum(np.array(self.seen), np.maximum(HORIZON - new, 0.0))
+        seen = np.minimum(np.array(self.seen), np.maximum(HORIZON_SAMPLES - new, 0.0))
         variance = (seen * np.array(self.variance) + total) / np.maximum(seen + new, 1e-12)
         return Spread(self.fastest, tuple(variance.tolist()), tuple((seen + new).tolist()))
 

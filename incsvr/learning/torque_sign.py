@@ -15,12 +15,12 @@ from incsvr.numerics import Array
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
-DELAYS: Array = np.arange(0.0, 1.01, 0.05, dtype=np.float64)
-"""Of the torque, that are tried [s]: rotors, links and clocks make some tenths; a longer one is half a turn of many
-vehicles, whose sign no delay tells."""
-SEEMS = 0.3
-"""Part of the torque that it must explain against the yaw rate before its sign is looked at."""
-BETTER = 0.05
+DELAYS_S: Array = np.arange(0.0, 1.01, 0.05, dtype=np.float64)
+"""Delays of the torque that are tried [s]: rotors, links and clocks make some tenths; a longer one is half a turn of
+many vehicles, whose sign no delay tells."""
+MIN_WRONG_SHARE = 0.3
+"""Part of the torque that the wrong sign must explain against the yaw rate before the sign is looked at."""
+MIN_BETTER_SHARE = 0.05
 """Part of the torque by which the right sign must explain more than the wrong one at any shorter delay: of one sine
 both explain nearly the same."""
 
@@ -42,12 +42,12 @@ class TorqueSign:
     @property
     def late(self) -> bool:
         """Whether the torque is late and its sign right."""
-        return self.follows >= self.opposes + BETTER
+        return self.follows >= self.opposes + MIN_BETTER_SHARE
 
     @property
     def may_be_late(self) -> bool:
         """Whether it is late where its sign is right."""
-        return self.follows >= SEEMS
+        return self.follows >= MIN_WRONG_SHARE
 
 
 def torque_sign(samples: Samples, inertia: float, torque_at: Callable[[Array], Array]) -> TorqueSign | None:
@@ -58,13 +58,13 @@ def torque_sign(samples: Samples, inertia: float, torque_at: Callable[[Array], A
         torque_at: the filtered torque [N m] at (n,) instants [s]; NaN where it is not known.
     """
     slope = (samples.raw[TORQUE] - samples.damping) / inertia
-    along = np.array([_follows(slope, samples.yaw_rate, torque_at(samples.time - delay)) for delay in DELAYS])
+    along = np.array([_follows(slope, samples.yaw_rate, torque_at(samples.time - delay)) for delay in DELAYS_S])
     with_it, against = np.maximum(along, 0.0), np.maximum(-along, 0.0)
     best = int(np.argmax(with_it))
-    until = best + 1 if with_it[best] > 0.0 else DELAYS.size
-    if max(float(against[0]), float(np.max(against[:until]))) < SEEMS or with_it[0] > 0.0:
+    until = best + 1 if with_it[best] > 0.0 else DELAYS_S.size
+    if max(float(against[0]), float(np.max(against[:until]))) < MIN_WRONG_SHARE or with_it[0] > 0.0:
         return None
-    return TorqueSign(float(np.max(against[:until])), float(with_it[best]), float(DELAYS[best]))
+    return TorqueSign(float(np.max(against[:until])), float(with_it[best]), float(DELAYS_S[best]))
 
 
 def _follows(slope: Array, rate: Array, torque: Array) -> float:

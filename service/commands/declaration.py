@@ -11,7 +11,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.learning.apparent_inertia import ApparentInertia, apparent_inertia
-from incsvr.learning.torque_sign import DELAYS, torque_sign
+from incsvr.learning.torque_sign import DELAYS_S, torque_sign
 from incsvr.numerics import Array
 from incsvr.signals import TORQUE
 from incsvr.signals.settings import TorqueKind
@@ -110,7 +110,7 @@ def declared(
     if assume_sign:
         known = "torque and yaw rate count in opposite directions, and no delay up to"
         return replace(
-            found, sign=f"{known} {DELAYS[-1]:g} s explains it; leave out --assume-sign to see what mends it"
+            found, sign=f"{known} {DELAYS_S[-1]:g} s explains it; leave out --assume-sign to see what mends it"
         )
     either = f", or the torque acts {counts.delay:.2g} s after its stamps" if counts.may_be_late else ""
     opposite = f"torque and yaw rate count in opposite directions{either}"

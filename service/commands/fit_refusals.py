@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from incsvr.checks import YOUNG_CURVE_BATCHES, Verdict
 from incsvr.errors import BadInput
-from incsvr.learning.excitation import MANOEUVRE, Excitation
+from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation
 from incsvr.learning.model import Model
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.samples import Samples
@@ -85,7 +85,7 @@ def refuse_unlearned(
     pushed = None if idle or terms.coupled is not None else other_velocities.decoupled(joined, samples, signals)
     besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {other_velocities.VELOCITIES_CURE}"
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
-    why = f"too little motion to learn from: {made}; {MANOEUVRE}"
+    why = f"too little motion to learn from: {made}; {EXCITING_MANOEUVRE}"
     if doubted is not None and not little:
         why = f"nothing is left to learn from: {cures.sentence(doubted)}"
     raise BadInput(f"{joined.name}: {why}{besides}")

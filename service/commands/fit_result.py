@@ -15,7 +15,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.errors import rmse
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
-from incsvr.learning.excitation import MANOEUVRE, Excitation, torque_answers
+from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
 from incsvr.learning.resolution import unresolved
 from incsvr.plant.body import Coupled
@@ -122,7 +122,7 @@ class Fit:
         if quick is not None:
             sentences.append(f"{quick.sentence}; {proposal(quick, runs, unseen or runs, signals, terms, model)}")
         if excitation.little:
-            sentences.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
+            sentences.append(f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")
         return Fit(
             joined.name,
             signals,

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.coefficients import NAMES, coefficients, negative_drag
+from incsvr.learning.coefficients import COEFFICIENT_NAMES, coefficients, negative_drag
 from incsvr.learning.model import Model
 from incsvr.numerics import Array, root_mean_square
 from service.wire import ModelSnapshot
@@ -107,7 +107,7 @@ class Learned:
         ]
         if min(self.linear.estimate, self.quadratic.estimate) < 0.0:
             lines.append("one of the two drives instead of damping: beyond these rates a simulator may run away")
-        for name, value in zip(NAMES, (self.linear, self.quadratic), strict=True):
+        for name, value in zip(COEFFICIENT_NAMES, (self.linear, self.quadratic), strict=True):
             note = None if value.low is None or value.high is None else negative_drag(name, value.low, value.high)
             lines += [] if note is None else [note]
         for effect in self.effects:
@@ -156,7 +156,7 @@ def of_file(path: Path) -> Learned:
 
 
 def _fitted(found: Mapping[str, Any], path: Path) -> Learned:
-    linear, quadratic = (Value(**found["coefficients"][name]) for name in NAMES)
+    linear, quadratic = (Value(**found["coefficients"][name]) for name in COEFFICIENT_NAMES)
     curve = Curve(*(np.array(found["curve"][name], dtype=np.float64) for name in ("rate", "damping", "sigma")))
     return Learned(f"incsvr fit, {path.name}", Value(float(found["inertia"])), linear, quadratic, curve, None, ())
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from incsvr.learning.excitation import MANOEUVRE
+from incsvr.learning.excitation import EXCITING_MANOEUVRE
 from incsvr.numerics import Array
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
@@ -62,7 +62,7 @@ def of_motion(node: LearnerNode) -> list[str]:
     if quick is not None:
         told.append(f"{quick.sentence}; {quick.cure(node.config.signal_settings())}")
     if excitation is not None and excitation.little:
-        told.append(f"little excitation: {excitation.sentence}; {MANOEUVRE}")
+        told.append(f"little excitation: {excitation.sentence}; {EXCITING_MANOEUVRE}")
     return told
 
 

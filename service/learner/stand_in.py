@@ -19,7 +19,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Forecast, Grid, Start, forecast
-from incsvr.forecasting.experience import HORIZONS
+from incsvr.forecasting.experience import HORIZONS_S
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings
@@ -82,7 +82,7 @@ class StandIn:
             return
         (model, begin, end, smoothing), self._pending_trial = self._pending_trial, None
         try:
-            grid = self._grid(begin - HORIZONS[-1], end, smoothing)
+            grid = self._grid(begin - HORIZONS_S[-1], end, smoothing)
             self.experience = self.experience.after(model, self._signals.inertia, grid)
         except Exception:  # whatever came, learning goes on; the intervals begin anew
             log.exception("a fault of this program: forecasts could not be tried")

@@ -97,7 +97,7 @@ def effects_from_trace(
         traced: the findings, in the form that `incsvr trace --json` writes.
     """
     # Loaded where it is needed alone: most learners have no traced effects.
-    from incsvr.compensation.effects_in_force import HEADING, Compensation
+    from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
     from incsvr.tracing.model import TracedModel
 
     try:
@@ -121,14 +121,14 @@ def effects_from_trace(
                 f"and add {name} to signals.channels"
             )
     named = {finding["effect"] for finding in findings}
-    integrated = HEADING not in channels and compensation.of_heading
+    integrated = HEADING_CHANNEL not in channels and compensation.of_heading
     return TracedEffects(
         compensation,
         findings,
         (
             *({"effect": name, "step": "in force", "why": _why(name, named)} for name in compensation.names),
             *({"effect": name, "step": "left out", "why": _left_out(name)} for name in compensation.left_out),
-            *([{"effect": HEADING, "step": "integrated", "why": _INTEGRATED}] if integrated else []),
+            *([{"effect": HEADING_CHANNEL, "step": "integrated", "why": _INTEGRATED}] if integrated else []),
         ),
         tuple(
             f"the traced effect {name} is left out: {_left_out(name)}"

@@ -28,7 +28,7 @@ def identity(config: Config, effects: str | None = None) -> dict[str, Any]:
     if coupled is not None:  # what samples are freed of, as JSON gives it back
         inertia = json.loads(json_text(coupled.to_dict()))
     return {
-        "form": [STATE_FORM, learner.FORM],
+        "form": [STATE_FORM, learner.STATE_FORM],
         "vehicle": config.vehicle.name,
         "prefix": config.prefix,
         "inertia": inertia,

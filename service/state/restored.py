@@ -13,7 +13,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning import learner
-from incsvr.learning.driven import WINDOW, Recent
+from incsvr.learning.driven import WINDOW_SAMPLES, Recent
 from incsvr.learning.guarded import Guarded
 from incsvr.learning.learner import Settings, State
 from incsvr.learning.model import Model
@@ -61,7 +61,7 @@ def restore(memory: Mapping[str, Any] | None, settings: Settings) -> RestoredMem
     _check_model(state.model, settings)
     if guarded.before is not None:
         _check_model(guarded.before.model, settings)
-    if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW:
+    if min(state.water.to_list()) < 0.0 or state.recent.yaw_rate.size >= WINDOW_SAMPLES:
         raise BadInput("its account of what moves the vehicle cannot be")
     if min(state.disagreement.claimed, state.disagreement.groups) < 0.0:
         raise BadInput("its account of how fresh samples disagreed cannot be")

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from incsvr.learning.excitation import Water
 from incsvr.learning.model import Model
 from incsvr.learning.several.surface import Several
-from incsvr.learning.spread import KNOTS, UNSEEN, Spread
+from incsvr.learning.spread import KNOT_COUNT, PRIOR_SAMPLES, Spread
 from incsvr.plant.inertia import inertia_in_force
 from service.wire.form import Form, Numbers
 
@@ -92,8 +92,8 @@ class NoiseByRate(Form):
     """The noise's variance as a share of sigma², at rates evenly from 0 to the fastest; alike to both sides."""
 
     fastest: float = 1.0  # rad/s
-    variance: Numbers = (1.0,) * KNOTS
-    seen: Numbers = (UNSEEN,) * KNOTS  # samples that each stands for
+    variance: Numbers = (1.0,) * KNOT_COUNT
+    seen: Numbers = (PRIOR_SAMPLES,) * KNOT_COUNT  # samples that each stands for
 
 
 class ModelSnapshot(Form):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from incsvr.learning.policies.change import ALARM, Evidence, features, gather, prior, surprise, together, weigh
+from incsvr.learning.policies.change import ALARM_LOG_ODDS, Evidence, features, gather, prior, surprise, together, weigh
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.spread import Spread
 from incsvr.numerics import Array
@@ -64,8 +64,8 @@ def test_a_gain_of_a_tenth_is_seen_and_noise_is_not() -> None:
     quiet = [weigh([batch(rng, 0.0, noise) for _ in range(4)], memory + free, free).log_factor for _ in range(50)]
     moved = [weigh([batch(rng, 0.11, noise) for _ in range(1)], memory + free, free).log_factor for _ in range(50)]
     assert np.median(quiet) < 0.0
-    assert max(quiet) < ALARM
-    assert min(moved) > ALARM
+    assert max(quiet) < ALARM_LOG_ODDS
+    assert min(moved) > ALARM_LOG_ODDS
 
 
 def test_what_the_memory_does_not_know_is_no_change() -> None:

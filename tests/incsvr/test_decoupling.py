@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.learning.decoupling import SMALL, Others, neglected
+from incsvr.learning.decoupling import SMALL_RMS_SHARE, Others, neglected
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 
@@ -35,7 +35,7 @@ def test_a_munk_moment_is_told_with_its_size() -> None:
     assert told is not None
     assert told.terms[0] == "surge*sway"
     assert told.rms == pytest.approx(80.0 * 0.5 * 0.2, rel=0.3)
-    assert told.share == told.rms / told.torque > SMALL
+    assert told.share == told.rms / told.torque > SMALL_RMS_SHARE
 
 
 def test_an_inertia_that_couples_is_told() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learning.disagreement import HORIZON, Disagreement
+from incsvr.learning.disagreement import HORIZON_GROUPS, Disagreement
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
 from incsvr.numerics import Array
@@ -44,7 +44,7 @@ def test_the_doubt_becomes_as_wide_as_the_error_that_shows(model: Model) -> None
 
 def test_it_is_forgotten(model: Model) -> None:
     found = after(model, 20.0)
-    assert found.groups == HORIZON
+    assert found.groups == HORIZON_GROUPS
     rng = np.random.default_rng(2)
     for _ in range(40):
         rate: Array = rng.uniform(-0.24, 0.24, 50)

@@ -55,7 +55,7 @@ def test_memory_is_never_n_squared(gamma: float) -> None:
 def test_pivots_with_and_without_the_whole_matrix_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     x = RNG.normal(size=(120, 2))
     whole = factor(x, 1.0)
-    monkeypatch.setattr(factors, "SMALL", 10)
+    monkeypatch.setattr(factors, "MAX_WHOLE_SAMPLES", 10)
     by_rows = factor(x, 1.0)
     assert np.abs(whole.T @ whole - by_rows.T @ by_rows).max() < 2e-14
 
@@ -64,7 +64,7 @@ def test_samples_that_have_too_little_in_common_are_refused_before_memory_is_n_s
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     x = np.linspace(0.0, 1e6, 1500)
-    monkeypatch.setattr(factors, "MOST", 50)
+    monkeypatch.setattr(factors, "MAX_COLUMNS", 50)
     with pytest.raises(BadInput, match="lower gamma or take at most 50 samples"):
         factor(x, 10.0)
     assert factor(x[:300] * 1e-5, 10.0).shape[0] <= 50  # as many samples may be, if they have enough in common

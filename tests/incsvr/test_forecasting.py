@@ -10,8 +10,8 @@ import pytest
 
 from incsvr.errors import BadInput
 from incsvr.forecasting import Experience, Grid, Start, forecast
-from incsvr.forecasting.experience import CLAIM, HORIZONS, UNTRIED, widening
-from incsvr.forecasting.propagation import NODES, Curve, propagate
+from incsvr.forecasting.experience import HORIZONS_S, NORMAL_95_DEVIATIONS, UNTRIED_WIDENING, widening
+from incsvr.forecasting.propagation import TABLE_NODES, Curve, propagate
 from incsvr.free_run.integrator import free_run
 from incsvr.learning.learner import Settings
 from incsvr.learning.model import Model
@@ -23,17 +23,17 @@ INERTIA, STEP = 24.0, 0.05
 
 
 def line(slope: float, sigma: float = 0.0, disturbance: float = 0.0, lasts: float = 1.0) -> Curve:
-    rates = np.linspace(-2.5, 2.5, NODES)
+    rates = np.linspace(-2.5, 2.5, TABLE_NODES)
     return Curve(
-        -2.5, float(rates[1] - rates[0]), slope * rates, np.full(NODES, slope), np.full(NODES, sigma), INERTIA,
-        disturbance, lasts,
+        -2.5, float(rates[1] - rates[0]), slope * rates, np.full(TABLE_NODES, slope), np.full(TABLE_NODES, sigma),
+        INERTIA, disturbance, lasts,
     )  # fmt: skip
 
 
 def test_the_mean_is_that_of_the_equation() -> None:
     time: Array = STEP * np.arange(401, dtype=np.float64)
     torque = 15.0 * np.sin(0.7 * time)
-    rates = np.linspace(-2.5, 2.5, NODES)
+    rates = np.linspace(-2.5, 2.5, TABLE_NODES)
     damping = 9.0 * rates + 26.0 * rates * np.abs(rates)
     step = float(rates[1] - rates[0])
     curve = Curve(-2.5, step, damping, np.gradient(damping, step), 0.0 * rates, INERTIA, 0.0, 1.0)
@@ -68,7 +68,7 @@ def test_a_doubt_of_the_curve_is_off_to_one_side_for_long() -> None:
 def test_an_interval_is_as_wide_as_95_of_100_errors_were() -> None:
     errors = np.random.default_rng(2).permutation(np.linspace(0.0, 10.0, 101)[1:])
     scores = np.column_stack((100.0 * np.arange(100), errors, 2.0 * errors))
-    assert widening(scores, 1.0) == pytest.approx((9.6 / CLAIM, 19.2 / CLAIM))
+    assert widening(scores, 1.0) == pytest.approx((9.6 / NORMAL_95_DEVIATIONS, 19.2 / NORMAL_95_DEVIATIONS))
     # A single batch tells of one day alone: its errors say less.
     together = scores.copy()
     together[:, 0] = 0.0
@@ -87,7 +87,7 @@ def learned(until: float) -> tuple[Experience, Model, Grid]:
         batch = samples.take(slice(number * settings.batch, (number + 1) * settings.batch))
         if batch.time[-1] > until:
             break
-        part = (grid.time >= batch.time[0] - HORIZONS[-1]) & (grid.time <= batch.time[-1])
+        part = (grid.time >= batch.time[0] - HORIZONS_S[-1]) & (grid.time <= batch.time[-1])
         experience = experience.after(model, leng.INERTIA, grid.part(part))
         model = iteration.model
     return experience, model, grid
@@ -95,8 +95,8 @@ def learned(until: float) -> tuple[Experience, Model, Grid]:
 
 def test_what_was_tried_makes_the_interval_and_survives_a_restart() -> None:
     experience, model, grid = learned(300.0)
-    ahead = np.array(HORIZONS)
-    assert np.array(Experience().widening(ahead)) == pytest.approx(UNTRIED)
+    ahead = np.array(HORIZONS_S)
+    assert np.array(Experience().widening(ahead)) == pytest.approx(UNTRIED_WIDENING)
     assert all(len(scores) for scores in experience.scores)
     again = Experience.from_dict(json.loads(json.dumps(experience.to_dict())))
     assert np.array_equal(again.widening(ahead), experience.widening(ahead))

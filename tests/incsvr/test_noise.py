@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from incsvr.learning.policies.noise import HORIZON, Noise
+from incsvr.learning.policies.noise import HORIZON_SAMPLES, Noise
 
 STILL = Noise.start((-0.25, 0.25))
 """Before the first batch."""
@@ -44,7 +44,7 @@ def test_outliers_hardly_move_the_level() -> None:
 def test_a_loud_time_is_forgotten() -> None:
     rng = np.random.default_rng(2)
     noise = track(40.0 * rng.normal(size=500))
-    assert noise.seen == HORIZON
+    assert noise.seen == HORIZON_SAMPLES
     assert track(0.4 * rng.normal(size=750), noise).sigma == pytest.approx(0.4, rel=0.5)
 
 

@@ -20,7 +20,7 @@ from incsvr.learning.several.density import forgetting
 from incsvr.learning.several.drag import Drag, fitted
 from incsvr.learning.several.freeing import by_itself
 from incsvr.learning.several.paper import near_distances
-from incsvr.learning.solver.factor import SMALL, factor
+from incsvr.learning.solver.factor import MAX_WHOLE_SAMPLES, factor
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of
@@ -52,7 +52,7 @@ def truth(samples: Samples) -> Array:
     return planar.truth(vehicle()[0], u, v, samples.yaw_rate, with_munk=True)
 
 
-@pytest.mark.parametrize("n", [60, SMALL + 40])
+@pytest.mark.parametrize("n", [60, MAX_WHOLE_SAMPLES + 40])
 def test_the_kernel_at_rest_is_the_gaussian_one_that_knows_the_origin(n: int) -> None:
     x = 0.3 * np.random.default_rng(1).normal(size=(n, 3))
     whole = rbf(np.vstack((np.zeros(3), x)), np.vstack((np.zeros(3), x)), 10.0)
@@ -87,7 +87,7 @@ def test_the_whole_matrix_and_its_factor_have_the_same_solution(
     x[40:50] = x[30:40]  # the same velocities again: K is singular
     y = 80.0 * x[:, 0] * np.abs(x[:, 0]) + 3.0 * rng.normal(size=90)
     whole = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon, vanishing=True)
-    monkeypatch.setattr(dual, "SMALL", 0)
+    monkeypatch.setattr(dual, "MAX_WHOLE_SAMPLES", 0)
     factored = dual.solve(x, y, gamma=10.0, C=C, epsilon=epsilon, vanishing=True)
     apart = np.abs(whole.fitted - factored.fitted).max()
     assert apart <= whole.certified_error + factored.certified_error < 1e-2

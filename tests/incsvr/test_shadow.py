@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.promotion import CHANCE, Comparison, Verdict, in_force, level, on_trial
+from incsvr.compensation.promotion import FALSE_PROOF_CHANCE, Comparison, Verdict, in_force, level, on_trial
 from incsvr.compensation.shadow import compare
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
@@ -100,4 +100,4 @@ def test_what_follows_from_the_bets(evidence: float, against: float, trial: Verd
 
 def test_the_chance_of_all_suspicions_together_stays_what_it_is() -> None:
     spent = sum(level(count) for count in range(1, 10_000))
-    assert 0.999 * CHANCE < spent < CHANCE
+    assert 0.999 * FALSE_PROOF_CHANCE < spent < FALSE_PROOF_CHANCE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from incsvr.learning.learner import Settings, State, step
-from incsvr.learning.policies.watch import OPEN, follow
+from incsvr.learning.policies.watch import PROBATION_BATCHES, follow
 from incsvr.learning.policies.weighted import Memory
 from incsvr.signals.samples import Samples
 from tests.incsvr.learning import drag, run, stream
@@ -79,18 +79,18 @@ def test_a_correction_that_the_next_batches_deny_is_taken_back(learned: State) -
     state, iteration = step(SETTINGS, learned, batch(5, 0.25, 0.24))
     assert iteration.change is not None
     told = []
-    for seed in range(6, 6 + OPEN):
+    for seed in range(6, 6 + PROBATION_BATCHES):
         state, iteration = step(SETTINGS, state, batch(seed, 0.0, 0.24))
         told.append(iteration.change)
     assert "as it was before" in str(told[0])
-    assert told[1:] == [None] * (OPEN - 1)
+    assert told[1:] == [None] * (PROBATION_BATCHES - 1)
     rates = np.linspace(-0.24, 0.24, 49)
     assert np.abs(state.model.evaluate(rates) - drag(rates)).max() < 4.0
 
 
 def test_probation_ends(learned: State) -> None:
     state, _ = step(SETTINGS, learned, batch(5, 0.25, 0.24))
-    for seed in range(20, 20 + OPEN):
+    for seed in range(20, 20 + PROBATION_BATCHES):
         assert isinstance(state.memory, Memory)
         assert state.memory.watch.probation is not None
         state, iteration = step(SETTINGS, state, batch(seed, 0.25, 0.24))

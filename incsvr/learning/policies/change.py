@@ -28,16 +28,16 @@ from numpy.typing import NDArray
 from incsvr.learning.policies.noise import Noise
 from incsvr.numerics import Array
 
-GAIN = 0.15
+GAIN_DEVIATION = 0.15
 """Standard deviation of a change's gain, as a part of the curve."""
-SHAPE = 0.4
+SHAPE_NOISES = 0.4
 """Standard deviation of each polynomial, in noise levels σ."""
-DEGREE = 4
-"""Of the polynomials."""
-WINDOWS = (1, 2, 4)
-"""Last batches that are weighed together."""
-ALARM = 5.0
-"""ln of the Bayes factor from which on the curve has moved."""
+POLYNOMIAL_DEGREE = 4
+"""Degree of the polynomials."""
+WINDOW_BATCHES = (1, 2, 4)
+"""Numbers of last batches that are weighed together."""
+ALARM_LOG_ODDS = 5.0
+"""Logarithm of the Bayes factor from which on the curve has moved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,16 +72,16 @@ class Evidence:
 def features(u: Array, curve: Array) -> Array:
     """φ (n, p): the curve f [N m] and the polynomials, at rates scaled to u ∈ [−1, 1] (n,); beyond, they stay."""
     u = np.minimum(np.maximum(u, -1.0), 1.0)
-    phi = np.empty((DEGREE + 2, u.size))
+    phi = np.empty((POLYNOMIAL_DEGREE + 2, u.size))
     phi[0], phi[1], phi[2] = curve, 1.0, u
-    for row in range(3, DEGREE + 2):
+    for row in range(3, POLYNOMIAL_DEGREE + 2):
         phi[row] = 2.0 * u * phi[row - 1] - phi[row - 2]
     return phi.T
 
 
 def prior(sigma: float) -> Array:
     """D (p, p), the precision of w, at a noise level of sigma [N m]."""
-    return np.diag([GAIN**-2] + [(SHAPE * sigma) ** -2] * (DEGREE + 1))
+    return np.diag([GAIN_DEVIATION**-2] + [(SHAPE_NOISES * sigma) ** -2] * (POLYNOMIAL_DEGREE + 1))
 
 
 def gather(rate: Array, phi: Array, residual: Array, index: NDArray[np.intp], noise: Noise) -> Evidence:
@@ -137,7 +137,7 @@ def weigh(recent: Sequence[Evidence], held: Array, free: Array) -> Verdict:
         recent: evidence of each batch against the curve of its time.
         held, free: M + D and D, (p, p).
     """
-    windows = [together(recent[-count:]) for count in WINDOWS if count <= len(recent)]
+    windows = [together(recent[-count:]) for count in WINDOW_BATCHES if count <= len(recent)]
     # All windows, and none, under both hypotheses at once: for matrices this small the calls are what costs.
     information = np.array([np.zeros_like(free), *(window.information for window in windows)])
     informed = information[:, None] + np.array((held, free))

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from incsvr.learning.criteria import quartiles
 from incsvr.learning.spread import Spread
 from incsvr.numerics import Array
+from incsvr.numerics.deviation import NORMAL_DEVIATION_PER_MEDIAN
 
-NORMAL = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
-HORIZON = 250.0
+HORIZON_SAMPLES = 250.0
 """Samples that the running means stand for, at most."""
-LARGEST_CORRELATION = 0.95
-SMALLEST = 1e-6
+MAX_CORRELATION = 0.95
+"""Correlation of the noise of two neighbours up to which it is believed."""
+MIN_NOISE_NM = 1e-6
 """Least noise level that is believed [N m]: data without noise must not divide by zero."""
 
 
@@ -66,18 +66,18 @@ class Noise:
             rate: (n,) yaw rate of each [rad/s].
         """
         n = residual.size
-        level = max(NORMAL * quartiles(np.abs(residual))[1], SMALLEST)
+        level = max(NORMAL_DEVIATION_PER_MEDIAN * quartiles(np.abs(residual))[1], MIN_NOISE_NM)
         power = float(residual @ residual) / n
         neighbours = index[1:] - index[:-1] == 1
         pairs = int(np.count_nonzero(neighbours))
         product = float((residual[1:] * residual[:-1]) @ neighbours)
         colour = product / pairs / power if pairs and power > 0.0 else 0.0
-        seen = min(self.seen, HORIZON - n) if n < HORIZON else 0.0
+        seen = min(self.seen, HORIZON_SAMPLES - n) if n < HORIZON_SAMPLES else 0.0
         share = n / (seen + n)
         variance = exp((1.0 - share) * log(self.variance) + share * 2.0 * log(level))
         correlation = (1.0 - share) * self.correlation + share * colour
         spread = self.spread.after(rate, residual, variance**0.5)
-        return Noise(spread, variance, min(max(correlation, 0.0), LARGEST_CORRELATION), seen + n)
+        return Noise(spread, variance, min(max(correlation, 0.0), MAX_CORRELATION), seen + n)
 
     def to_dict(self) -> dict[str, Any]:
         return {

@@ -22,7 +22,8 @@ from incsvr.learning.policies.noise import Noise
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-ZERO = 1e-9  # a weight below this share of C is zero
+MIN_WEIGHT_SHARE = 1e-9
+"""Share of C below which a weight is zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +104,7 @@ def learn(
         stack = Samples.concatenate((old, new))
         warm = np.concatenate((memory.weight[stays], np.zeros(len(new))))
         trained = train(settings, stack.yaw_rate, stack.damping, start=warm)
-        active = np.abs(trained.weight) > ZERO * settings.C
+        active = np.abs(trained.weight) > MIN_WEIGHT_SHARE * settings.C
         support, weight = stack.take(active), trained.weight[active]
         wild = outliers(trained.fitted[active] - support.damping)
         removed = support.take(wild)

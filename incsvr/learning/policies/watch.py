@@ -1,9 +1,9 @@
 """Watching for a change of the vehicle: transport of what is learned, and probation.
 
 When the evidence says that the curve has moved (change.py), every vector moves by the correction g(x)
-and keeps only as much information as the correction is certain. That is a guess from some fifty samples, so for OPEN
-batches it is on probation: each batch corrects the correction, and the vectors from before come back if they explain
-the batches since better than the corrected ones with all their doubt.
+and keeps only as much information as the correction is certain. That is a guess from some fifty samples, so for
+PROBATION_BATCHES batches it is on probation: each batch corrects the correction, and the vectors from before come
+back if they explain the batches since better than the corrected ones with all their doubt.
 """
 
 from __future__ import annotations
@@ -17,17 +17,26 @@ from numpy.typing import NDArray
 
 from incsvr.learning.iteration import Settings
 from incsvr.learning.model import Model
-from incsvr.learning.policies.change import ALARM, WINDOWS, Evidence, features, gather, prior, surprise, weigh
+from incsvr.learning.policies.change import (
+    ALARM_LOG_ODDS,
+    WINDOW_BATCHES,
+    Evidence,
+    features,
+    gather,
+    prior,
+    surprise,
+    weigh,
+)
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-OPEN = 4
+PROBATION_BATCHES = 4
 """Batches for which a correction is on probation."""
-SHARED = 10.0
+VECTORS_PER_FREEDOM = 10.0
 """Vectors that share one degree of freedom of a correction, about: 60 over six. Their doubts are the same doubt."""
-YOUNG = 3
+YOUNG_CURVE_BATCHES = 3
 """Batches after which the curve is known well enough to be found changed."""
 
 
@@ -136,20 +145,20 @@ def follow(
         then = probation.model.evaluate(rate)
         before = gather(rate, phi(rate, then), damping - then, index, noise)
         lead = probation.lead + surprise(fresh, probation.precision) - surprise(before, probation.held)
-        if lead > ALARM:
+        if lead > ALARM_LOG_ODDS:
             sentence = f"the damping is as it was before the last change (ln Bayes factor {lead:.1f})"
             vectors, model, fresh, probation = probation.vectors, probation.model, before, None
             points = vectors.points
         else:
             probation = replace(probation, lead=lead)
 
-    seen = min(watch.seen + 1, YOUNG)
-    recent = (*watch.recent, fresh)[-WINDOWS[-1] :]
+    seen = min(watch.seen + 1, YOUNG_CURVE_BATCHES)
+    recent = (*watch.recent, fresh)[-WINDOW_BATCHES[-1] :]
     free = prior(noise.sigma)
     at_vectors = phi(points.yaw_rate, model.evaluate(points.yaw_rate))
     held = (at_vectors.T * (vectors.information * noise.worth)) @ at_vectors + free
     log_factor, evidence = weigh(recent, held, free)
-    changed = log_factor > ALARM and seen >= YOUNG
+    changed = log_factor > ALARM_LOG_ODDS and seen >= YOUNG_CURVE_BATCHES
     if changed:
         precision = free + evidence.information
     elif probation is not None:
@@ -167,8 +176,8 @@ def follow(
         probation = replace(probation, precision=precision, batches=probation.batches - 1)
         return moved, Watch(seen, (), probation if probation.batches else None), None
     doubt = (at_vectors * np.linalg.solve(precision, at_vectors.T).T).sum(axis=1)
-    moved = replace(moved, information=1.0 / (1.0 / vectors.information + SHARED * noise.worth * doubt))
+    moved = replace(moved, information=1.0 / (1.0 / vectors.information + VECTORS_PER_FREEDOM * noise.worth * doubt))
     curve = at_vectors[:, 0]
     gain = 100.0 * float(correction @ curve) / max(float(curve @ curve), 1e-300)
     sentence = f"the damping has changed by about {gain:+.0f} % (ln Bayes factor {log_factor:.1f})"
-    return moved, Watch(seen, (), Probation(precision, OPEN, vectors, model, held)), sentence
+    return moved, Watch(seen, (), Probation(precision, PROBATION_BATCHES, vectors, model, held)), sentence

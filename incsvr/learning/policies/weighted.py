@@ -1,7 +1,8 @@
 """The weighted policy: vectors that stand for all samples around them, and a curve that moves when the vehicle changes.
 
-The paper keeps at most 60 raw samples, and what it forgets is lost. Here a vector is the mean of up to `MOST` samples
-and weighs as many: Cᵢ = C nᵢ, and a tube as wide as the noise of its mean, εᵢ = max(ε, TUBE σ/√nᵢ).
+The paper keeps at most 60 raw samples, and what it forgets is lost. Here a vector is the mean of up to
+`MAX_VECTOR_SAMPLES` samples and weighs as many: Cᵢ = C nᵢ, and a tube as wide as the noise of its mean, εᵢ = max(ε,
+TUBE_DEVIATIONS σ/√nᵢ).
 
 1. Outliers: 1.5 IQR on what the curve leaves over of the new batch, where that is beyond the noise as well, where the
    curve has been trained, and where the batch itself does not say the same at the rates beside it: what came first has
@@ -31,20 +32,20 @@ from incsvr.learning.policies.watch import Watch, follow
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-MOST = 15.0
+MAX_VECTOR_SAMPLES = 15.0
 """Samples that a vector stands for, at most."""
-RADIUS = 0.7
-"""Within which a sample joins a vector, in mean distances of `capacity` vectors over the rate range."""
-TUBE = 0.3
+JOINING_RADIUS = 0.7
+"""Distance within which a sample joins a vector, in mean distances of `capacity` vectors over the rate range."""
+TUBE_DEVIATIONS = 0.3
 """Half height of a vector's tube, in standard deviations of its mean."""
-CLEAR = 2.5
-"""An outlier is at least so many noise levels away: where a batch hardly varies, its quartiles say little."""
-TRAINED = 4.5
+MIN_OUTLIER_NOISES = 2.5
+"""Noise levels that an outlier is away at least: where a batch hardly varies, its quartiles say little."""
+MIN_TRAINED_SAMPLES = 4.5
 """Samples near a rate from which on the curve is trained there: the mean of five is twice as sure as one. (Half a
 sample less, so that rounding decides nothing.)"""
-NEAR = 3.0
-"""How far "near" reaches, in radii within which a sample joins a vector."""
-BESIDE = 7
+NEAR_RADII = 3.0
+"""Reach of "near", in radii within which a sample joins a vector."""
+NEIGHBOUR_SAMPLES = 7
 """Samples of the batch, next to each other in rate, whose median says what the batch itself means there."""
 
 
@@ -103,7 +104,7 @@ def learn(
     """
     vectors, noise, watch, change = memory.vectors, memory.noise, memory.watch, None
     low, high = settings.rate_range
-    radius = RADIUS * (high - low) / settings.capacity
+    radius = JOINING_RADIUS * (high - low) / settings.capacity
     if predicted is None:
         # There is no curve yet by which to call a sample an outlier, only the batch's own.
         wild = np.zeros(len(batch), dtype=bool)
@@ -112,10 +113,10 @@ def learn(
         kept = batch
     else:
         residual = batch.damping - predicted
-        trained = vectors.within(batch.yaw_rate, NEAR * radius) * noise.variance >= TRAINED
+        trained = vectors.within(batch.yaw_rate, NEAR_RADII * radius) * noise.variance >= MIN_TRAINED_SAMPLES
         alone = np.minimum(np.abs(residual), np.abs(residual - _beside(batch.yaw_rate, residual)))
         spread = noise.spread.at(batch.yaw_rate)  # where the noise is loud, far is farther
-        wild = outliers(residual / spread) & trained & (alone > CLEAR * noise.sigma * spread)
+        wild = outliers(residual / spread) & trained & (alone > MIN_OUTLIER_NOISES * noise.sigma * spread)
         index = np.flatnonzero(~wild)
         kept, residual, trained, place = batch.take(index), residual[index], trained[index], place[index]
         # Between two turns that were held the curve has guessed: that it guessed wrongly is no change.
@@ -123,8 +124,8 @@ def learn(
             settings, watch, vectors, model, noise, kept.take(trained), predicted[index][trained], place[trained]
         )
     each = 1.0 / noise.variance
-    included = vectors.absorb(kept, radius=radius, each=each, most=MOST * each)
-    vectors = included.condense(settings.capacity, most=MOST * each)
+    included = vectors.absorb(kept, radius=radius, each=each, most=MAX_VECTOR_SAMPLES * each)
+    vectors = included.condense(settings.capacity, most=MAX_VECTOR_SAMPLES * each)
     served = _served(settings, vectors, noise)
     if predicted is not None:
         # A curve tells the noise of what it has not seen, but not where it was never trained, or has moved since.
@@ -150,10 +151,11 @@ def learn(
 
 
 def _served(settings: Settings, vectors: Vectors, noise: Noise) -> Model:
-    """The model on these vectors: Cᵢ = C nᵢ and εᵢ = max(ε, TUBE σ/√nᵢ) with nᵢ samples of today's noise in each."""
+    """The model on these vectors: Cᵢ = C nᵢ and εᵢ = max(ε, TUBE_DEVIATIONS σ/√nᵢ) with nᵢ samples of today's noise
+    in each."""
     points = vectors.points
     count = vectors.information * noise.variance
-    tube = np.maximum(settings.epsilon, TUBE / np.sqrt(vectors.information)) if noise.seen else None
+    tube = np.maximum(settings.epsilon, TUBE_DEVIATIONS / np.sqrt(vectors.information)) if noise.seen else None
     solution = train(settings, points.yaw_rate, points.damping, C=settings.C * count, epsilon=tube)
     return Model(
         settings.gamma,
@@ -169,9 +171,9 @@ def _served(settings: Settings, vectors: Vectors, noise: Noise) -> Model:
 
 
 def _beside(rate: Array, residual: Array) -> Array:
-    """(n,) the median residual [N m] of the BESIDE samples of the batch around each in yaw rate."""
+    """(n,) the median residual [N m] of the NEIGHBOUR_SAMPLES samples of the batch around each in yaw rate."""
     order = rate.argsort(kind="stable")
-    width = min(BESIDE, rate.size)
+    width = min(NEIGHBOUR_SAMPLES, rate.size)
     medians = np.median(np.lib.stride_tricks.sliding_window_view(residual[order], width), axis=1)
     first = np.clip(np.arange(rate.size) - width // 2, 0, rate.size - width)
     around = np.empty(rate.size)

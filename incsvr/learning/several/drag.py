@@ -22,15 +22,15 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.plant.axes import BODY_YAW_RATE, LATERAL
 
-PRIOR = 0.1
+PRIOR_NOISE_SHARE = 0.1
 """Noise of a sample over the largest moment, before anything is known of it."""
-HUBER = 2.0
+HUBER_DEVIATIONS = 2.0
 """Median deviations up to which a sample counts by its square: 1.35 standard deviations of normal noise, where Huber's
 regression loses a twentieth of what least squares know."""
-LEAST = 1e-6
-"""Of C is left at least: where the drag explains everything, nothing is divided by zero."""
-TAMED = 5
-"""Times that the weights are told anew."""
+MIN_C_SHARE = 1e-6
+"""Share of C that is left at least: where the drag explains everything, nothing is divided by zero."""
+TAMING_ROUNDS = 5
+"""Rounds in which the weights are told anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,21 +86,22 @@ def fitted(phi: Array, damping: Array, count: Array, sigma: float) -> Array:
         sigma: noise of one sample, were it independent of the others [N m]; NaN where nobody knows it yet.
     """
     largest = max(float(np.abs(damping).max()), 1e-300)
-    noise = PRIOR if np.isnan(sigma) else max(sigma / largest, 1e-6)
+    noise = PRIOR_NOISE_SHARE if np.isnan(sigma) else max(sigma / largest, 1e-6)
     prior = noise**2 * np.eye(phi.shape[1])
     weight = count
     best: Array = np.zeros(phi.shape[1])
-    for _ in range(TAMED):
+    for _ in range(TAMING_ROUNDS):
         pull = (phi * weight[:, None]).T
         best = np.asarray(np.linalg.solve(pull @ phi + prior, pull @ damping), dtype=np.float64)
         left = np.abs(damping - phi @ best)
-        level = max(HUBER * float(np.median(left)), 1e-6 * largest)
+        level = max(HUBER_DEVIATIONS * float(np.median(left)), 1e-6 * largest)
         weight = count * level / np.maximum(left, level)
     return best
 
 
 def share_left(damping: Array, left: Array, count: Array, sigma: float) -> float:
-    """By what C is multiplied for what the drag leaves over: its part of the whole in power, noise apart, LEAST to 1.
+    """By what C is multiplied for what the drag leaves over: its part of the whole in power, noise apart,
+    MIN_C_SHARE to 1.
 
     Where the loss is |e| and a function is as large as s, the best C is s² over the noise (the Laplace density beside a
     Gaussian process of variance s²). The configured C is one for the whole damping.
@@ -112,4 +113,4 @@ def share_left(damping: Array, left: Array, count: Array, sigma: float) -> float
     """
     noise = 0.0 if np.isnan(sigma) else count.size * sigma**2
     whole = float(count @ damping**2) - noise
-    return min(max((float(count @ left**2) - noise) / whole, LEAST), 1.0) if whole > 0.0 else 1.0
+    return min(max((float(count @ left**2) - noise) / whole, MIN_C_SHARE), 1.0) if whole > 0.0 else 1.0

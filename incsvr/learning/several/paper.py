@@ -23,7 +23,8 @@ from incsvr.learning.several.velocities import points
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-ZERO = 1e-9  # a weight below this share of C is zero
+MIN_WEIGHT_SHARE = 1e-9
+"""Share of C below which a weight is zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +95,7 @@ def learn(
     if len(new):
         stack = Samples.concatenate((old, new))
         trained = train(settings, stack, fastest, memory.noise)
-        active = np.abs(trained.solution.weight) > ZERO * settings.C
+        active = np.abs(trained.solution.weight) > MIN_WEIGHT_SHARE * settings.C
         support = stack.take(active)
         wild = outliers(trained.fitted[active] - support.damping)
         removed = support.take(wild)

@@ -13,22 +13,23 @@ from scipy.linalg import cho_factor, cho_solve
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf_at_rest
-from incsvr.learning.prediction import ALONE, BY_THE_WATER, SYSTEMATIC, Prediction
+from incsvr.learning.prediction import NOISE_SHARE, SYSTEMATIC_NOISES, WATER_FACTOR, Prediction
 from incsvr.learning.several.drag import Drag
 from incsvr.learning.several.velocities import distances, points
 from incsvr.learning.support_set import SupportSet
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-APART = 1.25
-"""Times the usual distance between neighbouring vectors from which on a velocity lies outside the driven cloud. On six
-simulated vehicles over three velocities (simulator/planar.py, seeds 910100 to 910105) the error outside is 3.6 times
-that inside after four batches and 2.2 times after twenty; at 2 the worst corners count as driven."""
-USUAL = 0.75
+OUTSIDE_DISTANCES = 1.25
+"""Distances from the nearest vector, in usual ones between neighbouring vectors, from which on a velocity lies outside
+the driven cloud. On six simulated vehicles over three velocities (simulator/planar.py, seeds 910100 to 910105) the
+error outside is 3.6 times that inside after four batches and 2.2 times after twenty; at 2 the worst corners count as
+driven."""
+USUAL_DISTANCE_QUANTILE = 0.75
 """Quantile of the distances from each vector to its nearest that is their usual distance."""
-LARGEST = 1e30
-"""No velocity and no force is as large: nothing physical, and no product of two overflows."""
-NARROWEST = 0.02
+MAX_MAGNITUDE = 1e30
+"""Size below which every velocity and every force is: nothing physical is as large, and no product of two overflows."""
+MIN_DISTANCE_SHARE = 0.02
 """Least of that distance, as a part of the fastest velocities: vectors that lie on each other are one place."""
 
 
@@ -112,7 +113,7 @@ class Several:
             self.velocity.shape == shape
             and self.fastest.shape == shape[1:]
             and self.drag.shape == self.terms(np.zeros((1, shape[1])))[0].shape
-            and bool((np.abs(numbers) < LARGEST).all() and (self.fastest > 0.0).all())
+            and bool((np.abs(numbers) < MAX_MAGNITUDE).all() and (self.fastest > 0.0).all())
             and bool((self.velocity[:, 0] == rate).all())
         )
 
@@ -193,9 +194,9 @@ class Surface:
         unexplained = phi - solved.T @ self.terms
         left += np.sum(unexplained @ self.doubt * unexplained, axis=1)
         own_doubt = np.sqrt(
-            left + (SYSTEMATIC * support.sigma) ** 2 + (BY_THE_WATER * support.slope_by_water * own) ** 2
+            left + (SYSTEMATIC_NOISES * support.sigma) ** 2 + (WATER_FACTOR * support.slope_by_water * own) ** 2
         )
-        noise = ALONE * support.sigma * support.spread.at(own)
+        noise = NOISE_SHARE * support.sigma * support.spread.at(own)
         sigma = np.hypot(noise, support.widening * own_doubt)
         return Prediction(damping, np.asarray(sigma), self._outside(velocity), np.asarray(noise))
 
@@ -208,7 +209,7 @@ class Surface:
 def _reach(u: Array) -> float:
     """How far the cloud of (m, d) scaled vectors goes beyond each of them."""
     if u.shape[0] < 2:
-        return NARROWEST
+        return MIN_DISTANCE_SHARE
     apart = distances(u, u)
     np.fill_diagonal(apart, np.inf)
-    return APART * max(float(np.quantile(apart.min(axis=1), USUAL)), NARROWEST)
+    return OUTSIDE_DISTANCES * max(float(np.quantile(apart.min(axis=1), USUAL_DISTANCE_QUANTILE)), MIN_DISTANCE_SHARE)

@@ -14,10 +14,10 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
-SLOWEST = 1e-6
-"""A velocity that never moved has this fastest value [m/s] or [rad/s]: no scale is divided by zero."""
-QUANTILE = 0.98
-"""Of a batch's |velocity|, which counts as its fastest: one outlier must not be the scale."""
+MIN_FASTEST = 1e-6
+"""Fastest value of a velocity that never moved [m/s] or [rad/s]: no scale is divided by zero."""
+FASTEST_QUANTILE = 0.98
+"""Quantile of a batch's |velocity| that counts as its fastest: one outlier must not be the scale."""
 
 
 def points(samples: Samples, others: Sequence[str]) -> Array:
@@ -34,8 +34,8 @@ def fastest_seen(before: Array, velocity: Array, configured: Mapping[str, float]
         configured: by name.
         others: names of the d − 1 others.
     """
-    driven = np.quantile(np.abs(velocity[:, 1:]), QUANTILE, axis=0)
-    grown = np.maximum(np.maximum(before, driven), SLOWEST)
+    driven = np.quantile(np.abs(velocity[:, 1:]), FASTEST_QUANTILE, axis=0)
+    grown = np.maximum(np.maximum(before, driven), MIN_FASTEST)
     return np.array([configured.get(name, float(own)) for name, own in zip(others, grown, strict=True)])
 
 

@@ -1,7 +1,7 @@
 """The weighted policy over several velocities: vectors that stand for all samples around them.
 
-As over one (policies/weighted.py), but that a change of the vehicle is not sought: a vector stands for the newest MOST
-samples around it and moves on with them.
+As over one (policies/weighted.py), but that a change of the vehicle is not sought: a vector stands for the newest
+MAX_VECTOR_SAMPLES samples around it and moves on with them.
 
 1. Outliers: 1.5 IQR on what the surface leaves over of the new batch, where that is beyond the noise as well and where
    the surface has been trained.
@@ -23,7 +23,14 @@ from incsvr.learning.criteria import outliers
 from incsvr.learning.iteration import Iteration, Settings
 from incsvr.learning.model import Model
 from incsvr.learning.policies.noise import Noise
-from incsvr.learning.policies.weighted import CLEAR, MOST, NEAR, RADIUS, TRAINED, TUBE
+from incsvr.learning.policies.weighted import (
+    JOINING_RADIUS,
+    MAX_VECTOR_SAMPLES,
+    MIN_OUTLIER_NOISES,
+    MIN_TRAINED_SAMPLES,
+    NEAR_RADII,
+    TUBE_DEVIATIONS,
+)
 from incsvr.learning.several.merging import Vectors
 from incsvr.learning.several.training import fastest_of, model_of
 from incsvr.learning.several.velocities import points
@@ -90,12 +97,12 @@ def learn(
     else:
         residual, spread = batch.damping - predicted, noise.spread.at(batch.yaw_rate)
         u = points(batch, settings.others) / fastest
-        trained = vectors.within(u, fastest, NEAR * radius) * noise.variance >= TRAINED
-        wild = outliers(residual / spread) & trained & (np.abs(residual) > CLEAR * noise.sigma * spread)
+        trained = vectors.within(u, fastest, NEAR_RADII * radius) * noise.variance >= MIN_TRAINED_SAMPLES
+        wild = outliers(residual / spread) & trained & (np.abs(residual) > MIN_OUTLIER_NOISES * noise.sigma * spread)
         kept, residual, trained, place = batch.take(~wild), residual[~wild], trained[~wild], place[~wild]
     each = 1.0 / noise.variance
-    included = vectors.absorb(kept, fastest, radius, each=each, most=MOST * each)
-    vectors = included.condense(fastest, settings.capacity, most=MOST * each)
+    included = vectors.absorb(kept, fastest, radius, each=each, most=MAX_VECTOR_SAMPLES * each)
+    vectors = included.condense(fastest, settings.capacity, most=MAX_VECTOR_SAMPLES * each)
     served = _served(settings, vectors, fastest, noise)
     if predicted is not None:
         # A surface tells the noise of what it has not seen, but not where it was never trained.
@@ -120,13 +127,14 @@ def learn(
 
 
 def radius_of(capacity: int, d: int) -> float:
-    """Within which a sample joins a vector, in fastest velocities: RADIUS mean distances of `capacity` vectors that
-    fill a cube from −1 to 1 of d dimensions."""
-    return float(RADIUS * 2.0 * capacity ** (-1.0 / d))
+    """Within which a sample joins a vector, in fastest velocities: JOINING_RADIUS mean distances of `capacity`
+    vectors that fill a cube from −1 to 1 of d dimensions."""
+    return float(JOINING_RADIUS * 2.0 * capacity ** (-1.0 / d))
 
 
 def _served(settings: Settings, vectors: Vectors, fastest: Array, noise: Noise) -> Model:
-    """The model on these vectors: Cᵢ = C nᵢ and εᵢ = max(ε, TUBE σ/√nᵢ) with nᵢ samples of today's noise in each."""
+    """The model on these vectors: Cᵢ = C nᵢ and εᵢ = max(ε, TUBE_DEVIATIONS σ/√nᵢ) with nᵢ samples of today's noise
+    in each."""
     count = vectors.information * noise.variance
-    tube = np.maximum(settings.epsilon, TUBE / np.sqrt(vectors.information)) if noise.seen else None
+    tube = np.maximum(settings.epsilon, TUBE_DEVIATIONS / np.sqrt(vectors.information)) if noise.seen else None
     return model_of(settings, vectors.points, fastest, noise, count, tube, vectors.terms)

@@ -7,7 +7,8 @@ import numpy as np
 from incsvr.learning.solver.certificate import Solution, certify
 from incsvr.numerics import Array
 
-LOOK = 20  # passes between two looks at the duality gap
+PASSES_PER_LOOK = 20
+"""Passes between two looks at the duality gap."""
 
 
 def descend(K: Array, y: Array, bound: Array, tube: Array, start: Array, passes: int, gap: float) -> Solution:
@@ -38,7 +39,7 @@ def descend(K: Array, y: Array, bound: Array, tube: Array, start: Array, passes:
                 step = new_a - a - new_b + b
                 f += step * row
                 change = max(change, abs(step))
-        if change == 0.0 or done % LOOK == 0 or done == passes:
+        if change == 0.0 or done % PASSES_PER_LOOK == 0 or done == passes:
             theta = np.subtract(alpha, beta)
             f = K @ theta  # anew: thousands of small steps leave rounding behind
             solution = certify(theta, f, y, bound, tube, done)

@@ -11,9 +11,12 @@ from scipy.linalg import lapack
 from incsvr.learning.solver.matrix import Matrix
 from incsvr.numerics import Array
 
-LOOSE = 1e-6  # ridge beside κ(x, x) = 1: as good as none
-ROUNDS = 4  # of them each costs half an iteration of the path
-INDEPENDENT = 1e-14  # of κ(x, x) = 1: samples closer to the others' span than this add nothing to it
+LOOSE_RIDGE = 1e-6
+"""Ridge beside κ(x, x) = 1 that is as good as none."""
+MAX_ROUNDS = 4
+"""Rounds at most; each costs half an iteration of the path."""
+MIN_INDEPENDENCE = 1e-14
+"""Part of κ(x, x) = 1 that a sample adds to the others' span, at least: those closer to it add nothing."""
 
 
 def edges(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Array]:
@@ -23,12 +26,12 @@ def edges(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Array
     followed. A weight that would change its sign belongs to a sample inside the tube: it is left out, and all is solved
     again.
     """
-    _, fitted = matrix.ridge(y, LOOSE)
-    theta = (y - fitted) / LOOSE
+    _, fitted = matrix.ridge(y, LOOSE_RIDGE)
+    theta = (y - fitted) / LOOSE_RIDGE
     if not (np.abs(theta) < bound).all():
         return
     between = np.abs(theta) > 0.0
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         found = cross(matrix, y, bound, tube, theta, between)
         turned = between & (found * theta <= 0.0)
         if not turned.any():
@@ -59,7 +62,7 @@ def cross(matrix: Matrix, y: Array, bound: Array, tube: Array, theta: Array, bet
         exact[free] = near
         block, fitted = matrix.between(free, exact)
         missing = y[free] - np.copysign(tube[free], near) - fitted
-        cholesky, pivots, rank, _ = lapack.dpstrf(block, tol=INDEPENDENT, lower=1)
+        cholesky, pivots, rank, _ = lapack.dpstrf(block, tol=MIN_INDEPENDENCE, lower=1)
         pivots = pivots[:rank] - 1
         exact[free[pivots]] += lapack.dpotrs(cholesky[:rank, :rank], missing[pivots], lower=1)[0]
         np.maximum(np.minimum(exact, bound, out=exact), -bound, out=exact)

@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 from incsvr.learning.solver.matrix import Matrix
 from incsvr.numerics import Array
 
-ITERATIONS = 60  # at most; 8 to 13 is usual, whatever the data
-NEAR = 1e-4  # part of the first complementarity that is left when an iterate is worth looking at
-RIDGE = 0.1  # of mean|y| / mean(C), the scale between a residual and a weight; fewest iterations in a trial
-CENTRE = 0.1  # of mean(C)·mean|residual|, the first complementarity; likewise
+MAX_ITERATIONS = 60
+"""Iterations at most; 8 to 13 are usual, whatever the data."""
+NEAR_END_SHARE = 1e-4
+"""Part of the first complementarity that is left when an iterate is worth looking at."""
+START_RIDGE = 0.1
+"""Ridge at the start, in mean|y| / mean(C), the scale between a residual and a weight; fewest iterations in a trial."""
+START_COMPLEMENTARITY = 0.1
+"""Complementarity at the start, in mean(C)·mean|residual|; fewest iterations in a trial."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ def path(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Iterat
     off = matrix.apart(alpha - beta, w)
     mu = first = float(flat_x.dot(flat_s)) / (4 * n)
     lowest, falling = mu, True
-    for number in range(1, ITERATIONS + 1):
+    for number in range(1, MAX_ITERATIONS + 1):
         np.divide(s, x, quotient)
         np.add(quotient_lower, quotient_upper, freedom)
         np.reciprocal(freedom, freedom)
@@ -110,7 +114,7 @@ def path(matrix: Matrix, y: Array, bound: Array, tube: Array) -> Iterator[Iterat
             return
         falling = mu < 0.5 * lowest
         lowest = mu if falling else lowest
-        if mu <= NEAR * first or number == ITERATIONS:
+        if mu <= NEAR_END_SHARE * first or number == MAX_ITERATIONS:
             # Of two whose product goes to zero, the one that shrinks less is the one that stays (Tapia's indicator).
             stays = relative[:2] > relative[2:]
             loose = stays[0] & stays[1]
@@ -128,9 +132,9 @@ def _start(matrix: Matrix, y: Array, bound: Array, tube: Array) -> tuple[Array, 
     """
     n = y.size
     size, limit = float(np.abs(y).sum()) / n, float(bound.sum()) / n
-    w, f = matrix.ridge(y, RIDGE * size / limit)
+    w, f = matrix.ridge(y, START_RIDGE * size / limit)
     residual = y - f
-    mu = CENTRE * limit * (float(np.abs(residual).sum() + tube.sum()) / n + 1e-3 * size)
+    mu = START_COMPLEMENTARITY * limit * (float(np.abs(residual).sum() + tube.sum()) / n + 1e-3 * size)
     # α s = (C − α) ξ = μ and s − ξ = t make a quadratic in s and one in ξ.
     t = np.empty((2, n))
     np.subtract(tube, residual, t[0])
