@@ -6,13 +6,16 @@ export OPENBLAS_NUM_THREADS := 1
 # Bytecode is kept: each of the hundred processes that the tests start would compile our sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
+.PHONY: demo test test-all lint docs bench table1 tuning policy coverage trace-table missions live-missions bets-level several vehicles trouble \
 	fleet sensor-faults soak hold recording pictures tutorials clean
 
 demo: .venv/ready  ## the main job, end to end, in less than two minutes
 	$(BIN)/incsvr demo
 
-test: .venv/ready lint  ## what must hold at every commit
+test: .venv/ready lint  ## ruff, mypy and the quick tests: before every commit, in three minutes
+	$(BIN)/pytest -n 2 --dist worksteal -m "not slow"
+
+test-all: .venv/ready lint  ## the slow tests, too: what must hold before main moves
 	$(BIN)/pytest -n 2 --dist worksteal
 
 lint: .venv/ready

@@ -152,6 +152,7 @@ def test_learning_goes_on_by_itself_a_batch_after_the_sensor_is_sound_again() ->
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_papers_experiment_and_two_percent_outliers_are_no_fault(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -31,12 +31,14 @@ def driven(asked: Array, half: float) -> Run:
 STAIRS = np.tile(np.repeat([0.25, 0.0, -0.25, 0.5, 0.0, -0.5, 1.0, 0.0, -1.0, 0.75, 0.1, -0.75, -0.1], 300), 10)
 
 
+@pytest.mark.slow
 def test_a_band_is_told_under_a_few_levels() -> None:
     found = trace([driven(6.0 * STAIRS, 0.3)], inertia=SMALL, torque="commanded")
     assert [effect.effect for effect in found.effects] == ["dead_zone"]
     assert found.effects[0].parameters["half_width_nm"] == pytest.approx(0.3, abs=0.1)
 
 
+@pytest.mark.slow
 def test_what_silences_the_noise_of_a_measured_torque_is_no_dead_band() -> None:
     run = driven(6.0 * STAIRS, 0.0)
     noisy = replace(run, torque=run.torque + np.random.default_rng(7).normal(0.0, 0.2, run.time.size))

@@ -39,6 +39,7 @@ def swung(seed: int, constant: float, *, rotor: bool, water: float, sensor: floa
     return Run("sine", TIME, measured, COMMAND + random.normal(0.0, sensor, TIME.size), {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "constant", "sensor"), [(3, 0.3, 0.5), (5, 0.6, 0.9)])
 def test_two_wrong_effects_do_not_stand_for_one_right(seed: int, constant: float, sensor: float) -> None:
     """A larger inertia and a saturation fit a lag's shape; a single effect does nearly as well, and the lag is it."""
@@ -46,6 +47,7 @@ def test_two_wrong_effects_do_not_stand_for_one_right(seed: int, constant: float
     assert "torque_lag" in (found.effect, *found.cannot_tell_from)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1])
 def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
     """From the rate side it is a root's slope where the thrust turns: nothing but noise."""
@@ -54,6 +56,7 @@ def test_a_rotors_lag_is_found_in_a_noisy_torque(seed: int) -> None:
     assert found[0].parameters["time_constant_s"] == pytest.approx(0.7, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [948_300])
 def test_how_the_streams_were_sampled_makes_no_effect(seed: int) -> None:
     """Commands stand for longer than a sample of the sensor: on one sine that delay looks like water that remembers."""

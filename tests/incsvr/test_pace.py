@@ -10,6 +10,7 @@ from incsvr.numerics import Array
 from tests.incsvr.test_checks import FAILS, error, guided, sound_error, streams
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stream", ["torque", "yaw_rate"])
 def test_a_clock_that_runs_fast_is_told_before_it_has_done_harm(stream: str) -> None:
     """The stamps tell it at once, on every seed; how soon a lag that grows by 5 ms a second is seen, too, is luck."""

@@ -9,6 +9,7 @@ from simulator.trial import Trial, play
 from tests.incsvr.test_tracing import as_run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 6])
 def test_a_lag_that_only_smooths_a_noisy_torque_is_not_named(seed: int) -> None:
     outcome = play(Trial(seed, (), 1.0, "small", "multisine", 0.0, 360.0, "measured"))
@@ -18,6 +19,7 @@ def test_a_lag_that_only_smooths_a_noisy_torque_is_not_named(seed: int) -> None:
     assert "lowers the free run's error on held-out pieces by" in reason
 
 
+@pytest.mark.slow
 def test_a_lag_that_delays_the_vehicle_is_named() -> None:
     outcome = play(Trial(3, ("torque_lag",), 1.0, "small", "multisine", 0.0, 360.0, "measured"))
     found = trace([as_run(outcome.recording)], inertia=outcome.inertia)

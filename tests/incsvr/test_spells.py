@@ -18,6 +18,7 @@ def noise(seed: int) -> Array:
     return drawn
 
 
+@pytest.mark.slow
 def test_steady_noise_has_no_spell_more_often_than_the_level_says() -> None:
     named = sum(bool(spells(noise(seed), STILL, 20.0).any()) for seed in range(60))
     assert named <= 3  # of 60 at 0.005: a fourth would come once in 3,700 times

@@ -61,7 +61,10 @@ PLAIN = [
 ]
 
 
-@pytest.mark.parametrize(("name", "hidden", "parameter", "value"), PLAIN)
+@pytest.mark.parametrize(
+    ("name", "hidden", "parameter", "value"),
+    [each if each[0] == "gyro_bias" else pytest.param(*each, marks=pytest.mark.slow) for each in PLAIN],
+)
 def test_it_is_named_where_it_is_plain(name: str, hidden: Hidden, parameter: str, value: float) -> None:
     found = trace([vehicle(hidden)], inertia=INERTIA, torque="commanded")
     effect = max(found.effects, key=lambda each: each.share)
@@ -74,6 +77,7 @@ def test_nothing_is_named_where_nothing_is_hidden() -> None:
     assert trace([vehicle(Hidden())], inertia=INERTIA, torque="commanded").effects == ()
 
 
+@pytest.mark.slow
 def test_what_changes_in_time_is_sought_on_one_clock_alone() -> None:
     """Two logs that both begin at zero: half a minute in the one is not half a minute in the other."""
     first, second = (vehicle(Hidden(step=-0.4), seed) for seed in (1, 2))

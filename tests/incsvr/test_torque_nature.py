@@ -34,6 +34,7 @@ def test_a_controller_of_this_gyro_closes_the_loop() -> None:
     assert nature.closed
 
 
+@pytest.mark.slow
 def test_where_the_controller_has_another_gyro_nothing_is_sought_and_that_is_said() -> None:
     """A survey whose log holds another gyro than the controller's, with nothing hidden."""
     outcome = play(Mission("survey", "auv", 5, separate_gyro=True, duration=600.0))

@@ -36,7 +36,10 @@ def traced(*effects: str, vehicle: str = "leng", excitation: str = "multisine", 
     return trace([as_run(outcome.recording)], inertia=outcome.inertia)
 
 
-@pytest.mark.parametrize("effect", ["torque_lag", "bias_torque", "heading_current"])
+@pytest.mark.parametrize(
+    "effect",
+    ["torque_lag", *(pytest.param(name, marks=pytest.mark.slow) for name in ("bias_torque", "heading_current"))],
+)
 def test_names_what_is_hidden_and_proves_it(effect: str) -> None:
     found = traced(effect)
     assert [finding.effect for finding in found.effects] == [effect]
@@ -90,6 +93,7 @@ def test_the_model_with_effects_is_one_value() -> None:
     assert all(part.shape == found.pictures.ledger_time.shape for part in parts.values())
 
 
+@pytest.mark.slow
 def test_a_validation_recording_is_where_the_proof_happens() -> None:
     outcome = play(Trial(21, ("bias_torque",), 1.0, "leng", "multisine", 0.0, 360.0))
     other = play(Trial(21, ("bias_torque",), 1.0, "leng", "steps", 0.0, 240.0))
@@ -129,6 +133,7 @@ def test_too_short_a_recording_is_refused_not_called_empty() -> None:
         trace([sine(9.0)], inertia=350.0)
 
 
+@pytest.mark.slow
 def test_channels_that_say_nothing_are_named() -> None:
     run = sine(400.0)
     sway = np.sin(run.time / 7.0)
@@ -147,6 +152,7 @@ def test_channels_that_say_nothing_are_named() -> None:
     assert "torque" in ignored["command"]
 
 
+@pytest.mark.slow
 def test_what_no_effect_explains_is_added_as_such() -> None:
     """A moment that is even in a channel: nobody's catalogue has it, and it must not be called an effect."""
     random = np.random.default_rng(8)
@@ -169,6 +175,7 @@ def rov(measured: Path, *numbers: int) -> list[Run]:
     return [as_run(read(measured / "bluerov" / f"run_{number:02d}.csv")) for number in numbers]
 
 
+@pytest.mark.slow
 def test_measured_open_loop(measured: Path) -> None:
     """Inertia and the late thrust of a real vehicle, proven on the run that was not fitted."""
     found = trace(rov(measured, 3, 5), inertia=PUBLISHED, validate=rov(measured, 4))

@@ -40,6 +40,7 @@ def test_one_trial_by_hand(policy: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_search_tells_a_good_point_from_bad_ones() -> None:
     grid = Grid(C=(0.1, 1000.0), epsilon=(0.1, 80.0), gamma=(10.0, 1e6))
     trials = list(search(stream(2, 250), SETTINGS, grid))

@@ -16,6 +16,7 @@ def experiments() -> list[leng.Experiment]:
     return [leng.experiment(seed) for seed in range(3000, 3020)]
 
 
+@pytest.mark.slow
 def test_the_vehicle_is_the_papers(experiments: list[leng.Experiment]) -> None:
     first = experiments[0]
     assert len(first.T1) == pytest.approx(700, abs=5)
@@ -32,6 +33,7 @@ def test_a_seed_gives_the_same_recording_and_another_seed_another() -> None:
     assert one.tobytes() != other.tobytes()
 
 
+@pytest.mark.slow
 def test_the_samples_scatter_about_the_true_damping_and_are_seen_by_no_sensor(
     experiments: list[leng.Experiment],
 ) -> None:
@@ -69,6 +71,7 @@ def errors(train: Samples, validate: Samples, epsilon: float) -> tuple[float, fl
     return float(np.mean(np.abs(residual))), float(np.sqrt(np.mean(residual**2)))
 
 
+@pytest.mark.slow
 def test_the_offline_baselines_meet_their_rows_of_table_1(experiments: list[leng.Experiment]) -> None:
     """Within 3 %, as far as 20 seeds can say; here with the paper's γ and C instead of the search, for speed."""
     rows = np.array(

@@ -72,6 +72,7 @@ def test_in_still_water_the_declared_model_explains_the_log(kind: str, vehicle: 
     assert np.sqrt(np.mean(error**2)) < 2.0 * GYRO_NOISE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["transit", "rate_control"])
 def test_the_controller_hears_the_logged_gyro_and_no_other(kind: str) -> None:
     def heard(separate: bool) -> float:
@@ -89,6 +90,7 @@ def test_the_controller_hears_the_logged_gyro_and_no_other(kind: str) -> None:
     assert abs(heard(separate=True)) < 0.05
 
 
+@pytest.mark.slow
 def test_the_torque_of_a_survey_answers_the_water() -> None:
     rough, still = (play(Mission("transit", "auv", seed=1, water=water)).motion.command for water in (1.0, 0.0))
     assert np.std(rough) > 1.2 * np.std(still)

@@ -32,6 +32,7 @@ def test_a_log_is_small_and_the_same_for_the_same_seed(tmp_path: Path) -> None:
     assert len(one) < 1_000_000
 
 
+@pytest.mark.slow
 def test_what_is_hidden_in_the_log_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fitted, unseen = tmp_path / "dive.csv", tmp_path / "other.csv"
     for seed, path in enumerate((fitted, unseen), start=1):
@@ -43,6 +44,7 @@ def test_what_is_hidden_in_the_log_is_found(tmp_path: Path, capsys: pytest.Captu
     assert low < REVERSE_EFFICIENCY < high
 
 
+@pytest.mark.slow
 def test_the_manoeuvre_that_tells_a_tie_apart_is_a_file_that_is_read_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

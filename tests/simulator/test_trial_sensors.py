@@ -34,6 +34,7 @@ def test_the_residual_of_the_true_model_is_the_noise_that_was_asked_for() -> Non
     assert 0.6 * moment < np.std(left) < 1.05 * moment
 
 
+@pytest.mark.slow
 def test_noise_in_the_torque_alone_colours_the_recording_and_leaves_the_vehicle_in_peace() -> None:
     coloured, white = (
         play(Trial(seed=7, autocorrelation=rho, noise="torque", excitation="steps")) for rho in (0.9, 0.0)
@@ -86,6 +87,7 @@ def test_streams_on_their_own_clocks_leave_empty_cells_and_one_clock_leaves_none
         np.testing.assert_allclose(np.diff(trial.recording.time), PERIOD)
 
 
+@pytest.mark.slow
 def test_one_torque_in_a_hundred_is_an_outlier() -> None:
     for seed in range(4):
         outcome = play(Trial(seed=seed, excitation="sine"))

@@ -60,6 +60,7 @@ def test_the_learner_says_it_again_and_ends_earlier(reports: list[IterationRepor
     assert set(reports[4].batch.time) & set(reports[3].batch.time)
 
 
+@pytest.mark.slow
 def test_every_sample_is_drawn_once_and_the_recording_goes_on(
     house: House, reports: list[IterationReport], tmp_path: Path
 ) -> None:

@@ -15,6 +15,7 @@ from viewer.experiment import draw
 from viewer.palette import LIGHT
 
 
+@pytest.mark.slow
 def test_the_runs_are_drawn_with_the_line_between_them(tmp_path: Path) -> None:
     for name in leng.RUNS:
         write(tmp_path / f"{name}.csv", leng.recording(name, 3120))

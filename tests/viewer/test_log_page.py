@@ -69,6 +69,7 @@ def test_what_cannot_be_shown_is_refused(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_viewer_is_content_with_every_page(recording: Path) -> None:
     try:
         with Screen(recording, ("Streams", "Samples", "Channels")) as screen:

@@ -22,6 +22,7 @@ from viewer import archive
 from viewer.frame import positions
 
 
+@pytest.mark.slow
 def test_late_killed_and_restarted_it_loses_no_iteration(house: House, run: Run, tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     house.serve()
@@ -86,6 +87,7 @@ def test_no_curve_is_missing_where_the_learner_keeps_no_state(house: House, run:
     assert set(logged) == {report.iteration for report, _ in run.iterations}
 
 
+@pytest.mark.slow
 def test_it_waits_for_the_learner_says_so_and_begins_anew_with_it(house: House, run: Run, tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     viewer = house.view("--headless", "--save", str(path))
@@ -122,6 +124,7 @@ def test_it_waits_for_the_learner_says_so_and_begins_anew_with_it(house: House, 
     assert sum("LEARNER AWAY" in text and "does not answer" in text for text in said) == 2
 
 
+@pytest.mark.slow
 def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path: Path) -> None:
     house.serve()
     session = house.client()
@@ -148,6 +151,7 @@ def test_a_hung_viewer_never_slows_the_learner(house: House, run: Run, tmp_path:
     assert set(rows(tmp_path / "run.rrd", "Scalars:scalars")["/learning/revision"]) == {1, 2, 3}
 
 
+@pytest.mark.slow
 def test_when_the_disk_is_full_the_live_view_goes_on_at_loopback(house: House, run: Run, tmp_path: Path) -> None:
     path, seen = tmp_path / "run.rrd", tmp_path / "seen.rrd"
     house.serve()

@@ -51,6 +51,7 @@ def state_with(url: str, iteration: int) -> dict[str, Any]:
         time.sleep(0.1)
 
 
+@pytest.mark.slow
 def test_a_browser_draws_what_a_learner_says(house: House, run: Run, tmp_path: Path) -> None:
     archive = tmp_path / "archive"
     learner = house.serve("--archive", str(archive))
@@ -99,6 +100,7 @@ def test_the_page_needs_no_more_than_the_vehicle_has() -> None:
     assert ran.stderr.strip() in ("", "[]"), ran.stderr
 
 
+@pytest.mark.slow
 def test_a_port_that_is_taken_is_said(house: House) -> None:
     first = house.start(["page", "--connect", house.endpoint, "--port", "0"])
     port = re.findall(r":(\d+)/", first.wait_for("shows"))[0]

@@ -106,6 +106,7 @@ def test_the_report_is_one_file_that_says_what_was_found(found: Trace, report: s
     assert headline(found).partition(";")[0].replace("_", " ")[1:] in words
 
 
+@pytest.mark.slow
 def test_what_limits_a_verdict_is_in_the_headline_of_terminal_and_page(found: Trace, tmp_path: Path) -> None:
     """The verdict of each case, and each limit, is one sentence on both."""
     assert found.proven
@@ -170,6 +171,7 @@ def test_free_runs_of_other_pieces_are_drawn_beside_those_of_the_same_motion(fou
     assert "before" not in free_runs(other, after, found.model.scale)[0]
 
 
+@pytest.mark.slow
 def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Trace, tmp_path: Path) -> None:
     turned = replace(
         found,
@@ -182,11 +184,13 @@ def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Tr
     assert "drives instead of damping" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_same_trace_gives_the_same_report(found: Trace, report: str, tmp_path: Path) -> None:
     write(found, tmp_path / "again.html", made=MADE)
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == report
 
 
+@pytest.mark.slow
 def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
     findings = tuple(replace(finding, p_value=0.0) for finding in found.effects)
     rejected = (replace(found.rejected[0], p_value=0.0), replace(found.rejected[1], p_value=0.25))
@@ -202,6 +206,7 @@ def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
     assert surely.to_dict()["unexplained"] == [{"channel": "depth", "p_value": 0.0}]
 
 
+@pytest.mark.slow
 def test_of_another_axis_it_says_its_words_and_units(found: Trace, tmp_path: Path) -> None:
     path = tmp_path / "report.html"
     write(found.in_terms_of(AXES["sway"]), path, AXES["sway"])

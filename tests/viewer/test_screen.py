@@ -34,6 +34,7 @@ def screen(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scree
         pytest.skip(f"the viewer cannot draw here: {error}")
 
 
+@pytest.mark.slow
 def test_one_frame_is_drawn_and_every_view_is_content(screen: Screen) -> None:
     screen.show("Learning", 4)
     views = screen.views()
@@ -46,6 +47,7 @@ def test_one_frame_is_drawn_and_every_view_is_content(screen: Screen) -> None:
         assert any(near(colour, getattr(DARK, name)) for colour in colours), f"nothing in the colour of {name}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["Before and after", "Signals", "Effects", "Health", "Channels"])
 def test_every_other_page_is_content_at_the_end(screen: Screen, page: str) -> None:
     screen.show(page)
@@ -69,6 +71,7 @@ def test_a_window_begins_in_the_theme_of_its_plates(monkeypatch: pytest.MonkeyPa
         assert "--persist-state" not in flags
 
 
+@pytest.mark.slow
 def test_an_iteration_that_is_not_there_is_refused(screen: Screen) -> None:
     with pytest.raises(BadInput, match="no iteration 999"):
         screen.show("Learning", 999)

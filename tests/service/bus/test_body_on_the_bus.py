@@ -111,6 +111,7 @@ def test_three_axes_hear_each_other_and_learn_each_its_own_damping(start: StartB
         assert split.parts.keys() == report.batch.parts.keys()
 
 
+@pytest.mark.slow
 def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recording) -> None:
     bench = start(**COMMON, prefix="rov/yaw", signals__channels=("surge",), health__stale_after=1000.0)
     published = reports(bench, "yaw")
@@ -130,6 +131,7 @@ def test_what_nothing_brings_is_zero_and_said_once(start: StartBench, run: Recor
     assert bench.health().reasons[-1] == note
 
 
+@pytest.mark.slow
 def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording, tmp_path: Path) -> None:
     first = start(**THREE, state=tmp_path)
     published = reports(first, "yaw")
@@ -146,6 +148,7 @@ def test_the_state_of_a_body_is_no_other_bodys(start: StartBench, run: Recording
     assert any("was learned with inertia" in reason for reason in other.health().reasons)
 
 
+@pytest.mark.slow
 def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path) -> None:
     run, endpoint = whole_vehicle(910_001, 500), free_endpoint()
     write(tmp_path / "whole.csv", run)

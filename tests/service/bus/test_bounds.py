@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
 import zenoh
 
 from service import wire
@@ -68,6 +69,7 @@ def a_client_that_asks_and_stops(endpoint: str) -> Iterator[None]:
             process.kill()
 
 
+@pytest.mark.slow
 def test_a_client_that_asks_much_and_stops_holds_up_nobody(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with client_after(endpoint, tmp_path) as (process, session, alive):
@@ -92,6 +94,7 @@ def test_a_client_that_asks_much_and_stops_holds_up_nobody(tmp_path: Path) -> No
             assert time.monotonic() - began < 4.0  # the unit allows five
 
 
+@pytest.mark.slow
 def test_a_second_learner_of_the_same_prefix_refuses_and_says_so(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with client_after(endpoint, tmp_path / "first") as (_, session, _):
@@ -116,6 +119,7 @@ def test_a_second_learner_of_the_same_prefix_refuses_and_says_so(tmp_path: Path)
                 learner.kill()
 
 
+@pytest.mark.slow
 def test_a_learner_that_comes_back_is_not_taken_for_another_one(tmp_path: Path) -> None:
     """The router that both its lives are clients of forgets the first one in time."""
     endpoint = free_endpoint()

@@ -29,6 +29,7 @@ from tests.service.conftest import PATIENCE, StartBench, teach
 __all__ = ["endpoint"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stamps", [(1e9, 1e9 + 0.02), (1e9, 1e9)])
 def test_an_array_of_wrong_stamps_costs_nothing(start: StartBench, stamps: tuple[float, ...]) -> None:
     """What is learned is to the byte what is learned without them."""
@@ -47,6 +48,7 @@ def test_an_array_of_wrong_stamps_costs_nothing(start: StartBench, stamps: tuple
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_clocks_that_do_not_agree_are_said_and_forgiven(start: StartBench) -> None:
     bench = start()
     run = leng.recording("T1", seed=5)
@@ -69,6 +71,7 @@ def test_clocks_that_do_not_agree_are_said_and_forgiven(start: StartBench) -> No
     health = bench.health_when(lambda health: health.learning.state == "learning" and health.counters["samples"] > 50)
 
 
+@pytest.mark.slow
 def test_a_clean_restart_hears_again(endpoint: str, tmp_path: Path) -> None:
     """The clock of the yaw rate was believed to be far ahead, and was saved like this."""
     with client_after(endpoint, tmp_path) as (process, session, alive):

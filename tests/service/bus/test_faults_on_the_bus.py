@@ -35,6 +35,7 @@ def test_messages_that_overtake_each_other_are_not_lost(start: StartBench) -> No
     assert health.counters["rejected"] == 0
 
 
+@pytest.mark.slow
 def test_a_spike_that_the_filter_leaves_out_is_counted_once_with_its_stream(start: StartBench) -> None:
     """Windows of samples overlap, so that a spike is met twice; beyond a limit it is refused with the limit's name."""
     whole = cut(leng.recording("T1", seed=7), 60.0).streams()

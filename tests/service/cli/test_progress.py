@@ -45,6 +45,7 @@ def seen(*words: str) -> str:
     return found.decode()
 
 
+@pytest.mark.slow
 def test_people_see_that_a_log_is_read_and_programs_see_nothing(log: Path) -> None:
     assert seen("inspect", str(log), "--json", os.devnull) == ""
     learned = seen("fit", str(log), "--inertia", "350")
@@ -52,6 +53,7 @@ def test_people_see_that_a_log_is_read_and_programs_see_nothing(log: Path) -> No
     assert "learning" in learned
 
 
+@pytest.mark.slow
 def test_where_standard_error_is_no_terminal_nothing_is_seen(log: Path) -> None:
     command = [sys.executable, "-c", IMPATIENT, "inspect", str(log)]
     assert subprocess.run(command, capture_output=True, check=True).stderr == b""

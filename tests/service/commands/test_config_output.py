@@ -27,6 +27,7 @@ def told(capsys: pytest.CaptureFixture[str], *words: str | Path) -> Any:
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_a_learner_that_starts_from_it_serves_the_curve_of_the_fit(
     capsys: pytest.CaptureFixture[str], measured: Path, tmp_path: Path
 ) -> None:
@@ -63,6 +64,7 @@ def test_a_learner_that_starts_from_it_serves_the_curve_of_the_fit(
     assert np.asarray(served["damping"]) == pytest.approx(curve, abs=0.05)
 
 
+@pytest.mark.slow
 def test_what_is_written_is_what_was_scaled_and_said(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     run, first, second = tmp_path / "T1.csv", tmp_path / "first.yaml", tmp_path / "second.yaml"
     write(run, leng.recording("T1", 3))

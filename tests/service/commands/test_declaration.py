@@ -154,6 +154,7 @@ def test_where_sign_and_delay_cannot_be_told_apart_whoever_knows_the_sign_goes_o
     assert "after its stamps and was taken as late" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_measured_rov_with_five_times_its_inertia(measured: Path, capsys: pytest.CaptureFixture[str]) -> None:
     runs = [measured / "bluerov" / f"run_{number:02d}.csv" for number in (4, 5)]
     assert declared([read(run) for run in runs], [], 1.125, None, False).doubt is None

@@ -9,12 +9,14 @@ import subprocess
 from pathlib import Path
 
 import psutil
+import pytest
 
 from tests.service.commands.test_processes import command
 from tests.service.conftest import PATIENCE
 from tests.viewer.readback import every
 
 
+@pytest.mark.slow
 def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Path) -> None:
     done = subprocess.run(
         command("demo", "--speed", "60", "--seed", "900000", "--out", str(tmp_path), "--json", "-"),
@@ -57,6 +59,7 @@ def test_the_demo_plays_both_experiments_and_leaves_nothing_running(tmp_path: Pa
     assert not still_running(str(tmp_path))
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_demo_and_all_it_started(tmp_path: Path) -> None:
     process = subprocess.Popen(
         command("demo", "--speed", "1", "--out", str(tmp_path)), stdout=subprocess.PIPE, stderr=subprocess.PIPE

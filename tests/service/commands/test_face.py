@@ -55,6 +55,7 @@ def same(result: incsvr.Result, out: str, err: str) -> None:
     assert str(result) == err.strip()
 
 
+@pytest.mark.slow
 def test_fit_answers_as_the_command_does(logs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     fitted, unseen = logs
     assert main(["fit", str(fitted), "--validate", str(unseen), "--inertia", "350", "--json", "-"]) == 0
@@ -63,6 +64,7 @@ def test_fit_answers_as_the_command_does(logs: tuple[Path, Path], capsys: pytest
         same(incsvr.fit(recordings, validate=unseen, inertia=350.0), printed.out, printed.err)
 
 
+@pytest.mark.slow
 def test_trace_answers_as_the_command_does(
     logs: tuple[Path, Path], traced: incsvr.Result, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -71,6 +73,7 @@ def test_trace_answers_as_the_command_does(
     same(traced, printed.out, printed.err)
 
 
+@pytest.mark.slow
 def test_flags_of_a_log_stay_with_it(logs: tuple[Path, Path], tmp_path: Path) -> None:
     fitted, _ = logs
     other = tmp_path / "degrees.csv"
@@ -110,6 +113,7 @@ def test_what_is_no_log_is_refused() -> None:
         incsvr.read("no_such.csv")
 
 
+@pytest.mark.slow
 def test_results_are_drawn(
     logs: tuple[Path, Path], traced: incsvr.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,6 +129,7 @@ def test_results_are_drawn(
     assert all(lines)
 
 
+@pytest.mark.slow
 def test_where_matplotlib_is_missing_the_cure_is_said(logs: tuple[Path, Path]) -> None:
     program = (
         "import sys; sys.modules['matplotlib'] = None; import incsvr\n"

@@ -60,6 +60,7 @@ def test_the_leng_is_learned_from_files(
     }
 
 
+@pytest.mark.slow
 def test_the_file_gives_the_models_of_the_samples(
     capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], configured: Path
 ) -> None:
@@ -71,6 +72,7 @@ def test_the_file_gives_the_models_of_the_samples(
     assert result["validation"]["mae"] == float(np.mean(np.abs(residual)))
 
 
+@pytest.mark.slow
 def test_the_inertia_is_estimated(capsys: pytest.CaptureFixture[str], recorded: dict[str, Path]) -> None:
     result = fit(capsys, recorded["T1"], "--inertia", "estimate")
     doubt = result["inertia_standard_error"]
@@ -79,6 +81,7 @@ def test_the_inertia_is_estimated(capsys: pytest.CaptureFixture[str], recorded: 
     assert result["validation"] is None
 
 
+@pytest.mark.slow
 def test_a_gap_is_said_and_not_bridged(
     capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
 ) -> None:
@@ -91,6 +94,7 @@ def test_a_gap_is_said_and_not_bridged(
     assert result["samples"] < fit(capsys, recorded["T1"])["samples"] - 30
 
 
+@pytest.mark.slow
 def test_the_measured_vehicle(capsys: pytest.CaptureFixture[str], measured: Path) -> None:
     """Trained on two yaw-only runs, judged on the third; an inertia that is estimated runs freer than the declared."""
     runs = [measured / "bluerov" / f"run_{number:02d}.csv" for number in (3, 4, 5)]
@@ -164,6 +168,7 @@ def test_an_inertia_that_leaves_nothing_to_learn_is_named(
     assert "\n" not in said
 
 
+@pytest.mark.slow
 def test_the_unseen_runs_are_not_cut_to_the_learned_ones(
     capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
 ) -> None:
@@ -196,6 +201,7 @@ def test_too_little_motion_is_refused_with_its_figures_and_a_manoeuvre(
     assert "\n" not in said
 
 
+@pytest.mark.slow
 def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_none(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -216,6 +222,7 @@ def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_no
     assert estimated["inertia_standard_error"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mission",
     [
@@ -249,6 +256,7 @@ def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
     assert says
 
 
+@pytest.mark.slow
 def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -277,6 +285,7 @@ def test_a_command_that_never_holds_is_the_reason_that_is_said(
     assert "without `--torque commanded`" in said
 
 
+@pytest.mark.slow
 def test_the_report_of_a_fit_is_one_page_and_says_what_the_fit_says(
     capsys: pytest.CaptureFixture[str], recorded: dict[str, Path], tmp_path: Path
 ) -> None:
@@ -311,6 +320,7 @@ def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line(
     assert signals_for([bursts.recording], bursts.inertia, RATE_LIMIT).torque == "measured"
 
 
+@pytest.mark.slow
 def test_damping_over_several_velocities_from_files(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """A part of the error, free runs that follow, and a configuration with which `serve` goes on."""
     runs = [tmp_path / f"{run}.csv" for run in (1, 2)]

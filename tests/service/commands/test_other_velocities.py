@@ -96,6 +96,7 @@ def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,
     assert "taken for zero, because they are not recorded: channel surge" in told
 
 
+@pytest.mark.slow
 def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
     files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -129,6 +129,7 @@ def client_after(
         yield process, session, alive
 
 
+@pytest.mark.slow
 def test_stopped_and_started_in_between_it_publishes_the_same(endpoint: str, tmp_path: Path) -> None:
     """SIGTERM saves also what is on its way to the next batch."""
     with client_after(endpoint, tmp_path / "whole") as (_, session, _alive):
@@ -166,6 +167,7 @@ def test_told_to_stop_while_it_waits_for_its_router_it_ends_without_an_error(tmp
         assert learner.wait(PATIENCE) == 0
 
 
+@pytest.mark.slow
 def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint: str, tmp_path: Path) -> None:
     nobody = subprocess.run(
         command("query", "0.1", "--connect", endpoint, "--wait", "0.3"), capture_output=True, text=True, check=False
@@ -190,6 +192,7 @@ def test_query_says_clearly_when_nobody_answers_and_waits_for_a_learner(endpoint
     assert b"damping [N m]" in said
 
 
+@pytest.mark.slow
 def test_a_player_and_a_learner_find_each_other_in_any_order(endpoint: str, tmp_path: Path) -> None:
     """The learner may come later, and may be restarted: the client comes back by itself."""
     with serving(endpoint, tmp_path) as process, client(endpoint) as (session, alive):

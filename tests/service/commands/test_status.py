@@ -156,6 +156,7 @@ def test_a_question_beyond_what_was_learned_gets_that_first(
         assert (not_learned(reply, None) or "").startswith("not learned there")
 
 
+@pytest.mark.slow
 def test_status_and_watch_tell_a_real_learner(
     endpoint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

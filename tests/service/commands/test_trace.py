@@ -53,6 +53,7 @@ def test_prints_one_json_object_and_the_text_beside_it(recording: Path, capsys: 
     assert "held-out pieces" in printed.err
 
 
+@pytest.mark.slow
 def test_what_was_found_is_kept_where_the_report_cannot_be_written(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -65,6 +66,7 @@ def test_what_was_found_is_kept_where_the_report_cannot_be_written(
     assert json.loads(kept.read_text(encoding="utf-8"))["headline"] in printed.out
 
 
+@pytest.mark.slow
 def test_an_inertia_that_is_far_too_small_has_a_report_of_one_file(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

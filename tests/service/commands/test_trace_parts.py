@@ -73,6 +73,7 @@ def spans(found: Trace, recording: Recording, *findings: Finding) -> list[tuple[
     return [(part.after, part.begin, part.end) for part in parts]
 
 
+@pytest.mark.slow
 def test_the_command_says_what_the_part_shows(
     recording: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -51,6 +51,7 @@ def traced(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_sound_sensors_are_not_spoken_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = traced(saved(tmp_path, recording()), capsys)
     assert found["verdict"] == "none"
@@ -68,6 +69,7 @@ def test_a_gyro_stuck_for_half_a_minute_is_refused(tmp_path: Path, capsys: pytes
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_clock_that_jumps_is_noted_with_its_instant(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     columns = recording(seconds=420.0)
     late = columns["torque"].copy()
@@ -87,6 +89,7 @@ def test_a_gyros_zero_is_noted_where_the_heading_contradicts_it() -> None:
     assert any("rad/s more than the heading turns" in note for note in notes([run], examined([run], 24.0), False))
 
 
+@pytest.mark.slow
 def test_a_compass_that_counts_clockwise_is_turned_and_noted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -38,6 +38,7 @@ def slow(runs: tuple[Path, Path]) -> Any:
     return json.loads(path.read_text(encoding="utf-8")), config
 
 
+@pytest.mark.slow
 def test_every_point_has_its_rank(slow: Any) -> None:
     result, _ = slow
     trials = result["trials"]
@@ -49,6 +50,7 @@ def test_every_point_has_its_rank(slow: Any) -> None:
     assert (paper["C"], paper["epsilon"], paper["gamma"]) == (1000.0, 0.1, 10.0)  # Leng's grid is the paper's own
 
 
+@pytest.mark.slow
 def test_what_is_written_is_a_configuration_with_the_best_point(slow: Any) -> None:
     result, path = slow
     config = read_config(path)
@@ -60,6 +62,7 @@ def test_what_is_written_is_a_configuration_with_the_best_point(slow: Any) -> No
     assert 0.2 < config.vehicle.rate_range[1] < 0.3
 
 
+@pytest.mark.slow
 def test_the_grid_follows_the_vehicle(runs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["tune", str(runs[1]), "--inertia", "0.875", "--last", "--json", "-"]) == 0
     said = capsys.readouterr()

@@ -107,6 +107,7 @@ def same(samples: Samples, begin: float, fewest: int) -> None:
     np.testing.assert_allclose(samples.damping, wanted.damping[:count], atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FILES)
 def test_a_log_makes_the_samples_of_its_vehicle(form: str, tmp_path: Path) -> None:
     recording = Reading(Description((), Inputs())).of_one(FILES[form](tmp_path))

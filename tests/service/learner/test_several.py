@@ -53,6 +53,7 @@ def asked(session: zenoh.Session, selector: str) -> DampingReply:
     return wire.decode(DampingReply, reply.ok.payload.to_bytes())
 
 
+@pytest.mark.slow
 def test_a_process_learns_over_three_answers_for_two_and_comes_back_after_kill_9(
     endpoint: str, tmp_path: Path, run: Recording
 ) -> None:

@@ -91,6 +91,7 @@ def test_while_the_gyro_is_silent_the_models_own_rate_goes_out_until_it_is_back(
     bench.health_when(lambda health: not any("is the model's own" in reason for reason in health.reasons))
 
 
+@pytest.mark.slow
 def test_a_plan_is_forecast_and_what_is_none_is_refused(start: StartBench) -> None:
     bench = start()
     _, refusal = bench.get(bench.keys.forecast)
@@ -170,6 +171,7 @@ def test_experience_survives_an_orderly_end_and_a_broken_one_costs_nothing_else(
     assert broken.served.revision == node.served.revision
 
 
+@pytest.mark.slow
 def test_while_the_gyro_is_heard_the_command_says_so_and_draws_what_was_asked(
     start: StartBench, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -79,6 +79,7 @@ def learned(node: LearnerNode) -> list[CommittedIteration]:
     return outcomes
 
 
+@pytest.mark.slow
 def test_what_fails_in_the_middle_leaves_the_learner_as_it_was(failing: Recording, found: dict[str, Any]) -> None:
     tried, untouched = (LearnerNode(configured(**LIVE), boot="") for _ in range(2))
     pushed([tried, untouched], part(failing, 0.0, 300.0))
@@ -145,6 +146,7 @@ def test_before_anything_is_learned_effects_come_into_force_and_the_first_model_
     assert "torque_lag" in first.report.batch.parts
 
 
+@pytest.mark.slow
 def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
     failing: Recording, found: dict[str, Any], tmp_path: Path
 ) -> None:

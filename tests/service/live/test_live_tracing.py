@@ -84,6 +84,7 @@ def latest(bench: Bench) -> wire.ModelSnapshot:
     return wire.decode(wire.ModelSnapshot, payload)
 
 
+@pytest.mark.slow
 def test_a_hidden_lag_is_found_proven_taken_up_kept_over_a_restart_and_withdrawn_when_it_is_mended(
     start: StartBench, lagging: Recording, mended: Recording, tmp_path: Path
 ) -> None:
@@ -135,6 +136,7 @@ def latest_report(bench: Bench) -> wire.IterationReport:
     return wire.decode(wire.IterationReport, payload)
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_is_a_line_in_the_ledger_and_learning_goes_on(
     start: StartBench, lagging: Recording
 ) -> None:
@@ -193,6 +195,7 @@ def test_taught_again_it_is_the_learner_that_had_the_effects_from_the_beginning(
     assert taught.batches.to_dict() == whole.batches.to_dict()
 
 
+@pytest.mark.slow
 def test_a_learner_that_is_killed_takes_its_process_with_it(tmp_path: Path, lagging: Recording) -> None:
     endpoint = free_endpoint()
     words = [f"{name.replace('__', '.')}={value}" for name, value in LIVE.items()]

@@ -110,6 +110,7 @@ def test_where_nothing_is_traced_there_is_nothing_to_promote(start: StartBench) 
     assert "set it to advise or adopt" in refused(bench, f"{bench.keys.effects}/promote?effect=torque_lag")
 
 
+@pytest.mark.slow
 def test_what_was_decided_survives_kill_9_at_once(
     tmp_path: Path, found: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -136,6 +137,7 @@ def test_what_was_decided_survives_kill_9_at_once(
     assert again == said
 
 
+@pytest.mark.slow
 def test_advise_says_what_is_proven_and_serves_the_same_bytes_as_without(start: StartBench) -> None:
     lagging = play_trial(replace(LAGGING, duration=400.0)).recording
     bench = start(**LIVE | {"tracing__live": "advise"})
