@@ -19,7 +19,7 @@ from service.bus.session import BusRefusal, client_config, client_place, nobody_
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
-from service.logs.dives import RULE
+from service.logs.dives import DIVE_RULE
 from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, Streams, sequence
@@ -31,7 +31,9 @@ from simulator.player import Played, messages, play, wait_for_learner
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("recordings", metavar="RECORDING", nargs="+", type=Path, help=f"logs of any format; {RULE}")
+    parser.add_argument(
+        "recordings", metavar="RECORDING", nargs="+", type=Path, help=f"logs of any format; {DIVE_RULE}"
+    )
     add_log_arguments(parser)
     add_player_arguments(parser)
 

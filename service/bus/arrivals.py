@@ -15,9 +15,9 @@ import zenoh
 from zenoh.handlers import Callback
 
 from service.bus.ingest import AS_JSON, MAX_PAYLOAD_BYTES, MESSAGE_OVERHEAD_BYTES, QUEUE_BYTES, RING_PLACES
-from service.inputs.bus_keys import BRIDGED, bridged
+from service.inputs.bus_keys import BRIDGE_TOKENS, announced_type
 from service.inputs.input_mapper import InputMapper
-from service.inputs.presets.ros import READ
+from service.inputs.presets.ros import LISTENED_TYPES
 from service.recordings.archive import Archive
 
 
@@ -52,7 +52,7 @@ class Arrivals:
             self.subscribe(expression)
         if hearing.inputs.preset == "ros2":
             bridges = session.liveliness().declare_subscriber(
-                BRIDGED, lambda sample: self._tokens.append(str(sample.key_expr)), history=True
+                BRIDGE_TOKENS, lambda sample: self._tokens.append(str(sample.key_expr)), history=True
             )
             self._subscribers.append(bridges)
 
@@ -102,8 +102,8 @@ class Arrivals:
 
     def _listen(self, token: str) -> None:
         """Listens to what a bridge of ROS 2 announces, where its type is read."""
-        found = bridged(token)
-        if found is not None and found[1] in READ and found[0] not in self._hearing.types:
+        found = announced_type(token)
+        if found is not None and found[1] in LISTENED_TYPES and found[0] not in self._hearing.types:
             key, kind = found
             self._hearing.announce(key, kind)
             self.subscribe(key)

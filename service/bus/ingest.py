@@ -20,7 +20,7 @@ from incsvr.numerics import Array
 from incsvr.signals import REQUIRED
 from service.bus.feed import Arrived, Measurements
 from service.health.health_watch import HealthWatch
-from service.inputs.forms.own import Refused, parse
+from service.inputs.forms.own import InvalidMeasurement, parse
 from service.recordings.archive import Archive
 from service.wire import Keys
 
@@ -145,19 +145,19 @@ class Ingest:
         """Adds one message to those taken; whatever it holds, nothing is raised."""
         try:
             if sample.kind != zenoh.SampleKind.PUT:
-                raise Refused("no_put")
+                raise InvalidMeasurement("no_put")
             encoding = str(sample.encoding)
             if self._archive is not None:
                 kept_as = AS_JSON if encoding in _ENCODINGS else encoding
                 self._archive.came(str(sample.key_expr), kept_as, payload.to_bytes())
             if encoding not in _ENCODINGS:
-                raise Refused("wrong_encoding")
+                raise InvalidMeasurement("wrong_encoding")
             if name is None:
                 name = str(sample.key_expr).rpartition("/")[2]
                 if len(name) > MAX_NAME_CHARS or name in REQUIRED:
-                    raise Refused("wrong_channel_name")
+                    raise InvalidMeasurement("wrong_channel_name")
             t, value, sequence = parse(payload.to_bytes())
-        except Refused as refusal:
+        except InvalidMeasurement as refusal:
             self._watch.refused(str(refusal))
             return
         if sequence is not None:

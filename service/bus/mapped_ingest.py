@@ -85,7 +85,7 @@ class MappedIngest:
     def why_not(self) -> str | None:
         """Why nothing that comes is learned from; None where it is."""
         early = self.mapper.armed is None and time.monotonic() - self._began < GRACE_S
-        return self.mapper.why_not if self.mapper.known and not early else None
+        return self.mapper.why_not if self.mapper.bindings and not early else None
 
     def notices(self) -> list[str]:
         """What a person should know of how the measurements come about, and what is missing."""
@@ -96,8 +96,8 @@ class MappedIngest:
     def rate_key(self) -> str | None:
         """The key on which the yaw rate comes; None before it does."""
         with self._lock:
-            known = self.mapper.known.items()
-            return next((key for key, each in known if any(name == RATE for name, _ in each.quantities)), None)
+            bindings = self.mapper.bindings.items()
+            return next((key for key, each in bindings if any(name == RATE for name, _ in each.quantities)), None)
 
     def parameters(self) -> dict[str, dict[str, float]]:
         """What vehicles have told of their thrusters, by vehicle."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from service.cli.output import add_json_argument, report_destination
 from service.config.sources import add_config_arguments
-from service.logs.dives import RULE
+from service.logs.dives import DIVE_RULE
 
 
 def add_client_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0, whom: str = "") -> None:
@@ -24,7 +24,9 @@ def add_question_arguments(parser: argparse.ArgumentParser, wait_s: float = 5.0)
 
 def add_recordings_arguments(parser: argparse.ArgumentParser, unseen: str, inertia: str) -> None:
     """Adds recordings, `--validate` and `--inertia`; what the last two are is said in the words of the help."""
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {RULE}")
+    parser.add_argument(
+        "recordings", nargs="+", type=Path, metavar="RECORDING", help=f"logs of any format; {DIVE_RULE}"
+    )
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RECORDING", help=unseen)
     parser.add_argument("--inertia", metavar="I", help=inertia)
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from incsvr.errors import BadInput
 from service.cli.output import add_json_argument, emit, refuse_unwritable, writing
 from service.config.sources import read as read_config
-from service.logs.cutting import ARMED
-from service.logs.dives import RULE
+from service.logs.cutting import ARMED_CHANNEL
+from service.logs.dives import DIVE_RULE
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
 from service.recordings.recording_csv import write
@@ -18,7 +18,7 @@ from service.recordings.recording_csv import write
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help=f"logs of any format, then the CSV to write; {RULE}"
+        "files", nargs="+", type=Path, metavar="FILE", help=f"logs of any format, then the CSV to write; {DIVE_RULE}"
     )
     add_log_arguments(parser, config=True, axis=False)
     add_json_argument(parser)
@@ -50,6 +50,6 @@ def _text(recording: Recording, out: Path, notes: list[str]) -> str:
     for name, (time, values) in recording.streams().items():
         span = f"{values.min():.4g} to {values.max():.4g}" if values.size else "nothing"
         lines.append(f"  {name:<20} {time.size:8d} values  {span}")
-    if ARMED in recording.columns:
+    if ARMED_CHANNEL in recording.columns:
         lines.append("  `fit` and `tune` take only what was measured while armed is 1")
     return "\n".join([*lines, *(f"  note: {note}" for note in notes)])

@@ -137,11 +137,11 @@ def _ask(session: zenoh.Session, hearing: InputMapper, arrivals: Arrivals, hertz
     """
     system = _vehicle(hearing, arrivals)
     answers: list[bytes] = []
-    key = f"mavlink/{system}/{AUTOPILOT}/{asking.ACK}"
+    key = f"mavlink/{system}/{AUTOPILOT}/{asking.ACK_MESSAGE}"
     listener = session.declare_subscriber(key, lambda sample: answers.append(sample.payload.to_bytes()))
     said = {}
-    for name, number in asking.ASKED.items():
-        session.put(asking.KEY, asking.request(int(system), number, hertz), encoding="application/json")
+    for name, number in asking.REQUESTED_MESSAGES.items():
+        session.put(asking.REQUEST_KEY, asking.request(int(system), number, hertz), encoding="application/json")
         said[name] = _answer(answers)
     listener.undeclare()  # type: ignore[no-untyped-call]
     return said
@@ -153,7 +153,7 @@ def _vehicle(hearing: InputMapper, arrivals: Arrivals) -> str:
     while time.monotonic() < until:
         for key, payload, arrival in arrivals.take():
             hearing.hear(key, payload, arrival)
-        named = (mavlink(key) for key in hearing.known)
+        named = (mavlink(key) for key in hearing.bindings)
         system = hearing.system or next((found.system for found in named if found is not None), "")
         if system:
             return system
@@ -166,7 +166,7 @@ def _answer(answers: list[bytes]) -> str:
     pause, until = threading.Event(), time.monotonic() + VEHICLE_TIMEOUT_S
     while time.monotonic() < until:
         while answers:
-            accepted = asking.accepted(answers.pop(0))
+            accepted = asking.is_accepted(answers.pop(0))
             if accepted is not None:
                 return "accepted" if accepted else "refused"
         pause.wait(POLL_S)

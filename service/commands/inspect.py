@@ -16,18 +16,18 @@ from incsvr.signals.seldom import too_slow
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.config.sources import read as read_config
-from service.inputs.arming import spans, within
-from service.inputs.clocks import going_on
-from service.inputs.measuring import Measured
+from service.inputs.arming import arming_spans, is_within
+from service.inputs.clocks import without_leaps
+from service.inputs.measuring import MeasuredStreams
 from service.inputs.presets import Proposal
 from service.inputs.quantities import si_unit
 from service.inputs.settings import Inputs, Preset, Source, Thrusters
 from service.inputs.table import Table, Topic
 from service.logs.cut_log import cut_log
 from service.logs.cutting import Cut, add_cut_arguments
-from service.logs.dives import RULE, one_dive
+from service.logs.dives import DIVE_RULE, one_dive
 from service.logs.doubts import in_degrees, refuse_without_numbers
-from service.logs.reading import Description, described, read, since_1970, written_down
+from service.logs.reading import LogDescription, describe, read, since_1970, writing_times
 
 SHOWN_FIELDS = 6
 """Fields of a topic that are shown to people; all of them go into the JSON object."""
@@ -36,7 +36,9 @@ STAMP_FIELDS = ("timestamp", "TimeUS", "time_boot_ms", "time_usec", "header.stam
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {RULE}")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help=f"a log, or the folder of a bag; {DIVE_RULE}"
+    )
     parser.add_argument("--preset", choices=get_args(Preset), help="what the vehicle speaks")
     parser.add_argument("--column", action="append", default=[], metavar="NAME=FIELD", help="where a quantity stands")
     parser.add_argument("--system", metavar="NAME", help="the vehicle, where a log holds several: 2, or rov2")
@@ -51,18 +53,18 @@ def run(args: argparse.Namespace) -> int:
     said = {"preset": args.preset, "system": args.system}
     inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
     with progress(f"reading {args.files[0].name}"):
-        seen = _read(args, Description(tuple(args.column), inputs))
+        seen = _read(args, LogDescription(tuple(args.column), inputs))
     emit(args, _told(seen), _text(args, seen))
     return 0
 
 
-def _read(args: argparse.Namespace, description: Description) -> Seen:
+def _read(args: argparse.Namespace, description: LogDescription) -> Seen:
     """What is in the files, and what of it would be learned from."""
     dive, cut = one_dive(args.files, description), Cut.of(args)
     log, path = dive.opened(description), dive.path
     if args.topic is not None and args.topic not in {topic.name for topic in log.topics}:
         raise BadInput(f"{path}: there is no topic {args.topic}; `incsvr inspect {path}` lists them all")
-    proposal = described(log, description)
+    proposal = describe(log, description)
     measured, since = None, None
     if proposal.inputs.yaw_rate is not None and "t" not in proposal.missing:
         try:
@@ -103,7 +105,7 @@ class Seen:
     format: str
     streams: list[Stream]
     proposal: Proposal
-    measured: Measured | None
+    measured: MeasuredStreams | None
     degrees: frozenset[str]
 
 
@@ -124,13 +126,13 @@ def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], inputs: Inp
         ranges = {} if table is None else {name: _range(values) for name, values in table.columns.items()}
         seen = () if table is None else tuple(table.columns)
         fields = tuple(dict.fromkeys((*topic.fields, *seen)))
-        span, rate = (0.0, 0.0) if table is None else _pace(written_down(table, inputs))
+        span, rate = (0.0, 0.0) if table is None else _pace(writing_times(table, inputs))
         found.append(Stream(Topic(topic.name, topic.type, fields, topic.count), rate, span, ranges))
     return found
 
 
 def _pace(time: Array) -> tuple[float, float]:
-    known = going_on(np.unique(time[np.isfinite(time)]))[0]
+    known = without_leaps(np.unique(time[np.isfinite(time)]))[0]
     span = float(np.ptp(known)) if known.size else 0.0
     if known.size < 3:
         return span, 0.0  # two messages have no rate
@@ -166,14 +168,14 @@ def _told(seen: Seen) -> dict[str, Any]:
     }
 
 
-def _armed(measured: Measured) -> dict[str, Any] | None:
+def _armed(measured: MeasuredStreams) -> dict[str, Any] | None:
     """Whether the vehicle was ever armed, and for how long while the yaw rate was measured [s]."""
     if measured.armed is None:
         return None
     time = measured.streams["yaw_rate"][0]
-    inside = spans(*measured.armed)
+    inside = arming_spans(*measured.armed)
     steps = np.diff(time, append=time[-1:])
-    return {"ever": bool(inside), "seconds": float(steps[within(time, inside)].sum()) if inside else 0.0}
+    return {"ever": bool(inside), "seconds": float(steps[is_within(time, inside)].sum()) if inside else 0.0}
 
 
 def _summary(time: Array, values: Array) -> dict[str, Any]:
@@ -231,7 +233,7 @@ def _proposed(seen: Seen) -> list[str]:
     return lines + wrapped("  note: ", (*proposal.sentences, *(measured.notes if measured else ())))
 
 
-def _line(name: str, source: Source | Thrusters | None, measured: Measured | None, in_degrees: bool) -> str:
+def _line(name: str, source: Source | Thrusters | None, measured: MeasuredStreams | None, in_degrees: bool) -> str:
     if source is None:
         return f"  {name:<11} nothing"
     where = f"{source.topic}.{source.field}" if isinstance(source, Source) else f"thrusters of {source.topics[0]}"

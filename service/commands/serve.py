@@ -110,9 +110,9 @@ def beginning(config: Config) -> tuple[str, ...]:
     if not config.inputs.own:
         # Loaded where it is needed alone, like what listens there.
         from service.bus.mapped_ingest import mapping
-        from service.inputs.bus_keys import listened
+        from service.inputs.bus_keys import key_expressions
 
-        heard = f"hears {', '.join(listened(mapping(config)))} and {keys.any_channel}"
+        heard = f"hears {', '.join(key_expressions(mapping(config)))} and {keys.any_channel}"
     state = "nowhere (state: null)" if config.state is None else f"in {config.state / config.prefix}.sqlite"
     return (
         met,

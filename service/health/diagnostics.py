@@ -54,7 +54,7 @@ def diagnostic_array(health: Health, prefix: str, vehicle: str, at: int) -> byte
         "hardware_id": vehicle,
         "values": [{"key": name, "value": value} for name, value in said.items() if value],
     }
-    return cdr.encoded(DIAGNOSTIC_TYPE, {"header": {"stamp": at, "frame_id": ""}, "status": [status]})
+    return cdr.encode(DIAGNOSTIC_TYPE, {"header": {"stamp": at, "frame_id": ""}, "status": [status]})
 
 
 class Diagnostics:

@@ -11,11 +11,11 @@ from incsvr.numerics import Array
 from service.inputs.settings import Armed
 
 Spans = tuple[tuple[float, float], ...]
-LARGEST = 2.0**53
-"""Flags and states are whole numbers below."""
+MAX_WHOLE_NUMBER = 2.0**53
+"""The number below which flags and states are whole numbers."""
 
 
-def spans(time: Array, armed: Array) -> Spans:
+def arming_spans(time: Array, armed: Array) -> Spans:
     """From when to when a vehicle was armed [s], by what was told at `time` (n,) [s]; the last word holds for ever.
 
     What was told first holds before it, too.
@@ -38,14 +38,14 @@ def says_armed(settings: Armed, values: Array) -> NDArray[np.bool_]:
     return np.asarray(np.nan_to_num(values) != 0.0)
 
 
-def speaks(settings: Armed, values: Array) -> NDArray[np.bool_]:
+def says_something(settings: Armed, values: Array) -> NDArray[np.bool_]:
     """Which of the values (n,) of the field say something of it: a field of events has others, too."""
     if settings.equals is None or settings.disarmed is None:
         return np.isfinite(values)
     return np.asarray((values == settings.equals) | (values == settings.disarmed))
 
 
-def within(time: Array, wanted: Spans) -> NDArray[np.bool_]:
+def is_within(time: Array, wanted: Spans) -> NDArray[np.bool_]:
     """Which of the instants (n,) [s] are in the spans."""
     inside = np.zeros(time.size, dtype=bool)
     for low, high in wanted:
@@ -65,20 +65,20 @@ class Arming:
 
     armed: bool | None = None
     by_movement: bool = False
-    _said: bool = False
+    _has_spoken: bool = False
 
     def take(self, settings: Armed, value: float | None) -> bool:
         """Takes what a message says; False where it has no such number."""
-        if value is None or not abs(value) < LARGEST:
+        if value is None or not abs(value) < MAX_WHOLE_NUMBER:
             return False
         given = np.array([value])
-        if speaks(settings, given)[0]:
-            self.armed, self.by_movement, self._said = bool(says_armed(settings, given)[0]), False, True
+        if says_something(settings, given)[0]:
+            self.armed, self.by_movement, self._has_spoken = bool(says_armed(settings, given)[0]), False, True
         return True
 
     def moved(self, settings: Armed | None) -> None:
         """The outputs of the vehicle move."""
-        if settings is not None and settings.events and not self._said:
+        if settings is not None and settings.events and not self._has_spoken:
             self.armed = self.by_movement = True
 
     def why_not(self, settings: Armed) -> str | None:

@@ -10,21 +10,22 @@ import json
 
 from service.wire.json_text import json_text
 
-KEY = "mavlink/in"
-"""Where BlueOS's MAVLink server takes messages (bluerobotics/mavlink-server, drivers/zenoh)."""
-ACK = "COMMAND_ACK"
+REQUEST_KEY = "mavlink/in"
+"""The key at which BlueOS's MAVLink server takes messages (bluerobotics/mavlink-server, drivers/zenoh)."""
+ACK_MESSAGE = "COMMAND_ACK"
 SET_MESSAGE_INTERVAL = 511
-ASKED = {"ATTITUDE": 30, "SERVO_OUTPUT_RAW": 36}
+REQUESTED_MESSAGES = {"ATTITUDE": 30, "SERVO_OUTPUT_RAW": 36}
 """The messages that are learned from, by their numbers."""
-STATION, COMPUTER = 255, 191
-"""Who asks: the system of ground stations, from which ArduPilot takes commands, and an onboard computer in it."""
+STATION_SYSTEM, COMPUTER_COMPONENT = 255, 191
+"""The sender of a request: the system of ground stations, from which ArduPilot takes commands, and an onboard
+computer."""
 
 
 def request(system: int, message: int, hertz: float) -> bytes:
     """The payload that asks the autopilot of a system for a message so often a second."""
     parameters = [float(message), round(1e6 / hertz), 0.0, 0.0, 0.0, 0.0, 0.0]
     said = {
-        "header": {"system_id": STATION, "component_id": COMPUTER, "sequence": 0},
+        "header": {"system_id": STATION_SYSTEM, "component_id": COMPUTER_COMPONENT, "sequence": 0},
         "message": {
             "type": "COMMAND_LONG",
             **{f"param{k}": float(value) for k, value in enumerate(parameters, start=1)},
@@ -37,7 +38,7 @@ def request(system: int, message: int, hertz: float) -> bytes:
     return json_text(said).encode()
 
 
-def accepted(payload: bytes) -> bool | None:
+def is_accepted(payload: bytes) -> bool | None:
     """Whether an acknowledgement says that the interval was set; None where it is of something else."""
     try:
         message = json.loads(payload)["message"]

@@ -15,27 +15,27 @@ from incsvr.errors import BadInput
 from service.inputs.instances import base, instance
 from service.inputs.owners import AUTOPILOT
 from service.inputs.presets.keelson import SUBJECTS
-from service.inputs.presets.mavlink import MESSAGES
-from service.inputs.presets.ros import READ
+from service.inputs.presets.mavlink import LISTENED_MESSAGES
+from service.inputs.presets.ros import LISTENED_TYPES
 from service.inputs.settings import Inputs, Preset
 
-BRIDGED = "@/*/@ros2_lv/MP/**"
+BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
 """Liveliness tokens by which zenoh-bridge-ros2dds says what is published: the key, with § for /, and the type."""
 _RMW = re.compile(r"^\d+/.+/([a-z][a-z0-9_]*)::msg::dds_::([A-Za-z0-9]+)_/[^/]+$")
 _TOKEN = re.compile(r"^@/[^/]+/@ros2_lv/MP/([^/]+)/([^/]+)(?:/.*)?$")
 _MAVLINK = re.compile(r"^(?:.*/)?mavlink/[^/]+/[^/]+/[A-Z0-9_]+\[[^\[\]]+\]$")
 _KEELSON = re.compile(r"(^|.*/)@v\d+/.+/pubsub/[^/]+/.+$")
 _MESSAGE = re.compile(r"^[A-Z][A-Z0-9_]+(?:\[[^\[\]]+\])?$")
-ON_A_BUS: tuple[Preset | None, ...] = ("blueos", "ros2", "keelson", "incsvr", None)
+BUS_PRESETS: tuple[Preset | None, ...] = ("blueos", "ros2", "keelson", "incsvr", None)
 
 
-def listened(inputs: Inputs) -> tuple[str, ...]:
+def key_expressions(inputs: Inputs) -> tuple[str, ...]:
     """The key expressions of a mapping, none within another.
 
     Raises:
         BadInput: a topic is no key expression, or the preset has nothing on a bus.
     """
-    if inputs.preset not in ON_A_BUS:
+    if inputs.preset not in BUS_PRESETS:
         raise BadInput(
             f"inputs.preset: {inputs.preset} is a preset of logs; on a bus take ros2, or blueos where it speaks MAVLink"
         )
@@ -107,7 +107,7 @@ def ros_type(key: str) -> str | None:
     return None if found is None else f"{found[1]}/msg/{found[2]}"
 
 
-def bridged(token: str) -> tuple[str, str] | None:
+def announced_type(token: str) -> tuple[str, str] | None:
     """Key and type of what a token of zenoh-bridge-ros2dds announces."""
     found = _TOKEN.match(token)
     return None if found is None else (found[1].replace("§", "/"), found[2].replace("§", "/"))
@@ -131,9 +131,9 @@ def form_of(key: str, announced: str | None, inputs: Inputs) -> str:
 
 def _of_preset(preset: Preset | None) -> tuple[str, ...]:
     if preset == "blueos":
-        return tuple(f"mavlink/*/{AUTOPILOT}/{message}" for message in MESSAGES)
+        return tuple(f"mavlink/*/{AUTOPILOT}/{message}" for message in LISTENED_MESSAGES)
     if preset == "ros2":
-        return tuple(f"*/**/{_dds(kind)}/*" for kind in READ)
+        return tuple(f"*/**/{_dds(kind)}/*" for kind in LISTENED_TYPES)
     if preset == "keelson":
         return tuple(f"**/@v0/**/pubsub/{subject}/**" for subject in SUBJECTS)
     return ()

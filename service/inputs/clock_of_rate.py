@@ -11,24 +11,22 @@ from dataclasses import dataclass, field
 from math import isfinite
 from statistics import median
 
-from service.inputs.clocks import APART_FROM_ZERO, SAME, WRAP
+from service.inputs.clocks import MIN_APART_FROM_ZERO_S, SAME_CLOCK_S, WRAP_S
 from service.inputs.source_binding import RATE
 
-APART = 10.0
-"""Stamps further from the yaw rate's are of another clock [s]: as for our own keys (`incsvr.signals.streams.JUMP`), so
-that a publisher may be behind the other by that."""
-
-
-LATE = 1.0
-"""Stamps that are behind the yaw rate's by more though they arrive together [s] are of another clock: no bus takes as
-long."""
-LOOKED_AT = 21
-"""Messages by which that is judged; their median does not mind a few that were held up."""
-REAL_TIME = (0.5, 2.0)
-"""Pace of the yaw rate's stamps over the wall's clock within which messages are no recording that is played."""
-LATE_IN_A_ROW = 5
-"""Messages of the yaw rate that are behind in a row: one that is late over a second link rarely has as many after it,
-after a restart all are."""
+MAX_APART_S = 10.0
+"""The distance from the yaw rate's stamps within which stamps are of its clock [s]: as for our own keys
+(`incsvr.signals.streams.JUMP`), so that a publisher may be behind the other by that."""
+MIN_LAG_S = 1.0
+"""The lag behind the yaw rate's stamps that arrive with them from which on stamps are of another clock [s]: no bus
+takes as long."""
+LAG_MESSAGES = 21
+"""Messages by which a lag is judged; their median does not mind a few that were held up."""
+REAL_TIME_PACES = (0.5, 2.0)
+"""The paces of the yaw rate's stamps over the wall's clock within which messages are no recording that is played."""
+RESTART_MESSAGES = 5
+"""Messages of the yaw rate that are behind in a row after a restart: one that is late over a second link rarely has as
+many after it."""
 
 
 @dataclass(slots=True)
@@ -39,7 +37,7 @@ class ClockOfRate:
     came: float = 0.0
     _late: int = 0
     _zeros: Counter[str] = field(default_factory=Counter)
-    _paces: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=LOOKED_AT))
+    _paces: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=LAG_MESSAGES))
     _behind: dict[str, deque[float]] = field(default_factory=dict)
 
     def reference(self, stamps: list[float] | None, arrival: float) -> list[float]:
@@ -51,8 +49,8 @@ class ClockOfRate:
         else:
             times = stamps
         if times and isfinite(times[-1]):
-            self._late = self._late + 1 if self.newest is not None and times[-1] < self.newest - SAME else 0
-            if not 0 < self._late < LATE_IN_A_ROW:
+            self._late = self._late + 1 if self.newest is not None and times[-1] < self.newest - SAME_CLOCK_S else 0
+            if not 0 < self._late < RESTART_MESSAGES:
                 self.newest, self.came = times[-1], arrival
                 self._paces.append((times[-1], arrival))
         return times
@@ -60,12 +58,12 @@ class ClockOfRate:
     def behind(self, name: str) -> float | None:
         """By how much the stamps of a stream are behind the yaw rate's that arrive with them [s], if that is odd."""
         lags = self._behind.get(name)
-        if lags is None or len(lags) < LOOKED_AT or len(self._paces) < LOOKED_AT:
+        if lags is None or len(lags) < LAG_MESSAGES or len(self._paces) < LAG_MESSAGES:
             return None
         (first, began), (last, ended) = self._paces[0], self._paces[-1]
-        real = REAL_TIME[0] * (ended - began) < last - first < REAL_TIME[1] * (ended - began)
+        real = REAL_TIME_PACES[0] * (ended - began) < last - first < REAL_TIME_PACES[1] * (ended - began)
         lag = median(lags)
-        return lag if real and abs(lag) > LATE else None
+        return lag if real and abs(lag) > MIN_LAG_S else None
 
     def doubts(self, name: str, own: bool, stamped: bool) -> list[str]:
         """What is to be said of a stream's clock.
@@ -91,11 +89,11 @@ class ClockOfRate:
         if stamps and not self._unset(name, stamps):
             # By how many turns of a 32-bit counter of microseconds the two are apart.
             apart = self.newest - stamps[-1]
-            turns = round(apart / WRAP) if isfinite(apart) else 0
-            if abs(apart - turns * WRAP) <= APART:
-                lags = self._behind.setdefault(name, deque(maxlen=LOOKED_AT))
-                lags.append(apart - turns * WRAP + arrival - self.came)
-                return [stamp + turns * WRAP for stamp in stamps], True
+            turns = round(apart / WRAP_S) if isfinite(apart) else 0
+            if abs(apart - turns * WRAP_S) <= MAX_APART_S:
+                lags = self._behind.setdefault(name, deque(maxlen=LAG_MESSAGES))
+                lags.append(apart - turns * WRAP_S + arrival - self.came)
+                return [stamp + turns * WRAP_S for stamp in stamps], True
             if len(stamps) > 1:
                 return [], False
         return [self.newest + arrival - self.came], False
@@ -105,4 +103,4 @@ class ClockOfRate:
         if stamps != [0.0]:
             return False
         self._zeros[name] += 1
-        return self._zeros[name] > 1 or (self.newest is not None and abs(self.newest) > APART_FROM_ZERO)
+        return self._zeros[name] > 1 or (self.newest is not None and abs(self.newest) > MIN_APART_FROM_ZERO_S)

@@ -16,17 +16,17 @@ from scipy.ndimage import median_filter, minimum_filter1d
 
 from incsvr.numerics import Array
 
-WRAP = 2.0**32 * 1e-6
-"""A stamp of 32 bits in µs begins anew after so long [s]."""
-SAME = 1.0
-"""Clocks that differ by less are one clock: the rest is the way of the messages [s]."""
-APART_FROM_ZERO = 60.0
-"""Where all other stamps are further from zero, a single stamp of zero is none [s]."""
-LATEST = 60.0
-"""A message that comes so long after its stamp bears a wrong one [s]."""
-LEAP = 86_400.0
-"""A pause of a day within one log is none: the clock was set, as by GPS after a start in 1970 [s]."""
-AROUND = 21
+WRAP_S = 2.0**32 * 1e-6
+"""The time after which a stamp of 32 bits in µs begins anew [s]."""
+SAME_CLOCK_S = 1.0
+"""The difference within which clocks are one clock [s]: the rest is the way of the messages."""
+MIN_APART_FROM_ZERO_S = 60.0
+"""The distance from zero of all other stamps from which on a single stamp of zero is none [s]."""
+MAX_DELAY_S = 60.0
+"""The time after its stamp by which a message comes [s]; one that comes later bears a wrong one."""
+MIN_LEAP_S = 86_400.0
+"""The pause within one log that is none, a day [s]: the clock was set, as by GPS after a start in 1970."""
+DELAY_MESSAGES = 21
 """Messages by which the way from stamp to arrival is judged: some of them come on time, also over a second link."""
 
 
@@ -61,11 +61,11 @@ class Clock:
         level = np.concatenate([_level(piece) for piece in np.split(apart, begins)])
         jumps = np.isin(np.arange(apart.size), begins)
         came, went = np.diff(arrival, prepend=arrival[:1]), np.diff(stamps, prepend=stamps[:1])
-        by_log = jumps & ((came > LEAP) | (came < -SAME))
-        both = (came > LEAP) & (went > LEAP)
+        by_log = jumps & ((came > MIN_LEAP_S) | (came < -SAME_CLOCK_S))
+        both = (came > MIN_LEAP_S) & (went > MIN_LEAP_S)
         moved = np.where(jumps & ~by_log, np.diff(level, prepend=level[:1]), 0.0)
         shift = np.cumsum(moved - np.where(both, went - _usual(stamps), 0.0))
-        sets = (stamps + shift)[both | (by_log & (came > LEAP))]
+        sets = (stamps + shift)[both | (by_log & (came > MIN_LEAP_S))]
         return Clock(np.maximum.accumulate(arrival), level, shift, tuple(sets.tolist()))
 
     def placed(self, arrival: Array, stamps: Array | None, ours: bool = False) -> tuple[Array, bool]:
@@ -82,18 +82,18 @@ class Clock:
         if stamps is not None and np.isfinite(stamps).any():
             # By how many turns of a 32-bit counter the two clocks are apart, message by message.
             apart = arrival - stamps - level
-            turns = np.round(apart / WRAP)
-            behind = apart - turns * WRAP
-            if float(np.nanmedian(np.abs(behind))) < SAME:
-                real = (behind > -SAME) & (behind < LATEST)
-                return np.where(real, stamps + turns * WRAP + shift, by_arrival), True
+            turns = np.round(apart / WRAP_S)
+            behind = apart - turns * WRAP_S
+            if float(np.nanmedian(np.abs(behind))) < SAME_CLOCK_S:
+                real = (behind > -SAME_CLOCK_S) & (behind < MAX_DELAY_S)
+                return np.where(real, stamps + turns * WRAP_S + shift, by_arrival), True
         return by_arrival, False
 
 
-def going_on(time: Array) -> tuple[Array, tuple[float, ...]]:
+def without_leaps(time: Array) -> tuple[Array, tuple[float, ...]]:
     """Stamps (n,) [s] of one clock that go on where it was set forward, and when that was on them [s]."""
     steps = np.diff(time, prepend=time[:1])
-    leaps = steps > LEAP
+    leaps = steps > MIN_LEAP_S
     gone_on = time - np.cumsum(np.where(leaps, steps - _usual(time), 0.0))
     return gone_on, tuple(gone_on[leaps].tolist())
 
@@ -106,7 +106,7 @@ def set_at(at: float) -> str:
 def without_unset(stamps: Array) -> Array:
     """(n,) stamps [s], NaN where a driver set none: zeros that a clock which began at zero would not show."""
     zero, others = stamps == 0.0, np.abs(stamps[np.isfinite(stamps) & (stamps != 0.0)])
-    if zero.any() and others.size and (zero.sum() > 1 or float(others.min()) > APART_FROM_ZERO):
+    if zero.any() and others.size and (zero.sum() > 1 or float(others.min()) > MIN_APART_FROM_ZERO_S):
         return np.where(zero, np.nan, stamps)
     return stamps
 
@@ -117,11 +117,11 @@ def _jumps(apart: Array) -> NDArray[np.intp]:
     A message that is late shows nothing: some of its neighbours are not. Single wrong stamps show nothing either.
     """
     steady = median_filter(apart, size=min(3, apart.size), mode="nearest")
-    half = min(AROUND, apart.size) // 2
+    half = min(DELAY_MESSAGES, apart.size) // 2
     size = 2 * half + 1
     before = minimum_filter1d(steady, size, origin=half, mode="nearest")
     after = minimum_filter1d(steady, size, origin=-half, mode="nearest")
-    return 1 + np.flatnonzero((np.diff(after) > SAME) | (np.diff(before) < -SAME))
+    return 1 + np.flatnonzero((np.diff(after) > SAME_CLOCK_S) | (np.diff(before) < -SAME_CLOCK_S))
 
 
 def _without_late(begins: NDArray[np.intp], apart: Array, stamps: Array) -> NDArray[np.intp]:
@@ -130,11 +130,11 @@ def _without_late(begins: NDArray[np.intp], apart: Array, stamps: Array) -> NDAr
     levels = [float(np.median(piece)) for piece in np.split(apart, begins)]
     now = levels[0]
     for k, (begin, end) in enumerate(pairwise([*begins, apart.size]), start=1):
-        if levels[k] - now > SAME:
+        if levels[k] - now > SAME_CLOCK_S:
             repeated = np.mean(np.isin(stamps[begin:end], stamps[:begin])) > 0.5
-            if repeated or any(abs(later - now) < SAME for later in levels[k + 1 :]):
+            if repeated or any(abs(later - now) < SAME_CLOCK_S for later in levels[k + 1 :]):
                 continue
-        if abs(levels[k] - now) > SAME:
+        if abs(levels[k] - now) > SAME_CLOCK_S:
             kept.append(int(begin))
             now = levels[k]
     return np.array(kept, dtype=np.intp)
@@ -148,6 +148,8 @@ def _usual(time: Array) -> float:
 def _level(apart: Array) -> Array:
     """(n,) arrival minus stamp of messages on time: one number, or each its own where paces differ or many are late."""
     middle = np.median(apart)
-    if middle - np.quantile(apart, 0.05) < 0.5 * SAME:
+    if middle - np.quantile(apart, 0.05) < 0.5 * SAME_CLOCK_S:
         return np.full(apart.size, middle)
-    return minimum_filter1d(median_filter(apart, size=min(3, apart.size), mode="nearest"), AROUND, mode="nearest")
+    return minimum_filter1d(
+        median_filter(apart, size=min(3, apart.size), mode="nearest"), DELAY_MESSAGES, mode="nearest"
+    )

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 from incsvr.errors import BadInput
 from service.inputs.owners import autopilot_message
-from service.inputs.quantities import TIME, meant
+from service.inputs.quantities import TIME_NAME, intended_quantity
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Topic
-from service.inputs.units import FRACTION, STAMPS, known_unit
+from service.inputs.units import FRACTION, STAMP_UNITS, known_unit
 
 _FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
 _NAME = re.compile(r"^[A-Za-z0-9_.-]{1,64}$")
-EXAMPLE = "write NAME=FIELD, as in yaw_rate=r:deg/s, torque=-tau, depth=baro.depth*0.01 or t=stamp:ms"
+COLUMN_EXAMPLE = "write NAME=FIELD, as in yaw_rate=r:deg/s, torque=-tau, depth=baro.depth*0.01 or t=stamp:ms"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class ColumnSpec:
     stamp_unit: str | None = None
 
 
-def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> ColumnSpec:
+def parse_columns(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic] = ()) -> ColumnSpec:
     """The mapping that flags name, with topics and fields that are there.
 
     Args:
@@ -51,13 +51,13 @@ def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic
         name, equals, place = text.partition("=")
         name = name.strip()
         if not (equals and place.strip() and _NAME.match(name)):
-            raise BadInput(f"--column {text}: {EXAMPLE}")
-        wanted = meant(name, names)
+            raise BadInput(f"--column {text}: {COLUMN_EXAMPLE}")
+        wanted = intended_quantity(name, names)
         if wanted is not None:
             raise BadInput(f"--column {text}: there is no quantity {name}; did you mean {wanted}={place.strip()}?")
         place = _in_full(place.strip(), topics)
         scope = [topic for topic in others if place.removeprefix("-").startswith(topic.name)] or topics
-        if name == TIME:
+        if name == TIME_NAME:
             stamp, stamp_unit = _time(text, place, scope)
         else:
             sources[name] = _source(text, place, scope)
@@ -65,16 +65,16 @@ def told(columns: Sequence[str], topics: Sequence[Topic], others: Sequence[Topic
     return ColumnSpec(Inputs(yaw_rate=rate, torque=torque, channels=sources), stamp, stamp_unit)
 
 
-def typed(source: Source) -> str:
+def typed_source(source: Source) -> str:
     """What a person types behind `--column NAME=` for a source, but for its unit."""
     field = source.field if source.topic == ROWS else f"{source.topic}.{source.field}"
     factor = "" if source.scale == 1.0 else f"*{source.scale:g}"
     return f"{'-' if source.sign < 0 else ''}{field}{factor}"
 
 
-def typed_in_full(source: Source) -> str:
+def typed_source_with_unit(source: Source) -> str:
     """What a person types behind `--column NAME=` for a source, with its unit."""
-    return f"{typed(source)}{f':{source.unit}' if source.unit not in ('', FRACTION) else ''}"
+    return f"{typed_source(source)}{f':{source.unit}' if source.unit not in ('', FRACTION) else ''}"
 
 
 def _in_full(place: str, topics: Sequence[Topic]) -> str:
@@ -90,7 +90,9 @@ def _in_full(place: str, topics: Sequence[Topic]) -> str:
 
 
 def _time(text: str, place: str, topics: Sequence[Topic]) -> tuple[str, str | None]:
-    field, _, unit = place.strip().rpartition(":") if place.rpartition(":")[2] in STAMPS else (place.strip(), "", "")
+    field, _, unit = (
+        place.strip().rpartition(":") if place.rpartition(":")[2] in STAMP_UNITS else (place.strip(), "", "")
+    )
     return _place(text, field, topics)[1], unit or None
 
 

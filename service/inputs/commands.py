@@ -26,7 +26,7 @@ class CommandStream:
     command: Array
 
 
-def joined(streams: Sequence[CommandStream]) -> tuple[Array, Array, list[Array]]:
+def join_commands(streams: Sequence[CommandStream]) -> tuple[Array, Array, list[Array]]:
     """The commands of all thrusters, at each stamp of one of them.
 
     Returns:

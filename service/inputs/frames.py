@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from math import isfinite
 
 from service.inputs.settings import Sign, Thruster
-from service.inputs.vehicle_kind import MOTORS, functions
+from service.inputs.vehicle_kind import MOTOR_FUNCTIONS, output_functions
 
-FRAMES = {1: "BlueROV2", 2: "BlueROV2 Heavy"}
+FRAME_NAMES = {1: "BlueROV2", 2: "BlueROV2 Heavy"}
 """FRAME_CONFIG of the frames whose levers are known: vectored, and vectored with six degrees of freedom."""
-YAW = (1.0, -1.0, -1.0, 1.0)
+YAW_SHARES = (1.0, -1.0, -1.0, 1.0)
 """The share of motors 1 … 4 in a turn clockwise, in ArduSub's table of both frames."""
-ARMS = {1: 0.189, 2: 0.171}
+YAW_ARMS_M = {1: 0.189, 2: 0.171}
 """Moment by thrust about the vertical axis [m]: thrusters at ±(0.156, 0.111) m and 45° (Wu 2018); of the Heavy the mean
 of 0.167 and 0.175 m in a published model (von Benzon 2022)."""
 
@@ -23,15 +23,15 @@ def frame(parameters: Mapping[str, float]) -> int | None:
     return None if said is None or not isfinite(said) else int(said)
 
 
-def relevant(name: str) -> bool:
+def concerns_thrusters(name: str) -> bool:
     """Whether a parameter of the vehicle has to do with its thrusters."""
     of_outputs = name.startswith(("MOT_", "SERVO")) and name.endswith(("_DIRECTION", "_FUNCTION"))
     return of_outputs or name in ("FRAME_CONFIG", "FRAME_CLASS")
 
 
-def assumed(parameters: Mapping[str, float]) -> str | None:
+def assumption(parameters: Mapping[str, float]) -> str | None:
     """What is taken for granted of the thrusters because the vehicle did not tell it, in one sentence with its cure."""
-    untold = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(YAW) + 1)]
+    untold = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(YAW_SHARES) + 1)]
     untold = [name for name in ("FRAME_CONFIG", *untold) if name not in parameters]
     if not untold:
         return None
@@ -55,13 +55,13 @@ def thrusters(
         kind: 1 or 2.
         place: topic and path of the command of an output, by its number.
     """
-    driven = functions(parameters)
-    outputs = {driven[output] - MOTORS[0] + 1: output for output in sorted(driven, reverse=True)}
+    driven = output_functions(parameters)
+    outputs = {driven[output] - MOTOR_FUNCTIONS[0] + 1: output for output in sorted(driven, reverse=True)}
     found = []
-    for motor, share in enumerate(YAW, start=1):
+    for motor, share in enumerate(YAW_SHARES, start=1):
         direction: Sign = -1 if parameters.get(f"MOT_{motor}_DIRECTION", 1.0) < 0.0 else 1
         topic, field = place(outputs.get(motor, motor))
-        found.append(Thruster(topic=topic, field=field, direction=direction, arm=share * ARMS[kind]))
+        found.append(Thruster(topic=topic, field=field, direction=direction, arm=share * YAW_ARMS_M[kind]))
     return tuple(found)
 
 

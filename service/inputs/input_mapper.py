@@ -19,18 +19,18 @@ from service.inputs import bus_keys, frames, owners, vehicles
 from service.inputs.arming import Arming
 from service.inputs.clock_of_rate import ClockOfRate
 from service.inputs.forms import Undecodable, decoder, number
-from service.inputs.forms.own import Refused, parse
+from service.inputs.forms.own import InvalidMeasurement, parse
 from service.inputs.leaves import leaves
-from service.inputs.resolving import ANGLE, BATTERY, named_topics, resolved, steady
+from service.inputs.resolving import ANGLE_NAME, BATTERY_NAME, named_topics, resolve, with_settled_sources
 from service.inputs.settings import Armed, Inputs
 from service.inputs.source_binding import RATE, TORQUE, VOLTAGE, SourceBinding
 from service.inputs.table import Topic
-from service.inputs.thrust import T200_NOMINAL, sensible
+from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage
 from service.inputs.torque_of_commands import TorqueOfCommands
 from service.inputs.units import FRACTION
 from service.inputs.vehicle_parameters import VehicleParameters
 
-MOST = 1000
+MAX_KEYS = 1000
 """Keys that are looked at; what comes after so many is no vehicle's."""
 
 
@@ -53,7 +53,7 @@ class InputMapper:
 
     Attributes:
         keys: the key expressions to listen to.
-        known: the keys that were heard, each instance by itself.
+        bindings: the keys that were heard, each instance by itself.
         types: of ROS 2, by key, where something else than the key says them.
         refused: messages that are no measurements, by reason.
         placed: by stream, whether its own stamps count, or its times of arrival.
@@ -64,17 +64,17 @@ class InputMapper:
 
     def __init__(self, inputs: Inputs, parameters: Mapping[str, Any] | None = None) -> None:
         self._configured = inputs
-        self.keys = bus_keys.listened(inputs)
+        self.keys = bus_keys.key_expressions(inputs)
         for _, form in bus_keys.forms(inputs):
             decoder(form)
-        self.known: dict[str, SourceBinding] = {}
+        self.bindings: dict[str, SourceBinding] = {}
         self.types: dict[str, str] = {}
         self._parameters = VehicleParameters(parameters)
         self.refused: Counter[str] = Counter()
-        self._wanted = vehicles.named(inputs)
-        self._vehicles = vehicles.Vehicles(self._wanted)
+        self._wanted_vehicle = vehicles.named_vehicle(inputs)
+        self._vehicles = vehicles.Vehicles(self._wanted_vehicle)
         self._begin()
-        self._resolved = resolved(inputs, self.known, self.parameters)
+        self._resolved = resolve(inputs, self.bindings, self.parameters)
 
     def _begin(self) -> None:
         """Nothing has been heard of the vehicle that is taken from now on."""
@@ -101,7 +101,7 @@ class InputMapper:
         return self._vehicles.chosen
 
     @property
-    def told(self) -> dict[str, float]:
+    def told_parameters(self) -> dict[str, float]:
         """Parameters that the vehicle told, and that have to do with its thrusters."""
         return self._parameters.of(self.system)
 
@@ -113,7 +113,7 @@ class InputMapper:
     @property
     def parameters(self) -> dict[str, float]:
         """Of the vehicle: what it told goes before what the configuration says."""
-        return {**self._configured.parameters, **self.told}
+        return {**self._configured.parameters, **self.told_parameters}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -144,51 +144,51 @@ class InputMapper:
 
     def hear(self, key: str, payload: bytes, arrival: float) -> list[MappedValues]:
         """What a message tells, arrived at `arrival` [s] of a clock that goes on."""
-        known = self.known.get(key)
-        if known is None:
-            if len(self.known) >= MOST:
+        binding = self.bindings.get(key)
+        if binding is None:
+            if len(self.bindings) >= MAX_KEYS:
                 return []
-            known = self.known[key] = self._meet(key)
-            known.first = arrival
-        if known.decode is None:
+            binding = self.bindings[key] = self._new_binding(key)
+            binding.first = arrival
+        if binding.decode is None:
             return []
         sequence = None
         try:
-            if known.form == "incsvr":
+            if binding.form == "incsvr":
                 t, values, sequence = parse(payload)
                 message: Any = {"t": t, "value": values}
             else:
-                message = known.decode(payload)
-        except (Undecodable, Refused) as error:
-            self.refused[str(error) if isinstance(error, Refused) else "undecodable"] += 1
+                message = binding.decode(payload)
+        except (Undecodable, InvalidMeasurement) as error:
+            self.refused[str(error) if isinstance(error, InvalidMeasurement) else "undecodable"] += 1
             return []
         name = owners.mavlink_topic(key, message)
         if name != key:
-            if name not in self.known and len(self.known) >= MOST:
+            if name not in self.bindings and len(self.bindings) >= MAX_KEYS:
                 return []
-            known = self.known.setdefault(name, SourceBinding(known.form, known.decode, first=arrival))
-        known.message, known.count, known.last = message, known.count + 1, arrival
-        if not known.fields:
-            known.fields = tuple(path for path, _ in leaves(message)) or ("",)
-            known.sign = vehicles.sign(Topic(name, known.type, known.fields, 0))
-            self._vehicles.meet(vehicles.with_yaw_rate(named_topics(self.known)))
+            binding = self.bindings.setdefault(name, SourceBinding(binding.form, binding.decode, first=arrival))
+        binding.message, binding.count, binding.last = message, binding.count + 1, arrival
+        if not binding.fields:
+            binding.fields = tuple(path for path, _ in leaves(message)) or ("",)
+            binding.evidence = vehicles.evidence_of(Topic(name, binding.type, binding.fields, 0))
+            self._vehicles.meet(vehicles.vehicles_with_yaw_rate(named_topics(self.bindings)))
             self._resolve()
-        self._look_at_vehicle(name, known)
-        if known.armed is not None:
-            self._arm(known.armed, known.message)
-        told = list(self._told(known, arrival))
+        self._look_at_vehicle(name, binding)
+        if binding.armed is not None:
+            self._arm(binding.armed, binding.message)
+        told = list(self._values_of(binding, arrival))
         return told if sequence is None else [replace(heard, sequence=sequence) for heard in told]
 
-    def _look_at_vehicle(self, name: str, known: SourceBinding) -> None:
+    def _look_at_vehicle(self, name: str, binding: SourceBinding) -> None:
         """What a message says of the vehicle that it is of: its parameters, and whether it is the one that is taken."""
         if name.endswith("/PARAM_VALUE") and (sender := owners.mavlink(name)) is not None:
             ours = self.system in ("", sender.system)
             when = self._clock.newest if ours else None
-            if self._parameters.take(sender.system, known.message, when) and ours:
+            if self._parameters.take(sender.system, binding.message, when) and ours:
                 self._resolve()
-        if known.sign is None or self._vehicles.settled:
+        if binding.evidence is None or self._vehicles.is_settled:
             return
-        if self._vehicles.take(known.sign, lambda path: number(known.message, path)):
+        if self._vehicles.take(binding.evidence, lambda path: number(binding.message, path)):
             self._begin()
             self._resolve()
 
@@ -197,22 +197,22 @@ class InputMapper:
         inputs, thrusters = self.inputs, self.inputs.thrusters
         found = []
         if thrusters is not None and self._configured.thrusters is None and inputs.preset == "blueos":
-            doubt = frames.assumed(self.parameters)
+            doubt = frames.assumption(self.parameters)
             found += [doubt] if doubt else []
         if thrusters is not None and self._torque.guessed_voltage(thrusters, self._latest):
             found.append(
-                f"nothing says the battery's voltage: the thrust is taken for that at {T200_NOMINAL:g} V; let the "
+                f"nothing says the battery's voltage: the thrust is taken for that at {T200_NOMINAL_V:g} V; let the "
                 "vehicle send it, or name it in inputs.channels.voltage"
             )
         if inputs.torque is not None and inputs.torque.unit == FRACTION and inputs.torque.scale == 1.0:
             found.append("the torque is a fraction of full thrust, not N m, until inputs.torque.scale says how much")
         for name, own in self.placed.items():
             found += self._clock.doubts(name, own, self._stamped(name))
-        able = vehicles.with_yaw_rate(named_topics(self.known))
-        if not self._wanted and self._others() & set(able):
+        able = vehicles.vehicles_with_yaw_rate(named_topics(self.bindings))
+        if not self._wanted_vehicle and self._others() & set(able):
             found.append(self._vehicles.note(self._others()))
-        elif self._wanted and able and self._wanted not in able:
-            found.append(f"vehicle {self._wanted} (inputs.system) is not heard, but {', '.join(able)}")
+        elif self._wanted_vehicle and able and self._wanted_vehicle not in able:
+            found.append(f"vehicle {self._wanted_vehicle} (inputs.system) is not heard, but {', '.join(able)}")
         if self._arming.by_movement and self._resolved.armed is not None:
             found.append(
                 f"{self._resolved.armed.topic} has not said that the vehicle is armed, but its outputs move: it is "
@@ -222,28 +222,28 @@ class InputMapper:
 
     def _others(self) -> frozenset[str]:
         """The vehicles that are heard and left alone."""
-        return self._vehicles.others(vehicles.present(named_topics(self.known), self._wanted))
+        return self._vehicles.others(vehicles.present_vehicles(named_topics(self.bindings), self._wanted_vehicle))
 
     def _stamped(self, name: str) -> bool:
         """Whether the messages that a stream comes of bear stamps."""
-        heard, thrusters = self.known.values(), self.inputs.thrusters
-        stamps = [known.stamp(source)[0] for known in heard for of, source in known.quantities if of == name]
+        heard, thrusters = self.bindings.values(), self.inputs.thrusters
+        stamps = [binding.stamp(source)[0] for binding in heard for of, source in binding.quantities if of == name]
         if name == TORQUE and thrusters is not None:
-            stamps += [known.stamp(thrusters)[0] for known in heard if known.commands]
+            stamps += [binding.stamp(thrusters)[0] for binding in heard if binding.commands]
         return any(stamps)
 
-    def _told(self, known: SourceBinding, arrival: float) -> Iterator[MappedValues]:
-        for name, source in known.quantities:
-            values = known.numbers(source.field)
+    def _values_of(self, binding: SourceBinding, arrival: float) -> Iterator[MappedValues]:
+        for name, source in binding.quantities:
+            values = binding.numbers(source.field)
             if values is None:
                 self.refused["no_field"] += 1
                 continue
             values = [value * source.factor for value in values]
             if values:
-                self._keep(name, values[-1])
-            if name.startswith(ANGLE[0]):
+                self._remember(name, values[-1])
+            if name.startswith(ANGLE_NAME[0]):
                 continue
-            stamps = known.stamps(source)
+            stamps = binding.stamps(source)
             if name == RATE:
                 times = self._clock.reference(stamps, arrival)
             else:
@@ -253,28 +253,28 @@ class InputMapper:
             elif times:
                 self.refused["unequal_length"] += 1
         thrusters = self.inputs.thrusters
-        if thrusters is None or not known.commands:
+        if thrusters is None or not binding.commands:
             return
-        if not self._torque.take(thrusters, known):
+        if not self._torque.take(thrusters, binding):
             self.refused["no_field"] += 1
             return
-        if self._torque.movement.seen:
+        if self._torque.movement.has_moved:
             self._arming.moved(self._resolved.armed)
-        times, self.placed[TORQUE] = self._clock.placed(TORQUE, known.stamps(thrusters), arrival)
-        told = self._torque.told(thrusters, known, times[0], self._latest) if len(times) == 1 else None
+        times, self.placed[TORQUE] = self._clock.placed(TORQUE, binding.stamps(thrusters), arrival)
+        told = self._torque.newest_moment(thrusters, binding, times[0], self._latest) if len(times) == 1 else None
         if told is not None:
             yield MappedValues(TORQUE, [told[0]], [told[1]])
 
-    def _keep(self, name: str, value: float) -> None:
+    def _remember(self, name: str, value: float) -> None:
         """The newest value of what commands are read with; that of a battery which is none is no voltage."""
-        if name not in (VOLTAGE, BATTERY) or sensible(np.array([value]))[0]:
+        if name not in (VOLTAGE, BATTERY_NAME) or is_battery_voltage(np.array([value]))[0]:
             self._latest[name] = value
 
     def _arm(self, settings: Armed, message: Any) -> None:
         if not self._arming.take(settings, number(message, settings.field)):
             self.refused["no_field"] += 1
 
-    def _meet(self, key: str) -> SourceBinding:
+    def _new_binding(self, key: str) -> SourceBinding:
         """A key that is heard for the first time."""
         form = bus_keys.form_of(key, self.types.get(key), self._configured)
         try:
@@ -285,13 +285,13 @@ class InputMapper:
     def _resolve(self) -> None:
         """The mapping by all that was heard until now; what the newest messages say holds."""
         others = self._others()
-        ours = {topic.name for topic in named_topics(self.known) if owners.system_of(topic) not in others}
-        configured = steady(self._configured, self.inputs, {key: self.known[key] for key in ours})
-        self._resolved = resolved(configured, self.known, self.parameters, others)
-        for known in self.known.values():
-            for name, source in known.quantities:
-                values = known.numbers(source.field)
+        ours = {topic.name for topic in named_topics(self.bindings) if owners.system_of(topic) not in others}
+        configured = with_settled_sources(self._configured, self.inputs, {key: self.bindings[key] for key in ours})
+        self._resolved = resolve(configured, self.bindings, self.parameters, others)
+        for binding in self.bindings.values():
+            for name, source in binding.quantities:
+                values = binding.numbers(source.field)
                 if name not in self._latest and values:
-                    self._keep(name, values[-1] * source.factor)
-            if known.armed is not None and self._arming.armed is None:
-                self._arm(known.armed, known.message)
+                    self._remember(name, values[-1] * source.factor)
+            if binding.armed is not None and self._arming.armed is None:
+                self._arm(binding.armed, binding.message)

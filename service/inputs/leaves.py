@@ -10,7 +10,7 @@ import numpy as np
 MAX_LIST_ITEMS = 64
 """Items of a list that are looked at: one with more is a picture or a point cloud, of which nothing is learned."""
 MAX_DEPTH = 8
-"""How deeply messages are nested at most."""
+"""The depth to which nested messages are looked into."""
 
 
 def leaves(message: Any, path: str = "", depth: int = 0) -> Iterator[tuple[str, float | str]]:

@@ -9,25 +9,25 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.arming import says_armed, speaks
+from service.inputs.arming import says_armed, says_something
 from service.inputs.clocks import Clock, set_at, without_unset
-from service.inputs.commands import CommandStream, joined, newest_at, since_first_pulse
+from service.inputs.commands import CommandStream, join_commands, newest_at, since_first_pulse
 from service.inputs.moving import first_movement, least_movement
 from service.inputs.outputs import output, without_pulse
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import ARRIVAL, Armed, Inputs, Source, Thrusters
 from service.inputs.table import Table
-from service.inputs.thrust import T200_NOMINAL, moment, sensible
-from service.inputs.units import STAMPS
+from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, moment
+from service.inputs.units import STAMP_UNITS
 
 Stream = tuple[Array, Array]
 SURGE, VOLTAGE = "surge", "voltage"
-SHOWN = 6
-"""So many changes of parameters are named."""
+MAX_CHANGES_NAMED = 6
+"""Changes of parameters that are named."""
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class MeasuredStreams:
     """What was measured.
 
     Attributes:
@@ -41,7 +41,7 @@ class Measured:
     notes: tuple[str, ...]
 
 
-def topics(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
+def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
     """The topics that the mapping reads, and those of thrusters that are others under way."""
     thrusters = (*((inputs.thrusters,) if inputs.thrusters else ()), *others)
     sources: list[Source | Armed | None] = [
@@ -55,7 +55,7 @@ def topics(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
     return frozenset(each.topic for each in sources if each is not None) | frozenset(commands)
 
 
-def measured(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> Measured:
+def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> MeasuredStreams:
     """The streams of the mapping.
 
     Args:
@@ -81,7 +81,7 @@ def measured(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Chan
         streams["torque"], moves = _torque(inputs, changes, tables, clock, notes)
     armed = _armed(inputs, tables, clock, moves, notes)
     there = {name: each for name, each in channels.items() if each[0].size}
-    return Measured(streams | there, armed, tuple(dict.fromkeys(notes)))
+    return MeasuredStreams(streams | there, armed, tuple(dict.fromkeys(notes)))
 
 
 def _table(topic: str, tables: Mapping[str, Table]) -> Table:
@@ -101,7 +101,7 @@ def _stamps(source: Source | Thrusters | Armed, topic: str, table: Table) -> Arr
     """The stamps of a table by its own clock [s]; None where the time of arrival counts, or nobody set the stamps."""
     if source.stamp in ("", ARRIVAL):
         return None
-    stamps = _column(source.stamp, topic, table) * STAMPS[source.stamp_unit]
+    stamps = _column(source.stamp, topic, table) * STAMP_UNITS[source.stamp_unit]
     if table.arrival is not None:
         stamps = without_unset(stamps)
     known = stamps[np.isfinite(stamps)]
@@ -192,7 +192,7 @@ def _commands(
         found.append(CommandStream(_placed("torque", settings, topic, table, clock, notes), arrival, command))
     if silent:
         raise BadInput(without_pulse(settings, silent))
-    return joined(found)
+    return join_commands(found)
 
 
 def _beside(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
@@ -209,15 +209,15 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
     if source is not None and source.topic in tables:
         table = tables[source.topic]
         volts = _column(source.field, source.topic, table) * source.factor
-        real = sensible(volts)
+        real = is_battery_voltage(volts)
         if real.any():
             return newest_at(
                 arrival, _arrival(table, _stamps(source, source.topic, table))[real], volts[real], volts[real][0]
             )
-    said = f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL:g} V"
+    said = f"nothing says the battery's voltage: the thrust is that at {T200_NOMINAL_V:g} V"
     if settings.voltage is None and settings.curve == "t200" and said not in notes:
         notes.append(said)
-    return np.full(arrival.size, T200_NOMINAL if settings.voltage is None else settings.voltage)
+    return np.full(arrival.size, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
 
 
 def _changed(changes: Sequence[Change], clock: Clock) -> list[str]:
@@ -228,8 +228,12 @@ def _changed(changes: Sequence[Change], clock: Clock) -> list[str]:
             at = float(clock.placed(np.array([change.since]), None)[0][0])
             lost = " (the thrusters are not known then, and nothing is learned)" if change.thrusters is None else ""
             said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
-    more = f"; and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
-    return [f"parameters changed under way, and count from then on: {'; '.join(said[:SHOWN])}{more}"] if said else []
+    more = f"; and {len(said) - MAX_CHANGES_NAMED} more" if len(said) > MAX_CHANGES_NAMED else ""
+    return (
+        [f"parameters changed under way, and count from then on: {'; '.join(said[:MAX_CHANGES_NAMED])}{more}"]
+        if said
+        else []
+    )
 
 
 def _armed(
@@ -247,7 +251,7 @@ def _armed(
     if table is None or settings.field not in table.columns:
         return _by_movement(settings.topic, moves, notes) if settings.events else None
     values = table.columns[settings.field]
-    told = speaks(settings, values)
+    told = says_something(settings, values)
     stamps = _stamps(settings, settings.topic, table)
     time, _ = clock.placed(_arrival(table, stamps), stamps)
     time, armed = time[told], says_armed(settings, values)[told]

@@ -9,39 +9,39 @@ import numpy as np
 
 from incsvr.numerics import Array
 from service.inputs.settings import Thrusters
-from service.inputs.thrust import SPAN, T200_BAND, is_pulse
+from service.inputs.thrust import FULL_PULSE_US, T200_DEAD_BAND_US, is_pulse
 
-PULSES_MOVE = max(T200_BAND)
-"""A pulse that changes by more [µs] leaves the dead band of a T200; one that trembles at rest does not."""
+MIN_PULSE_MOVEMENT_US = max(T200_DEAD_BAND_US)
+"""The change beyond which a pulse leaves the dead band of a T200 [µs]; one that trembles at rest does not."""
 
 
 class Movement:
     """Message by message: whether one of the commands has changed by more than it does at rest."""
 
     def __init__(self) -> None:
-        self.seen = False
+        self.has_moved = False
         self._ends: dict[str, tuple[float, float]] = {}
 
     def take(self, commands: Mapping[str, float | None], least: float) -> None:
         """Takes the commands of a message by their paths; those that are pulses count where there is a pulse."""
         for path, command in commands.items():
-            if command is None or not isfinite(command) or (least == PULSES_MOVE and not is_pulse(command)):
+            if command is None or not isfinite(command) or (least == MIN_PULSE_MOVEMENT_US and not is_pulse(command)):
                 continue
             low, high = self._ends.get(path, (command, command))
             self._ends[path] = min(low, command), max(high, command)
-            self.seen = self.seen or max(high, command) - min(low, command) > least
+            self.has_moved = self.has_moved or max(high, command) - min(low, command) > least
 
 
 def least_movement(settings: Thrusters) -> float:
     """By more than this a command changes that moves, in its unit; what is no pulse has no band that is known."""
-    return {"pwm": PULSES_MOVE, "fraction": PULSES_MOVE / SPAN}.get(settings.command, 0.0)
+    return {"pwm": MIN_PULSE_MOVEMENT_US, "fraction": MIN_PULSE_MOVEMENT_US / FULL_PULSE_US}.get(settings.command, 0.0)
 
 
 def first_movement(commands: Sequence[Array], least: float) -> int | None:
     """The place of the first message by which one of the commands (n,), in their order, has moved; None if none did."""
     moved = np.zeros(commands[0].size if commands else 0, dtype=bool)
     for command in commands:
-        known = np.isfinite(command) & (is_pulse(command) if least == PULSES_MOVE else True)
+        known = np.isfinite(command) & (is_pulse(command) if least == MIN_PULSE_MOVEMENT_US else True)
         low = np.minimum.accumulate(np.where(known, command, np.inf))
         high = np.maximum.accumulate(np.where(known, command, -np.inf))
         moved |= high - low > least

@@ -8,10 +8,10 @@ from collections.abc import Iterable
 from service.inputs.instances import base, instance
 from service.inputs.settings import Thrusters
 
-BANK = 16
+BANK_OUTPUTS = 16
 """Outputs in one SERVO_OUTPUT_RAW of MAVLink 2: outputs 17 to 32 are those of the bank (`port`) 1."""
-FIRST_LINK = 8
-"""A message of MAVLink 1 ends after so many."""
+MAVLINK_1_OUTPUTS = 8
+"""Outputs after which a message of MAVLink 1 ends."""
 _FIELD = re.compile(r"(?:^|\.)(?:servo(\d+)_raw|C(\d+))$")
 
 
@@ -21,10 +21,10 @@ def output(topic: str, field: str) -> int | None:
     if found is None:
         return None
     bank = instance(topic) if found[1] else ""
-    return int(found[1] or found[2]) + (BANK * int(bank) if bank.isdecimal() else 0)
+    return int(found[1] or found[2]) + (BANK_OUTPUTS * int(bank) if bank.isdecimal() else 0)
 
 
-def numbers(settings: Thrusters) -> tuple[int | None, ...]:
+def output_numbers(settings: Thrusters) -> tuple[int | None, ...]:
     """The output of each thruster."""
     return tuple(output(topic, each.field) for each, topic in zip(settings.each, settings.topics, strict=True))
 
@@ -32,11 +32,11 @@ def numbers(settings: Thrusters) -> tuple[int | None, ...]:
 def without_pulse(settings: Thrusters, thrusters: Iterable[int]) -> str:
     """What to do where these thrusters, by their places, never get a pulse: one sentence that names their outputs."""
     silent = list(thrusters)
-    places = [numbers(settings)[k] for k in silent]
+    places = [output_numbers(settings)[k] for k in silent]
     topic = settings.topics[silent[0]].rpartition("/")[2]
     named = [settings.each[k].field if place is None else str(place) for k, place in zip(silent, places, strict=True)]
     cure = "let them bear one, or say in SERVOn_FUNCTION or inputs.thrusters which outputs drive the thrusters"
-    if base(topic) == "SERVO_OUTPUT_RAW" and any(place is not None and place > FIRST_LINK for place in places):
+    if base(topic) == "SERVO_OUTPUT_RAW" and any(place is not None and place > MAVLINK_1_OUTPUTS for place in places):
         cure = (
             "MAVLink 1 carries outputs 1 to 8 of a bank alone, so let the link speak MAVLink 2 (SERIALn_PROTOCOL 2), "
             "take the vehicle's own .BIN, or describe the thrusters in inputs.thrusters where they are on another bank "

@@ -8,20 +8,21 @@ from collections.abc import Collection
 
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
 
-TIME = "t"
+TIME_NAME = "t"
 _CHANNELS = {"heading": "rad", "depth": "m", "voltage": "V", "temperature": "degC", "armed": ""}
 _THRUSTER = re.compile(r"^thruster_\d+_(speed|pwm)$")
 _THRUSTER_UNITS = {"speed": "rad/s", "pwm": "us"}
 _MOTION = (*VELOCITIES, *EFFORTS)
-KNOWN = (TIME, *_MOTION, *_CHANNELS)
+QUANTITY_NAMES = (TIME_NAME, *_MOTION, *_CHANNELS)
 SYNONYMS = {
     "yaw_rate": ("yawspeed", "yaw_speed", "yaw_velocity", "rate", "gyro", "gyro_z", "angular_velocity", "r"),
     "torque": ("yaw_torque", "torque_z", "yaw_moment", "moment", "tau", "tau_r", "tau_n", "mz"),
-    TIME: ("time", "stamp", "timestamp", "seconds"),
+    TIME_NAME: ("time", "stamp", "timestamp", "seconds"),
 }
-"""What others call the three that every log needs. None of them is a channel that anything here would look for."""
-ALIKE = 0.8
-"""Names of which so much is alike are one name and its misspelling."""
+"""The words of others for the three that every log needs. None of them is a channel that anything here would look
+for."""
+MIN_LIKENESS = 0.8
+"""The part that is alike of a name and its misspelling."""
 
 
 def si_unit(name: str) -> str:
@@ -35,26 +36,28 @@ def si_unit(name: str) -> str:
     return _THRUSTER_UNITS[thruster[1]] if thruster else _CHANNELS.get(name, "")
 
 
-def meant(name: str, said: Collection[str]) -> str | None:
+def intended_quantity(name: str, said: Collection[str]) -> str | None:
     """The quantity that a name was meant to be; None where it is one, or a further channel.
 
     Args:
         said: the names that were given beside it: what is named already was not meant.
     """
-    if name in KNOWN or _THRUSTER.match(name):
+    if name in QUANTITY_NAMES or _THRUSTER.match(name):
         return None
     plain = _plain(name)
-    for known in KNOWN:
+    for known in QUANTITY_NAMES:
         if known not in said and plain == _plain(known):
             return known
     for known, others in SYNONYMS.items():
         if known not in said and plain in {_plain(other) for other in others}:
             return known
-    if any(re.match(rf"{re.escape(known)}[_\d]", name) for known in KNOWN if known != TIME):
+    if any(re.match(rf"{re.escape(known)}[_\d]", name) for known in QUANTITY_NAMES if known != TIME_NAME):
         return None  # another one of the kind, such as depth_2
     # a stream's "kind" in front (front_depth) is a name of its own as well
-    longer = [known for known in KNOWN if len(known) > 3 and known not in said and not name.endswith(f"_{known}")]
-    close = difflib.get_close_matches(name.lower(), longer, n=1, cutoff=ALIKE)
+    longer = [
+        known for known in QUANTITY_NAMES if len(known) > 3 and known not in said and not name.endswith(f"_{known}")
+    ]
+    close = difflib.get_close_matches(name.lower(), longer, n=1, cutoff=MIN_LIKENESS)
     return close[0] if close else None
 
 

@@ -14,24 +14,24 @@ from service.inputs import bus_keys
 from service.inputs.instances import base
 from service.inputs.leaves import leaves
 from service.inputs.owners import autopilot_message, system_of
-from service.inputs.presets import Observed, Proposal, proposed
-from service.inputs.presets.proposal import NOTHING
+from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.settings import Armed, Inputs, Source, Thrusters
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 from service.inputs.table import Topic
-from service.inputs.thrust import sensible
+from service.inputs.thrust import is_battery_voltage
 from service.inputs.vehicle_kind import SelfDescription
 
-ANGLE, BATTERY = "(angle of thruster {})", "(battery of the thrusters)"
-"""What turns a thruster, and what it draws from: they are used, and are no streams; no channel's name has a bracket."""
-STAYS = 50
+ANGLE_NAME, BATTERY_NAME = "(angle of thruster {})", "(battery of the thrusters)"
+"""The names of what turns a thruster and of what it draws from, which are used and are no streams: no channel's name
+has a bracket."""
+SETTLED_MESSAGES = 50
 """Messages after which another key that a preset would rather take comes too late: seconds of a slow stream."""
-HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
-"""What a vehicle of BlueOS will say, before it did."""
+EXPECTED_HEARTBEAT = Armed(topic="the autopilot's HEARTBEAT", field="")
+"""The heartbeat that a vehicle of BlueOS will send, before it did."""
 
 
 @dataclass(frozen=True, slots=True)
-class Resolved:
+class ResolvedMapping:
     """What is known of the mapping.
 
     Attributes:
@@ -47,12 +47,12 @@ class Resolved:
     notes: tuple[str, ...]
 
 
-def resolved(
+def resolve(
     configured: Inputs,
     heard: Mapping[str, SourceBinding],
     parameters: Mapping[str, float],
     others: frozenset[str] = frozenset(),
-) -> Resolved:
+) -> ResolvedMapping:
     """The mapping now; what is taken from each key is written into what is known of it.
 
     Args:
@@ -65,24 +65,28 @@ def resolved(
     known = {topic.name: heard[topic.name] for topic in topics}
     found = Proposal(Inputs(preset=preset))
     if preset not in ("incsvr", None):
-        found = proposed(Observed(topics, parameters, _speaker(topics, known), _dead(topics, known)), preset)
+        found = propose(
+            Observation(topics, parameters, _self_description(topics, known), _absent_batteries(topics, known)), preset
+        )
     proposal = found.with_inputs(configured)
     inputs = proposal.inputs
     spelt_out = {topic: heard[topic] for _, topic in bus_keys.topics(configured) if topic in heard}
     known |= spelt_out  # also of a vehicle that is left alone, for a person asked for it
-    for name, source in _named(inputs).items():
-        key = bound(source.topic, known, preset)
+    for name, source in _named_sources(inputs).items():
+        key = key_of(source.topic, known, preset)
         if key is not None:
             completed = source.model_copy(update={"field": known[key].path(name, source.field)})
             known[key].quantities.append((name, completed))
-    if inputs.armed is not None and (key := bound(inputs.armed.topic, known, preset)) is not None:
+    if inputs.armed is not None and (key := key_of(inputs.armed.topic, known, preset)) is not None:
         path = known[key].path("armed", inputs.armed.field)
         known[key].armed = inputs.armed.model_copy(update={"field": path})
     if inputs.thrusters is not None:
-        inputs = inputs.model_copy(update={"thrusters": _commanded(inputs.thrusters, known, inputs)})
-    missing = {name: _on_a_bus(name, cure) for name, cure in proposal.missing.items()}
-    armed = HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
-    return Resolved(inputs, missing, armed, proposal.sentences)
+        inputs = inputs.model_copy(update={"thrusters": _thrusters_with_paths(inputs.thrusters, known, inputs)})
+    missing = {
+        name: _cure_on_a_bus(name) if name in proposal.unseen else cure for name, cure in proposal.missing.items()
+    }
+    armed = EXPECTED_HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
+    return ResolvedMapping(inputs, missing, armed, proposal.sentences)
 
 
 def named_topics(known: Mapping[str, SourceBinding]) -> list[Topic]:
@@ -91,7 +95,7 @@ def named_topics(known: Mapping[str, SourceBinding]) -> list[Topic]:
     return [Topic(key, each.type, each.fields, -order) for order, (key, each) in enumerate(heard)]
 
 
-def steady(configured: Inputs, now: Inputs, known: Mapping[str, SourceBinding]) -> Inputs:
+def with_settled_sources(configured: Inputs, now: Inputs, known: Mapping[str, SourceBinding]) -> Inputs:
     """The configuration with what a preset found and what has come for a while since: that stays.
 
     Args:
@@ -102,12 +106,12 @@ def steady(configured: Inputs, now: Inputs, known: Mapping[str, SourceBinding]) 
         source = getattr(now, name)
         if source is None or getattr(configured, name) is not None or configured.thrusters is not None:
             continue
-        if source.topic in known and known[source.topic].count >= STAYS:
+        if source.topic in known and known[source.topic].count >= SETTLED_MESSAGES:
             found[name] = source
     return configured.model_copy(update=found)
 
 
-def bound(topic: str, known: Mapping[str, SourceBinding], preset: str | None) -> str | None:
+def key_of(topic: str, known: Mapping[str, SourceBinding], preset: str | None) -> str | None:
     """The key of a topic: the first that was heard of it."""
     if topic in known:
         return topic
@@ -115,20 +119,20 @@ def bound(topic: str, known: Mapping[str, SourceBinding], preset: str | None) ->
     return next((key for key in of_it if bus_keys.matches(topic, key, preset)), None)
 
 
-def _named(inputs: Inputs) -> dict[str, Source]:
+def _named_sources(inputs: Inputs) -> dict[str, Source]:
     """What is taken from messages, by name; what turns thrusters has a name that no channel has."""
     named = {RATE: inputs.yaw_rate, TORQUE: inputs.torque, **inputs.channels}
     if inputs.thrusters is not None:
-        named[BATTERY] = inputs.thrusters.measured_voltage
-        named |= {ANGLE.format(k): each.turned_by for k, each in enumerate(inputs.thrusters.each)}
+        named[BATTERY_NAME] = inputs.thrusters.measured_voltage
+        named |= {ANGLE_NAME.format(k): each.turned_by for k, each in enumerate(inputs.thrusters.each)}
     return {name: source for name, source in named.items() if source is not None}
 
 
-def _commanded(thrusters: Thrusters, known: Mapping[str, SourceBinding], inputs: Inputs) -> Thrusters:
+def _thrusters_with_paths(thrusters: Thrusters, known: Mapping[str, SourceBinding], inputs: Inputs) -> Thrusters:
     """The thrusters, each with the path of its command."""
     found = []
     for k, (each, topic) in enumerate(zip(thrusters.each, thrusters.topics, strict=True)):
-        key = bound(topic, known, inputs.preset)
+        key = key_of(topic, known, inputs.preset)
         if key is not None:
             each = each.model_copy(update={"field": known[key].path("command", each.field)})
             known[key].commands.append(k)
@@ -136,25 +140,23 @@ def _commanded(thrusters: Thrusters, known: Mapping[str, SourceBinding], inputs:
     return thrusters.model_copy(update={"each": tuple(found)})
 
 
-def _speaker(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> SelfDescription:
+def _self_description(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> SelfDescription:
     """What the vehicle says of itself in its newest heartbeat."""
     beats = [topic.name for topic in topics if autopilot_message(topic) == "HEARTBEAT"]
     return SelfDescription(dict(leaves(known[beats[0]].message))) if beats else SelfDescription()
 
 
-def _dead(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> frozenset[str]:
+def _absent_batteries(topics: Sequence[Topic], known: Mapping[str, SourceBinding]) -> frozenset[str]:
     """Batteries that show no battery in their newest message."""
     found = []
     for topic in topics:
         if base(autopilot_message(topic) or "") == "BATTERY_STATUS":
             volts = known[topic.name].numbers(known[topic.name].path("", "voltages[0]"))
-            if not (volts and sensible(1e-3 * np.array(volts))[0]):
+            if not (volts and is_battery_voltage(1e-3 * np.array(volts))[0]):
                 found.append(topic.name)
     return frozenset(found)
 
 
-def _on_a_bus(name: str, cure: str) -> str:
-    """What to do about something missing, where it would be on a bus."""
-    if cure.startswith(NOTHING[name][:12]):
-        return f"nothing that was heard is the {name}: say where it comes in inputs.{name}, with topic, form and field"
-    return cure
+def _cure_on_a_bus(name: str) -> str:
+    """What to do about a quantity of which nothing was heard."""
+    return f"nothing that was heard is the {name}: say where it comes in inputs.{name}, with topic, form and field"

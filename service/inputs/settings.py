@@ -28,8 +28,10 @@ Form = Annotated[
 
 
 ARRIVAL = "arrival"
-"""In place of the path of a stamp: the time of arrival counts, whatever stamps a message bears."""
-STAMP = "path of the stamp in a message, or arrival; empty takes the form's own, or else the time of arrival"
+"""The word in place of the path of a stamp by which the time of arrival counts, whatever stamps a message bears."""
+STAMP_DESCRIPTION = (
+    "path of the stamp in a message, or arrival; empty takes the form's own, or else the time of arrival"
+)
 
 
 class StampedBy(TypedDict, total=False):
@@ -47,7 +49,7 @@ class Source(Section):
     unit: str = Field(default="", description="its unit, such as deg/s; empty where it is SI")
     sign: Sign = Field(default=1, description="-1 where it counts in the other direction")
     scale: float = Field(default=1.0, description="what it is multiplied by besides")
-    stamp: str = Field(default="", description=STAMP)
+    stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
 
@@ -74,7 +76,7 @@ class Armed(Section):
     equals: float | None = Field(default=None, description="armed where it has this value; else where it is not zero")
     disarmed: float | None = Field(default=None, description="with equals: not armed where it has this value alone")
     events: bool = Field(default=False, description="it is told on change alone: not armed before the first message")
-    stamp: str = Field(default="", description=STAMP)
+    stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, incsvr, cdr:<type>")
 
@@ -132,7 +134,7 @@ class Thrusters(Section):
     measured_voltage: Source | None = Field(default=None, description="where the battery's voltage stands")
     axis: Axis = Field(default="yaw", description="along or about which they push: the one that is learned")
     scale: float = Field(default=1.0, description="what the torque is multiplied by besides")
-    stamp: str = Field(default="", description=STAMP)
+    stamp: str = Field(default="", description=STAMP_DESCRIPTION)
     stamp_unit: StampUnit = Field(default="s", description="unit of the stamp, since boot or since 1970")
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, cdr:<type>")
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from service.inputs.forms import as_float, number
 from service.inputs.forms.cdr import has_header
-from service.inputs.presets.ros import RATES, TORQUES
+from service.inputs.presets.ros import RATE_PATHS, TORQUE_PATHS
 from service.inputs.settings import ARRIVAL, Armed, Source, Thrusters
 from service.inputs.stamps import HEADER_STAMP, usual_stamp
-from service.inputs.units import STAMPS
-from service.inputs.vehicles import Sign
+from service.inputs.units import STAMP_UNITS
+from service.inputs.vehicles import VehicleEvidence
 
 RATE, TORQUE, VOLTAGE, SURGE = "yaw_rate", "torque", "voltage", "surge"
 
@@ -31,7 +31,7 @@ class SourceBinding:
         quantities: what is taken from them, by name.
         commands: the thrusters whose commands stand in them, by their numbers.
         armed: how they say whether the thrusters may turn.
-        sign: what they show of the vehicle that they are of.
+        evidence: what they show of the vehicle that they are of.
     """
 
     form: str
@@ -44,7 +44,7 @@ class SourceBinding:
     quantities: list[tuple[str, Source]] = field(default_factory=list)
     commands: list[int] = field(default_factory=list)
     armed: Armed | None = None
-    sign: Sign | None = None
+    evidence: VehicleEvidence | None = None
 
     @property
     def type(self) -> str:
@@ -59,7 +59,7 @@ class SourceBinding:
             return told
         if self.form in ("keelson", "incsvr"):
             return "value"
-        usual = {RATE: RATES, TORQUE: TORQUES}.get(name, {}).get(self.type)
+        usual = {RATE: RATE_PATHS, TORQUE: TORQUE_PATHS}.get(name, {}).get(self.type)
         return usual or ("data" if self.type.startswith("std_msgs/") else "")
 
     def stamp(self, source: Source | Thrusters) -> tuple[str, float]:
@@ -67,13 +67,13 @@ class SourceBinding:
         if source.stamp == ARRIVAL:
             return "", 1.0
         if source.stamp:
-            return self.path("", source.stamp), STAMPS[source.stamp_unit]
+            return self.path("", source.stamp), STAMP_UNITS[source.stamp_unit]
         if self.form in ("keelson", "incsvr"):
             return {"keelson": "timestamp", "incsvr": "t"}[self.form], 1.0
         if has_header(self.type):
             return HEADER_STAMP, 1.0
         path, unit = usual_stamp(self.fields)
-        return path, STAMPS[unit]
+        return path, STAMP_UNITS[unit]
 
     def stamps(self, source: Source | Thrusters) -> list[float] | None:
         """Of the newest message [s]; None where the time of arrival counts."""

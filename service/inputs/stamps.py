@@ -15,7 +15,7 @@ _USUAL: tuple[tuple[str, StampUnit], ...] = (
     ("message.time_usec", "us"),
     (HEADER_STAMP, "s"),
 )
-"""Of MAVLink, in a telemetry log and in JSON, and of ROS."""
+"""Path and unit of the stamps of MAVLink, in a telemetry log and in JSON, and of ROS."""
 
 
 def usual_stamp(fields: Collection[str]) -> tuple[str, StampUnit]:

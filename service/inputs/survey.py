@@ -15,18 +15,20 @@ from service.inputs.input_mapper import InputMapper
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 
 HEADING = "heading"
-TURNED = 0.2
-"""The heading must turn by so much [rad] before it is held against the yaw rate: a compass wanders by a few degrees."""
-STILL = 1e-9
-"""What changes by less of what is plausible is rounding, as where the moments of all thrusters cancel."""
-AGREES = (0.5, 2.0)
-"""Turned by the yaw rate over turned by the heading; another unit makes 57 or 1/57 of it, the other direction −1."""
-PACES = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
-CALLED = {RATE: "the yaw rate", TORQUE: "the torque"}
+MIN_TURN_RAD = 0.2
+"""The angle by which the heading must turn before it is held against the yaw rate [rad]: a compass wanders by a few
+degrees."""
+MIN_CHANGE_PART = 1e-9
+"""The part of what is plausible within which a change is rounding, as where the moments of all thrusters cancel."""
+AGREEMENT_RATIOS = (0.5, 2.0)
+"""The angles turned by the yaw rate over those by the heading that agree; another unit makes 57 or 1/57 of it, the
+other direction −1."""
+UNIT_PACES = {1e3: "milliseconds", 1e6: "microseconds", 1e9: "nanoseconds"}
+QUANTITY_WORDS = {RATE: "the yaw rate", TORQUE: "the torque"}
 
 
 @dataclass(slots=True)
-class Came:
+class InputRecord:
     """One input: stamps [s], values in SI units, and when they came [s]."""
 
     t: array[float] = field(default_factory=lambda: array("d"))
@@ -47,87 +49,92 @@ class Survey:
         limits: largest plausible magnitude of the yaw rate [rad/s] and of the torque [N m].
     """
 
-    def __init__(self, hearing: InputMapper, limits: dict[str, float]) -> None:
-        self.hearing, self._limits = hearing, limits
-        self.came: dict[str, Came] = {}
+    def __init__(self, mapper: InputMapper, limits: dict[str, float]) -> None:
+        self.mapper, self._limits = mapper, limits
+        self.records: dict[str, InputRecord] = {}
 
     def hear(self, key: str, payload: bytes, arrival: float) -> None:
         """A message came."""
-        for heard in self.hearing.hear(key, payload, arrival):
-            came = self.came.setdefault(heard.name, Came())
+        for heard in self.mapper.hear(key, payload, arrival):
+            came = self.records.setdefault(heard.name, InputRecord())
             came.t.extend(heard.t)
             came.value.extend(heard.value)
             came.arrival.extend([arrival] * len(heard.t))
 
     def missing(self) -> dict[str, str]:
         """What did not come, by name: a sentence with the cure."""
-        found = dict(self.hearing.missing)
+        found = dict(self.mapper.missing)
         for name in (RATE, TORQUE):
-            if name not in self.came and name not in found:
-                found[name] = f"nothing came of {CALLED[name]} on {', '.join(self._keys_of(name)) or 'any key'}"
-        if self.hearing.armed is None and self.hearing.why_not is not None:
-            found["armed"] = self.hearing.why_not
+            if name not in self.records and name not in found:
+                found[name] = f"nothing came of {QUANTITY_WORDS[name]} on {', '.join(self._keys_of(name)) or 'any key'}"
+        if self.mapper.armed is None and self.mapper.why_not is not None:
+            found["armed"] = self.mapper.why_not
         return found
 
     def doubts(self) -> dict[str, list[str]]:
         """What cannot be true of an input, by name."""
-        found = {name: self._doubts(name, came) for name, came in self.came.items()}
+        found = {name: self._doubts(name, came) for name, came in self.records.items()}
         heading = self._against_heading()
         if heading:
             found[RATE].append(heading)
-        if RATE in self.came and TORQUE in self.came:
-            slow = too_slow(self.came[RATE].stream, self.came[TORQUE].stream)
-            found[TORQUE] += [] if slow is None else [slow.on_a_bus(self.hearing.inputs.preset == "blueos")]
+        if RATE in self.records and TORQUE in self.records:
+            slow = too_slow(self.records[RATE].stream, self.records[TORQUE].stream)
+            found[TORQUE] += [] if slow is None else [slow.on_a_bus(self.mapper.inputs.preset == "blueos")]
         return {name: sentences for name, sentences in found.items() if sentences}
 
     def summary(self) -> dict[str, Any]:
         """All of it, as plain data."""
         doubts = self.doubts()
-        inputs = {name: self._input(name, came, doubts.get(name, [])) for name, came in self.came.items()}
+        inputs = {name: self._input(name, came, doubts.get(name, [])) for name, came in self.records.items()}
         heard = {
-            key: {"count": known.count, "rate_hz": _hertz(known), "form": known.form, "fields": list(known.fields)}
-            for key, known in self.hearing.known.items()
+            key: {
+                "count": binding.count,
+                "rate_hz": _hertz(binding),
+                "form": binding.form,
+                "fields": list(binding.fields),
+            }
+            for key, binding in self.mapper.bindings.items()
         }
         return {
             "inputs": inputs,
-            "armed": self.hearing.armed,
-            "armed_by": next((key for key, known in self.hearing.known.items() if known.armed is not None), None),
-            "parameters": dict(self.hearing.parameters),
+            "armed": self.mapper.armed,
+            "armed_by": next((key for key, binding in self.mapper.bindings.items() if binding.armed is not None), None),
+            "parameters": dict(self.mapper.parameters),
             "missing": self.missing(),
-            "notices": list(dict.fromkeys((*self.hearing.notices(), *self.hearing.notes))),
-            "refused": dict(self.hearing.refused),
+            "notices": list(dict.fromkeys((*self.mapper.notices(), *self.mapper.notes))),
+            "refused": dict(self.mapper.refused),
             "heard": heard,
         }
 
-    def _input(self, name: str, came: Came, doubts: list[str]) -> dict[str, Any]:
+    def _input(self, name: str, came: InputRecord, doubts: list[str]) -> dict[str, Any]:
         _, values = came.stream
         finite = values[np.isfinite(values)]
         return {
-            "keys": self._bound(name),
+            "keys": self._keys_bound_to(name),
             "count": len(came.t),
             "rate_hz": _rate(np.array(came.arrival)),
             "low": float(finite.min()) if finite.size else None,
             "high": float(finite.max()) if finite.size else None,
-            "stamps": "arrival" if self.hearing.placed.get(name) is False else "own",
+            "stamps": "arrival" if self.mapper.placed.get(name) is False else "own",
             "doubts": doubts,
         }
 
-    def _bound(self, name: str) -> list[str]:
+    def _keys_bound_to(self, name: str) -> list[str]:
         """The keys that an input comes from."""
         return [
             key
-            for key, known in self.hearing.known.items()
-            if any(each == name for each, _ in known.quantities) or (name == TORQUE and known.commands)
+            for key, binding in self.mapper.bindings.items()
+            if any(each == name for each, _ in binding.quantities) or (name == TORQUE and binding.commands)
         ]
 
     def _keys_of(self, name: str) -> list[str]:
-        inputs = self.hearing.inputs
+        inputs = self.mapper.inputs
         source = inputs.yaw_rate if name == RATE else inputs.torque
         if source is not None:
             return [source.topic]
         return [] if name == RATE or inputs.thrusters is None else sorted(set(inputs.thrusters.topics))
 
-    def _doubts(self, name: str, came: Came) -> list[str]:
+    def _doubts(self, name: str, came: InputRecord) -> list[str]:
         found = []
         values, arrival, t = np.array(came.value), np.array(came.arrival), np.array(came.t)
         limit = self._limits.get(name)
@@ -136,11 +143,11 @@ class Survey:
             finding = implausible(name, beyond, values.size, limit)
             if finding is not None:
                 found.append(finding.sentence)
-            if values.size > 1 and np.ptp(values) < STILL * limit:
-                found.append(f"{CALLED[name]} stands at {round(values[0], 9):g} all the time")
-        if arrival.size > 1 and self.hearing.placed.get(name) is not False and np.ptp(arrival) > 1.0:
+            if values.size > 1 and np.ptp(values) < MIN_CHANGE_PART * limit:
+                found.append(f"{QUANTITY_WORDS[name]} stands at {round(values[0], 9):g} all the time")
+        if arrival.size > 1 and self.mapper.placed.get(name) is not False and np.ptp(arrival) > 1.0:
             pace = float(np.ptp(t)) / float(np.ptp(arrival))
-            unit = next((unit for factor, unit in PACES.items() if 0.5 < pace / factor < 2.0), None)
+            unit = next((unit for factor, unit in UNIT_PACES.items() if 0.5 < pace / factor < 2.0), None)
             if unit is not None:
                 found.append(f"its stamps run as fast as {unit}: say stamp_unit")
             elif pace == 0.0:
@@ -149,27 +156,31 @@ class Survey:
 
     def _against_heading(self) -> str | None:
         """Whether the yaw rate turns as the heading does, where there is one and it turned."""
-        if RATE not in self.came or HEADING not in self.came:
+        if RATE not in self.records or HEADING not in self.records:
             return None
-        (time, rate), (stamps, heading) = self.came[RATE].stream, self.came[HEADING].stream
+        (time, rate), (stamps, heading) = self.records[RATE].stream, self.records[HEADING].stream
         if time.size < 3 or stamps.size < 3:
             return None
         turned = running_integral(time, rate)
         shown = np.interp(time, stamps, np.unwrap(heading))
         shown -= shown[0]
-        if np.abs(shown).max() < TURNED:
+        if np.abs(shown).max() < MIN_TURN_RAD:
             return None
         ratio = float(turned @ shown / (shown @ shown))
-        if AGREES[0] < ratio < AGREES[1]:
+        if AGREEMENT_RATIOS[0] < ratio < AGREEMENT_RATIOS[1]:
             return None
         why = "is its unit or that of the heading another?"
-        if -AGREES[1] < ratio < -AGREES[0]:
+        if -AGREEMENT_RATIOS[1] < ratio < -AGREEMENT_RATIOS[0]:
             why = "one of the two counts in the other direction (sign: -1)"
         return f"it turns {ratio:.2g} times as far as the heading: {why}"
 
 
-def _hertz(known: SourceBinding) -> float:
-    return (known.count - 1) / (known.last - known.first) if known.count > 1 and known.last > known.first else 0.0
+def _hertz(binding: SourceBinding) -> float:
+    return (
+        (binding.count - 1) / (binding.last - binding.first)
+        if binding.count > 1 and binding.last > binding.first
+        else 0.0
+    )
 
 
 def _rate(arrival: Array) -> float:

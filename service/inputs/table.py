@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from incsvr.numerics import Array
 
 ROWS = "rows"
-"""What the one topic of a log is called that is a table."""
+"""The name of the one topic of a log that is a table."""
 
 
 @dataclass(frozen=True, slots=True)

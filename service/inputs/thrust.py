@@ -12,29 +12,29 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.settings import Thrusters
-from service.inputs.units import FACTORS, KGF
+from service.inputs.units import FACTORS, KGF_N
 
-NEUTRAL = 1500.0
+NEUTRAL_PULSE_US = 1500.0
 """Pulse at which a thruster rests [µs]."""
-SPAN = 400.0
-"""From the neutral pulse to the full one [µs]."""
-PULSES = (800.0, 2200.0)
-"""What is shorter or longer is no pulse [µs], for ArduPilot's outputs are set within these: the output is off. 0 says
-so, and 65535 that there is no such output."""
+FULL_PULSE_US = 400.0
+"""The pulse at full thrust from the neutral one [µs]."""
+PULSE_RANGE_US = (800.0, 2200.0)
+"""The shortest and the longest pulse [µs], for ArduPilot's outputs are set within these: beyond, the output is off. 0
+says so, and 65535 that there is no such output."""
 
-T200_VOLTS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0)
-T200_FORWARD = (2.93, 3.71, 4.53, 5.25, 6.02, 6.72)
-T200_REVERSE = (2.31, 2.92, 3.52, 4.07, 4.59, 5.04)
+T200_VOLTAGES_V = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0)
+T200_FORWARD_KGF = (2.93, 3.71, 4.53, 5.25, 6.02, 6.72)
+T200_REVERSE_KGF = (2.31, 2.92, 3.52, 4.07, 4.59, 5.04)
 """Thrust at 1900 and at 1100 µs by the voltage, from the maker's data of September 2019 [kgf]; those of 10 V follow the
 others' trend."""
-T200_BAND = (38.0, 36.0, 32.0, 28.0, 28.0, 26.0)
+T200_DEAD_BAND_US = (38.0, 36.0, 32.0, 28.0, 28.0, 26.0)
 """Half width of the dead band by the voltage, from the same data [µs]."""
 T200_EXPONENT = 1.3
-"""Between the band's edge and full thrust the curve is this power of the command: at 12 V within 2 % of full thrust of
-a cubic that others fitted to the maker's data, at 16 V within 2 % of full thrust forward and 6 % reverse of a measured
-vehicle's table."""
-T200_NOMINAL = 16.0
-"""A charged battery of four cells [V], where nobody knows better."""
+"""The power of the command that the curve is between the band's edge and full thrust: at 12 V within 2 % of full thrust
+of a cubic that others fitted to the maker's data, at 16 V within 2 % of full thrust forward and 6 % reverse of a
+measured vehicle's table."""
+T200_NOMINAL_V = 16.0
+"""The voltage of a charged battery of four cells [V], where nobody knows better."""
 
 
 def t200(pulse: Array, volts: Array) -> Array:
@@ -45,20 +45,22 @@ def t200(pulse: Array, volts: Array) -> Array:
         volts: (n,) of the battery, within 10 to 20 [V]; beyond, those at the end.
     """
     full = np.where(
-        pulse >= 0.0, np.interp(volts, T200_VOLTS, T200_FORWARD), np.interp(volts, T200_VOLTS, T200_REVERSE)
+        pulse >= 0.0,
+        np.interp(volts, T200_VOLTAGES_V, T200_FORWARD_KGF),
+        np.interp(volts, T200_VOLTAGES_V, T200_REVERSE_KGF),
     )
-    band = np.interp(volts, T200_VOLTS, T200_BAND)
-    part = np.clip((np.abs(pulse) - band) / (SPAN - band), 0.0, 1.0)
-    thrust: Array = np.sign(pulse) * KGF * full * part**T200_EXPONENT
+    band = np.interp(volts, T200_VOLTAGES_V, T200_DEAD_BAND_US)
+    part = np.clip((np.abs(pulse) - band) / (FULL_PULSE_US - band), 0.0, 1.0)
+    thrust: Array = np.sign(pulse) * KGF_N * full * part**T200_EXPONENT
     return thrust
 
 
 def is_pulse(command: Any) -> Any:
     """Whether a command [µs], or which of (n,), is a pulse at all: an output without one gives no thrust."""
-    return (command >= PULSES[0]) & (command <= PULSES[1])
+    return (command >= PULSE_RANGE_US[0]) & (command <= PULSE_RANGE_US[1])
 
 
-def sensible(volts: Array) -> NDArray[np.bool_]:
+def is_battery_voltage(volts: Array) -> NDArray[np.bool_]:
     """Which of these (n,) are voltages of a battery at all: a monitor that is not there says 0 or 65.5 V."""
     return (volts > 6.0) & (volts < 26.0)
 
@@ -75,7 +77,7 @@ def moment(
         angles: (n,) by which those that can be turned are, by their number [rad].
     """
     forward = [
-        command if each.direction > 0 else _turned(settings, command)
+        command if each.direction > 0 else _reversed_command(settings, command)
         for each, command in zip(settings.each, commands, strict=True)
     ]
     straight = np.zeros(volts.size)
@@ -84,10 +86,10 @@ def moment(
     return settings.scale * np.asarray(pushed.sum(axis=0))
 
 
-def _turned(settings: Thrusters, command: Array) -> Array:
+def _reversed_command(settings: Thrusters, command: Array) -> Array:
     """The command of a thruster that counts in the other direction."""
     if settings.command == "pwm":
-        return np.where(is_pulse(command), 2.0 * NEUTRAL - command, command)
+        return np.where(is_pulse(command), 2.0 * NEUTRAL_PULSE_US - command, command)
     return -command
 
 
@@ -102,13 +104,15 @@ def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> A
     if told == "N":
         return command
     if told == "pwm":
-        pulse = np.where(is_pulse(command), command - NEUTRAL, 0.0 * command)  # where there is no number, NaN stays
+        pulse = np.where(
+            is_pulse(command), command - NEUTRAL_PULSE_US, 0.0 * command
+        )  # where there is no number, NaN stays
         return pulse_thrust(settings, pulse, volts)
     if told == "fraction":
-        return pulse_thrust(settings, SPAN * command, volts)
+        return pulse_thrust(settings, FULL_PULSE_US * command, volts)
     speed_of_rotor = command * (FACTORS["rpm"] if told == "rpm" else 1.0)
     if isinstance(settings.curve, Path):
-        return _tabled(settings.curve, command)
+        return _thrust_from_table(settings.curve, command)
     wash = settings.inflow * speed * np.abs(speed_of_rotor)
     return np.asarray(settings.full * speed_of_rotor * np.abs(speed_of_rotor) + wash)
 
@@ -116,14 +120,16 @@ def thrust(settings: Thrusters, command: Array, volts: Array, speed: Array) -> A
 def pulse_thrust(settings: Thrusters, pulse: Array, volts: Array) -> Array:
     """Thrust [N] by pulses from neutral (…, n) [µs]."""
     if isinstance(settings.curve, Path):
-        return _tabled(settings.curve, pulse + NEUTRAL if settings.command == "pwm" else pulse / SPAN)
+        return _thrust_from_table(
+            settings.curve, pulse + NEUTRAL_PULSE_US if settings.command == "pwm" else pulse / FULL_PULSE_US
+        )
     if settings.curve == "t200":
         return t200(pulse, volts)
-    part = np.clip(pulse / SPAN, -1.0, 1.0)
+    part = np.clip(pulse / FULL_PULSE_US, -1.0, 1.0)
     return np.asarray(settings.full * (part * np.abs(part) if settings.curve == "quadratic" else part))
 
 
-def _tabled(path: Path, command: Array) -> Array:
+def _thrust_from_table(path: Path, command: Array) -> Array:
     """By a file with two columns, command and thrust [N], the first rising."""
     try:
         table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)

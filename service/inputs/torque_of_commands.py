@@ -10,13 +10,13 @@ import numpy as np
 
 from service.inputs.forms import number
 from service.inputs.moving import Movement, least_movement
-from service.inputs.outputs import numbers, without_pulse
-from service.inputs.resolving import ANGLE, BATTERY
+from service.inputs.outputs import output_numbers, without_pulse
+from service.inputs.resolving import ANGLE_NAME, BATTERY_NAME
 from service.inputs.settings import Thrusters
 from service.inputs.source_binding import SURGE, VOLTAGE, SourceBinding
-from service.inputs.thrust import T200_NOMINAL, is_pulse, moment, sensible
+from service.inputs.thrust import T200_NOMINAL_V, is_battery_voltage, is_pulse, moment
 
-SOON = 50
+GRACE_MESSAGES = 50
 """Messages until which the battery's voltage and the first pulse may come: a voltage is told every few seconds."""
 
 
@@ -49,7 +49,7 @@ class TorqueOfCommands:
                 self._commands[each] = command
                 if settings.command != "pwm" or is_pulse(command):
                     self._pulsed.add((settings.topics[each], path))
-            elif numbers(settings)[each] is None:
+            elif output_numbers(settings)[each] is None:
                 return False
         self.movement.take(taken, least_movement(settings))
         return True
@@ -57,14 +57,14 @@ class TorqueOfCommands:
     def silent(self, settings: Thrusters) -> str | None:
         """What to do where thrusters have never got a pulse, though it had time to come; None where all have."""
         waiting = self._without(settings)
-        return without_pulse(settings, waiting) if waiting and self._messages > SOON else None
+        return without_pulse(settings, waiting) if waiting and self._messages > GRACE_MESSAGES else None
 
     def _without(self, settings: Thrusters) -> list[int]:
         """Thrusters that have not got a pulse, or another command, yet: before that they tell nothing."""
         places = zip(settings.topics, (each.field for each in settings.each), strict=True)
         return [k for k, place in enumerate(places) if place not in self._pulsed]
 
-    def told(
+    def newest_moment(
         self, settings: Thrusters, known: SourceBinding, t: float, latest: Mapping[str, float]
     ) -> tuple[float, float] | None:
         """Stamp [s] and moment [N m], once every thruster has told its command and every angle is known.
@@ -78,14 +78,14 @@ class TorqueOfCommands:
         if (
             any(map(isnan, self._commands))
             or self._without(settings)
-            or any(ANGLE.format(k) not in latest for k in turned)
+            or any(ANGLE_NAME.format(k) not in latest for k in turned)
         ):
             return None
-        volts = measured(latest)
+        volts = battery_voltage(latest)
         if volts is None:
-            volts = T200_NOMINAL if settings.voltage is None else settings.voltage
+            volts = T200_NOMINAL_V if settings.voltage is None else settings.voltage
         commands = [np.array([command]) for command in self._commands]
-        angles = {k: np.array([latest[ANGLE.format(k)]]) for k in turned}
+        angles = {k: np.array([latest[ANGLE_NAME.format(k)]]) for k in turned}
         with np.errstate(all="ignore"):  # what is no command makes no moment, and is refused as beyond the plausible
             total = moment(settings, commands, np.array([volts]), np.array([latest.get(SURGE, 0.0)]), angles)
         now = (t, float(total[0]))
@@ -100,10 +100,12 @@ class TorqueOfCommands:
     def guessed_voltage(self, settings: Thrusters, latest: Mapping[str, float]) -> bool:
         """Whether the thrust is that of a voltage that nobody told, though it had time to come."""
         by_voltage = settings.curve == "t200" and settings.command in ("pwm", "fraction")
-        return by_voltage and settings.voltage is None and self.count > SOON and measured(latest) is None
+        return (
+            by_voltage and settings.voltage is None and self.count > GRACE_MESSAGES and battery_voltage(latest) is None
+        )
 
 
-def measured(latest: Mapping[str, float]) -> float | None:
+def battery_voltage(latest: Mapping[str, float]) -> float | None:
     """The battery's voltage [V], where something tells one that a battery can have."""
-    volts = latest.get(BATTERY, latest.get(VOLTAGE))
-    return volts if volts is not None and sensible(np.array([volts]))[0] else None
+    volts = latest.get(BATTERY_NAME, latest.get(VOLTAGE))
+    return volts if volts is not None and is_battery_voltage(np.array([volts]))[0] else None

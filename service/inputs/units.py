@@ -8,7 +8,7 @@ from incsvr.errors import BadInput
 
 FRACTION = "fraction"
 """Part of the full thrust: no physical unit until somebody says what the full thrust is."""
-KGF = 9.80665
+KGF_N = 9.80665
 """One kilogram-force [N]."""
 
 FACTORS = {
@@ -23,10 +23,10 @@ FACTORS = {
     "cdeg": pi / 18000.0,
     "N m": 1.0,
     "kN m": 1e3,
-    "kgf m": KGF,
+    "kgf m": KGF_N,
     "N": 1.0,
     "kN": 1e3,
-    "kgf": KGF,
+    "kgf": KGF_N,
     FRACTION: 1.0,
     "m": 1.0,
     "cm": 1e-2,
@@ -41,7 +41,7 @@ FACTORS = {
     "degC": 1.0,
 }
 """SI over the unit: µs of a servo pulse and °C stay as they are."""
-STAMPS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+STAMP_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Seconds over the unit of a stamp."""
 _SPELLINGS = {
     "degps": "deg/s",
@@ -75,7 +75,7 @@ _SPELLINGS = {
 def unit(spelt: str) -> str | None:
     """The unit as it is named here, by any of its spellings; None where there is none such."""
     text = spelt.strip()
-    if text in FACTORS or text in STAMPS:
+    if text in FACTORS or text in STAMP_UNITS:
         return text
     return _SPELLINGS.get(text.lower())
 

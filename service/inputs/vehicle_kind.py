@@ -19,15 +19,15 @@ _AUTOPILOTS = {4: "openpilot", 12: "px4"}
 _NAMES = {"submarine": SUBMARINE, "generic": 0, "ardupilotmega": ARDUPILOT, "invalid": 8}
 _ENUMERATED = re.compile(r"^MAV_(?:TYPE|AUTOPILOT)_")
 _FIRMWARE = re.compile(r"^(ArduRover|ArduCopter|ArduPlane|AntennaTracker|Blimp|APM:\w+|APMrover2)\b")
-BUILDS = {1: "ArduRover", 2: "ArduCopter", 3: "ArduPlane", 4: "AntennaTracker", 12: "Blimp", 13: "Heli"}
+BUILD_NAMES = {1: "ArduRover", 2: "ArduCopter", 3: "ArduPlane", 4: "AntennaTracker", 12: "Blimp", 13: "Heli"}
 """The firmware by the number that DataFlash logs have of it (VER.BU)."""
-LEFT, RIGHT = 73, 74
+LEFT_THROTTLE, RIGHT_THROTTLE = 73, 74
 """SERVOn_FUNCTION of a vehicle that is steered by two throttles."""
-_FUNCTIONS = {LEFT: "left throttle", RIGHT: "right throttle", 70: "throttle", 26: "ground steering"}
-MOTORS = range(33, 41)
+_FUNCTIONS = {LEFT_THROTTLE: "left throttle", RIGHT_THROTTLE: "right throttle", 70: "throttle", 26: "ground steering"}
+MOTOR_FUNCTIONS = range(33, 41)
 """SERVOn_FUNCTION of the outputs that drive motors 1 … 8."""
-OUTPUTS = 32
-"""An autopilot has at most so many."""
+MAX_OUTPUTS = 32
+"""Outputs of an autopilot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class SelfDescription:
     firmware: str = ""
 
 
-def functions(parameters: Mapping[str, float]) -> dict[int, int]:
+def output_functions(parameters: Mapping[str, float]) -> dict[int, int]:
     """SERVOn_FUNCTION by the number of the output, as far as the parameters have it."""
-    values = ((output, parameters.get(f"SERVO{output}_FUNCTION", nan)) for output in range(1, OUTPUTS + 1))
+    values = ((output, parameters.get(f"SERVO{output}_FUNCTION", nan)) for output in range(1, MAX_OUTPUTS + 1))
     return {output: int(function) for output, function in values if isfinite(function)}
 
 
@@ -64,8 +64,8 @@ def evidence_of_another_vehicle(vehicle: SelfDescription, parameters: Mapping[st
         evidence.append(f"its firmware is {firmware[1]}")
     if "FRAME_CLASS" in parameters and "FRAME_CONFIG" not in parameters:
         evidence.append("it has FRAME_CLASS and no FRAME_CONFIG")
-    outputs = functions(parameters)
-    if not set(outputs.values()) & set(MOTORS):
+    outputs = output_functions(parameters)
+    if not set(outputs.values()) & set(MOTOR_FUNCTIONS):
         others = [
             f"SERVO{output}_FUNCTION {function} ({_FUNCTIONS[function]})"
             for output, function in outputs.items()
@@ -82,8 +82,10 @@ def thruster_example(parameters: Mapping[str, float], place: Callable[[int], tup
     Args:
         place: topic and path of an output.
     """
-    outputs = functions(parameters)
-    left, right = (next((each for each in outputs if outputs[each] == side), None) for side in (LEFT, RIGHT))
+    outputs = output_functions(parameters)
+    left, right = (
+        next((each for each in outputs if outputs[each] == side), None) for side in (LEFT_THROTTLE, RIGHT_THROTTLE)
+    )
     (topic, port), (_, starboard) = place(left or 1), place(right or 3)
     each = f"{{field: {port}, arm: 0.3}}, {{field: {starboard}, arm: -0.3}}"
     return (

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from service.inputs import frames
-from service.inputs.arming import LARGEST
+from service.inputs.arming import MAX_WHOLE_NUMBER
 from service.inputs.forms import as_float
 
-SHOWN = 6
-"""So many changes are kept to be shown, the newest."""
+MAX_CHANGES_SHOWN = 6
+"""Changes that are kept to be shown, the newest."""
 
 
 class VehicleParameters:
@@ -47,15 +47,15 @@ class VehicleParameters:
         name, value = body.get("param_id"), as_float(body.get("param_value"))
         if isinstance(name, list):
             name = "".join(str(each) for each in name)
-        if not isinstance(name, str) or value is None or not abs(value) < LARGEST:
+        if not isinstance(name, str) or value is None or not abs(value) < MAX_WHOLE_NUMBER:
             return False
         name = name.partition("\0")[0]
         told = self.by_system.setdefault(system, {})
-        if not frames.relevant(name) or told.get(name) == value:
+        if not frames.concerns_thrusters(name) or told.get(name) == value:
             return False
         if name in told and when is not None:
-            changes = self._changes.setdefault(system, deque(maxlen=SHOWN))
-            changes.append(f"{changed(name, value, told[name])} from {when:.6g} s on")
+            changes = self._changes.setdefault(system, deque(maxlen=MAX_CHANGES_SHOWN))
+            changes.append(f"{change_words(name, value, told[name])} from {when:.6g} s on")
         told[name] = value
         return True
 
@@ -65,6 +65,6 @@ class VehicleParameters:
         return (f"parameters changed under way, and count from then on: {', '.join(changes)}",) if changes else ()
 
 
-def changed(name: str, value: float, before: float) -> str:
+def change_words(name: str, value: float, before: float) -> str:
     """A change of a parameter, such as `MOT_1_DIRECTION -1 (1 before)`."""
     return f"{name} {value:g} ({before:g} before)"

@@ -13,11 +13,11 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service.inputs.arming import says_armed
-from service.inputs.moving import PULSES_MOVE, Movement
+from service.inputs.moving import MIN_PULSE_MOVEMENT_US, Movement
 from service.inputs.owners import autopilot_message, keelson_subject, system_of
 from service.inputs.presets import keelson
 from service.inputs.presets.mavlink import heartbeat
-from service.inputs.presets.ros import RATES, STATE, TORQUES
+from service.inputs.presets.ros import RATE_PATHS, STATE_TYPE, TORQUE_PATHS
 from service.inputs.settings import Armed, Inputs
 from service.inputs.table import Topic
 
@@ -34,7 +34,7 @@ _PROPELLERS = ("propeller_rate_rpm", "engine_throttle_pct")
 
 
 @dataclass(frozen=True, slots=True)
-class Sign:
+class VehicleEvidence:
     """What the messages of a topic show of their vehicle.
 
     Attributes:
@@ -50,41 +50,41 @@ class Sign:
     least: float = 0.0
 
 
-def sign(topic: Topic) -> Sign | None:
+def evidence_of(topic: Topic) -> VehicleEvidence | None:
     """What a topic shows of its vehicle; None where that is nothing."""
     system, message = system_of(topic), autopilot_message(topic)
     if not system:
         return None
     if message == "HEARTBEAT":
-        return Sign(system, heartbeat(topic))
+        return VehicleEvidence(system, heartbeat(topic))
     if message is not None and message.partition("[")[0] == "SERVO_OUTPUT_RAW":
         outputs = (path for path in topic.fields if path.rpartition(".")[2].startswith("servo"))
-        return Sign(system, commands=tuple(outputs), least=PULSES_MOVE)
-    if topic.type == STATE:
-        return Sign(system, Armed(topic=topic.name, field="armed"))
-    if topic.type in TORQUES:
-        return Sign(system, commands=(TORQUES[topic.type],))
+        return VehicleEvidence(system, commands=tuple(outputs), least=MIN_PULSE_MOVEMENT_US)
+    if topic.type == STATE_TYPE:
+        return VehicleEvidence(system, Armed(topic=topic.name, field="armed"))
+    if topic.type in TORQUE_PATHS:
+        return VehicleEvidence(system, commands=(TORQUE_PATHS[topic.type],))
     subject = keelson_subject(topic.name)
-    if subject == keelson.ARMED:
-        return Sign(system, Armed(topic=topic.name, field="value"))
-    return Sign(system, commands=("value",)) if subject in _PROPELLERS else None
+    if subject == keelson.ARMED_SUBJECT:
+        return VehicleEvidence(system, Armed(topic=topic.name, field="value"))
+    return VehicleEvidence(system, commands=("value",)) if subject in _PROPELLERS else None
 
 
-def with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
+def vehicles_with_yaw_rate(topics: Sequence[Topic]) -> list[str]:
     """The vehicles that could be learned from, in the order of the topics: those with a yaw rate.
 
     A part of a ROS name is a vehicle only where a yaw rate and a torque have it in common.
     """
-    torques = {system_of(topic) for topic in topics if topic.type in TORQUES}
+    torques = {system_of(topic) for topic in topics if topic.type in TORQUE_PATHS}
     found = []
     for topic in topics:
-        of_ros = topic.type in RATES and system_of(topic) in torques
-        if of_ros or autopilot_message(topic) == "ATTITUDE" or keelson_subject(topic.name) == keelson.RATE:
+        of_ros = topic.type in RATE_PATHS and system_of(topic) in torques
+        if of_ros or autopilot_message(topic) == "ATTITUDE" or keelson_subject(topic.name) == keelson.RATE_SUBJECT:
             found.append(system_of(topic))
     return [system for system in dict.fromkeys(found) if system]
 
 
-def present(topics: Sequence[Topic], wanted: str = "") -> list[str]:
+def present_vehicles(topics: Sequence[Topic], wanted: str = "") -> list[str]:
     """All vehicles of which something is heard, also those that could not be learned from.
 
     Who sends a heartbeat alone is none, but where nobody sends more. A person who names a vehicle says that parts of
@@ -92,12 +92,16 @@ def present(topics: Sequence[Topic], wanted: str = "") -> list[str]:
     """
     speaking = [topic for topic in topics if autopilot_message(topic) or keelson_subject(topic.name)]
     more = [topic for topic in speaking if autopilot_message(topic) != "HEARTBEAT"] or speaking
-    named = [system_of(topic) for topic in topics if wanted and (topic.type in RATES or topic.type in TORQUES)]
-    return list(dict.fromkeys(system for system in (*with_yaw_rate(topics), *map(system_of, more), *named) if system))
+    named = [
+        system_of(topic) for topic in topics if wanted and (topic.type in RATE_PATHS or topic.type in TORQUE_PATHS)
+    ]
+    return list(
+        dict.fromkeys(system for system in (*vehicles_with_yaw_rate(topics), *map(system_of, more), *named) if system)
+    )
 
 
 @dataclass(slots=True)
-class _Seen:
+class _Observation:
     armed: bool | None = None
     movement: Movement = field(default_factory=Movement)
     commanded: bool = False
@@ -112,27 +116,27 @@ class Vehicles:
 
     Attributes:
         chosen: the vehicle that is taken; empty before one with a yaw rate was met.
-        settled: whether nothing that comes changes the choice any more.
+        is_settled: whether nothing that comes changes the choice any more.
     """
 
     def __init__(self, wanted: str = "") -> None:
-        self.chosen, self.settled = wanted, bool(wanted)
-        self._wanted, self._seen = wanted, dict[str, _Seen]()
-        self._able: set[str] = set()
+        self.chosen, self.is_settled = wanted, bool(wanted)
+        self._wanted, self._observations = wanted, dict[str, _Observation]()
+        self._with_yaw_rate: set[str] = set()
 
     def meet(self, systems: Iterable[str]) -> None:
         """Vehicles that have a yaw rate; where nothing else is known, the first is taken."""
         for system in systems:
-            self._able.add(system)
+            self._with_yaw_rate.add(system)
             self._consider(system)
 
-    def take(self, sign: Sign, number: Callable[[str], float | None]) -> bool:
+    def take(self, sign: VehicleEvidence, number: Callable[[str], float | None]) -> bool:
         """Takes what a message shows; True where another vehicle is taken since.
 
         Args:
             number: the number at a path of the message.
         """
-        seen = self._seen.setdefault(sign.system, _Seen())
+        seen = self._observations.setdefault(sign.system, _Observation())
         if sign.armed is not None:
             value = number(sign.armed.field)
             if value is not None and np.isfinite(value):
@@ -154,7 +158,7 @@ class Vehicles:
         named = sorted(others, key=lambda name: (len(name), name))
         why = "as it was asked"
         if not self._wanted:
-            alone = not self._able & set(named)
+            alone = not self._with_yaw_rate & set(named)
             why = "the only one that sends its yaw rate" if alone else _REASONS[self._rank(self.chosen)]
         return (
             f"vehicle {self.chosen} is taken, {why}; vehicle {', '.join(named)} is left alone with all that it sends: "
@@ -162,25 +166,25 @@ class Vehicles:
         )
 
     def _consider(self, system: str) -> bool:
-        if self.settled or system not in self._able:
+        if self.is_settled or system not in self._with_yaw_rate:
             return False
         before = self.chosen
         if not before or self._rank(system) > self._rank(before):
             self.chosen = system
-        self.settled = self._rank(self.chosen) == MOVES_ARMED
+        self.is_settled = self._rank(self.chosen) == MOVES_ARMED
         return self.chosen != before
 
     def _rank(self, system: str) -> int:
-        return self._seen[system].rank if system in self._seen else IS_HEARD
+        return self._observations[system].rank if system in self._observations else IS_HEARD
 
 
-def _rank(seen: _Seen) -> int:
-    if seen.movement.seen and seen.armed is not False:
+def _rank(seen: _Observation) -> int:
+    if seen.movement.has_moved and seen.armed is not False:
         return MOVES_ARMED if seen.armed else MOVES
     return IS_ARMED if seen.armed and not seen.commanded else IS_HEARD
 
 
-def named(inputs: Inputs) -> str:
+def named_vehicle(inputs: Inputs) -> str:
     """The vehicle that a person named, or whose topics a person spelt out; empty where the rule chooses."""
     if inputs.system:
         return inputs.system

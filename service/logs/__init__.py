@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from service.inputs.table import Table, Topic
 from service.logs.log import Log
-from service.logs.opening import opened
+from service.logs.opening import open_any
 
-__all__ = ["Log", "Table", "Topic", "opened"]
+__all__ = ["Log", "Table", "Topic", "open_any"]

@@ -12,7 +12,7 @@ from service.inputs.table import Table, Topic
 from service.logs.cdr import RosTypes
 from service.logs.damage import Damage, first_line
 from service.logs.opening import first_bytes
-from service.logs.packages import needed
+from service.logs.packages import load_package
 from service.logs.table_builder import TableBuilder
 
 
@@ -70,11 +70,11 @@ class BagLog:
     def _opened(self) -> Iterator[Any]:
         try:
             if self._one:
-                reader = needed("rosbags.rosbag1", self._path, "a bag").Reader(self._path)
+                reader = load_package("rosbags.rosbag1", self._path, "a bag").Reader(self._path)
             elif self._path.is_dir():
-                reader = needed("rosbags.rosbag2", self._path, "a bag").Reader(self._path)
+                reader = load_package("rosbags.rosbag2", self._path, "a bag").Reader(self._path)
             else:
-                reader = needed("rosbags.rosbag2.storage_sqlite3", self._path, "a bag").Sqlite3Reader(self._path)
+                reader = load_package("rosbags.rosbag2.storage_sqlite3", self._path, "a bag").Sqlite3Reader(self._path)
             reader.open()
         except BadInput:
             raise

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from service.logs.packages import needed
+from service.logs.packages import load_package
 
 
 class RosTypes:
     """The types of messages that are known: those of common packages, and those that a log defines itself."""
 
     def __init__(self, path: Path | str, one: bool = False) -> None:
-        self._typesys = needed("rosbags.typesys", path, "a message of ROS")
+        self._typesys = load_package("rosbags.typesys", path, "a message of ROS")
         stores = self._typesys.Stores
         self._store = self._typesys.get_typestore(stores.ROS1_NOETIC if one else stores.ROS2_JAZZY)
         self._one = one

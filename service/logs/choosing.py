@@ -9,14 +9,22 @@ import numpy as np
 
 from service.inputs.settings import Inputs
 from service.inputs.table import Table
-from service.inputs.vehicles import Sign, Vehicles, named, present, refuse_unknown, sign, with_yaw_rate
+from service.inputs.vehicles import (
+    VehicleEvidence,
+    Vehicles,
+    evidence_of,
+    named_vehicle,
+    present_vehicles,
+    refuse_unknown,
+    vehicles_with_yaw_rate,
+)
 from service.logs.log import Log
 
-NOTHING_NAMED = Inputs()
+NO_VEHICLE_NAMED = Inputs()
 
 
 @dataclass(frozen=True, slots=True)
-class Chosen:
+class VehicleChoice:
     """The vehicle that is taken.
 
     Attributes:
@@ -30,7 +38,7 @@ class Chosen:
     note: tuple[str, ...]
 
 
-def chosen(log: Log, inputs: Inputs = NOTHING_NAMED) -> Chosen:
+def choose_vehicle(log: Log, inputs: Inputs = NO_VEHICLE_NAMED) -> VehicleChoice:
     """The vehicle of a log that is taken for all messages and parameters.
 
     Args:
@@ -39,21 +47,21 @@ def chosen(log: Log, inputs: Inputs = NOTHING_NAMED) -> Chosen:
     Raises:
         BadInput: there is no such vehicle.
     """
-    wanted = named(inputs)
+    wanted = named_vehicle(inputs)
     busiest = sorted(log.topics, key=lambda topic: -topic.count)
-    candidates, everybody = with_yaw_rate(busiest), present(busiest, wanted)
+    candidates, everybody = vehicles_with_yaw_rate(busiest), present_vehicles(busiest, wanted)
     refuse_unknown(inputs.system, everybody)
     vehicles = Vehicles(wanted)
     vehicles.meet(candidates or everybody)
-    if len(candidates) > 1 and not vehicles.settled:
+    if len(candidates) > 1 and not vehicles.is_settled:
         _look(log, set(candidates), vehicles)
     others = vehicles.others(everybody)
-    return Chosen(vehicles.chosen, others, (vehicles.note(others),) if others else ())
+    return VehicleChoice(vehicles.chosen, others, (vehicles.note(others),) if others else ())
 
 
 def _look(log: Log, candidates: set[str], vehicles: Vehicles) -> None:
     """Shows the vehicles' messages to the rule, one after the other, until it is settled."""
-    signs = {topic.name: found for topic in log.topics if (found := sign(topic)) is not None}
+    signs = {topic.name: found for topic in log.topics if (found := evidence_of(topic)) is not None}
     signs = {name: found for name, found in signs.items() if found.system in candidates}
     tables = log.read(list(signs))
     rows = [(signs[name], table, row) for name, table in tables.items() for row in range(_arrival(table).size)]
@@ -61,7 +69,7 @@ def _look(log: Log, candidates: set[str], vehicles: Vehicles) -> None:
     for k in np.argsort(arrival, kind="stable"):
         found, table, row = rows[k]
         vehicles.take(found, _number(found, table, row))
-        if vehicles.settled:
+        if vehicles.is_settled:
             return
 
 
@@ -69,7 +77,7 @@ def _arrival(table: Table) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     return np.empty(0) if table.arrival is None else table.arrival
 
 
-def _number(found: Sign, table: Table, row: int) -> Callable[[str], float | None]:
+def _number(found: VehicleEvidence, table: Table, row: int) -> Callable[[str], float | None]:
     def number(path: str) -> float | None:
         column = table.columns.get(path)
         return None if column is None else float(column[row])

@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.numerics import Array
-from service.inputs.measuring import Measured
+from service.inputs.measuring import MeasuredStreams
 from service.inputs.settings import Inputs
 from service.inputs.table import Table, Topic
 from service.logs.cutting import Cut, Span, columns_inside, rows_inside
-from service.logs.reading import written_down
+from service.logs.reading import writing_times
 
 
 def cut_log(
     topics: Sequence[Topic],
     tables: Mapping[str, Table],
     inputs: Inputs,
-    measured: Measured | None,
+    measured: MeasuredStreams | None,
     cut: Cut,
     since_1970: float | None,
-) -> tuple[tuple[Topic, ...], dict[str, Table], Measured | None]:
+) -> tuple[tuple[Topic, ...], dict[str, Table], MeasuredStreams | None]:
     """Topics, messages and measurements that a cut holds. Messages are cut by the time at which they were written.
 
     What says whether the vehicle was armed is kept whole: it holds on from before the cut.
@@ -35,7 +35,7 @@ def cut_log(
         NothingHeld: it holds nothing.
         BadInput: it is a time of day, and nothing says it.
     """
-    written = {name: written_down(table, inputs) for name, table in tables.items()}
+    written = {name: writing_times(table, inputs) for name, table in tables.items()}
     known = [time[np.isfinite(time)] for time in written.values()]
     every = np.concatenate([*known, np.empty(0)])
     shift = 0.0

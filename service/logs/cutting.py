@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 
-EPOCH = 1e9
-"""Stamps beyond are seconds since 1970 (2001); a log's own clock never shows so many [s]."""
-DAY = 86400.0
+MIN_STAMP_SINCE_1970_S = 1e9
+"""The stamp beyond which stamps are seconds since 1970 (2001) [s]; a log's own clock never shows so many."""
+DAY_S = 86400.0
 """Seconds of a day."""
-ARMED = "armed"
+ARMED_CHANNEL = "armed"
 """The channel that says whether the vehicle was armed, often only where that changes."""
 _OF_DAY = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$")
-HELP = "seconds as the log's stamps count, from its beginning where they count since 1970; or a time of day in UTC"
+CUT_HELP = "seconds as the log's stamps count, from its beginning where they count since 1970; or a time of day in UTC"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Span:
     @property
     def origin(self) -> float:
         """The stamp from which a person counts the seconds of the log [s]."""
-        return self.first if self.first >= EPOCH else 0.0
+        return self.first if self.first >= MIN_STAMP_SINCE_1970_S else 0.0
 
     def __str__(self) -> str:
         seconds = f"{self.first - self.origin:.6g} to {self.last - self.origin:.6g} s"
@@ -66,7 +66,7 @@ class Span:
         return f"{seconds} ({' to '.join(f'{end:%H:%M:%S}' for end in ends)} UTC)"
 
 
-class NothingHeld(BadInput):
+class EmptyCut(BadInput):
     """A cut holds nothing of a log."""
 
 
@@ -118,7 +118,7 @@ class Cut:
         return Cut(begin, end)
 
 
-WHOLE = Cut()
+WHOLE_LOG = Cut()
 """No cut."""
 
 
@@ -142,11 +142,13 @@ def instant(text: str) -> Instant:
 
 def add_cut_arguments(parser: argparse.ArgumentParser) -> None:
     """The flags `--from` and `--to`."""
-    parser.add_argument("--from", dest="cut_from", type=instant, metavar="T", help=f"take the log from there: {HELP}")
+    parser.add_argument(
+        "--from", dest="cut_from", type=instant, metavar="T", help=f"take the log from there: {CUT_HELP}"
+    )
     parser.add_argument("--to", dest="cut_to", type=instant, metavar="T", help="take the log up to there")
 
 
-def nothing_held(cut: Cut, span: Span) -> str:
+def empty_cut(cut: Cut, span: Span) -> str:
     """That a cut holds nothing of a log, and what the log spans."""
     return f"{cut} holds nothing of this log, which spans {span}"
 
@@ -156,10 +158,10 @@ def since_1970(stamps: Array, arrival: Array | None) -> float | None:
     known = stamps[np.isfinite(stamps)]
     if not known.size:
         return None
-    if np.median(known) >= EPOCH:
+    if np.median(known) >= MIN_STAMP_SINCE_1970_S:
         return 0.0
     came = np.empty(0) if arrival is None else arrival[np.isfinite(arrival)]
-    if not came.size or not EPOCH <= np.median(came) < 10.0 * EPOCH:
+    if not came.size or not MIN_STAMP_SINCE_1970_S <= np.median(came) < 10.0 * MIN_STAMP_SINCE_1970_S:
         return None
     return float(np.median(came) - np.median(known))
 
@@ -173,28 +175,28 @@ def rows_inside(time: Array, cut: Cut, span: Span) -> NDArray[np.bool_]:
     low, high = cut.ends(span)
     inside = (time >= low) & (time <= high)
     if not inside.any():
-        raise NothingHeld(nothing_held(cut, span))
+        raise EmptyCut(empty_cut(cut, span))
     return np.asarray(inside)
 
 
 def columns_inside(columns: Mapping[str, Array], inside: NDArray[np.bool_]) -> dict[str, Array]:
     """The rows of columns, each (n,), that are inside; `armed` begins with what it was before the first of them."""
     kept = {name: values[inside] for name, values in columns.items()}
-    if ARMED in columns and kept[ARMED].size and np.isnan(kept[ARMED][0]):
-        before = columns[ARMED][: int(np.argmax(inside))]
+    if ARMED_CHANNEL in columns and kept[ARMED_CHANNEL].size and np.isnan(kept[ARMED_CHANNEL][0]):
+        before = columns[ARMED_CHANNEL][: int(np.argmax(inside))]
         known = before[~np.isnan(before)]
         if known.size:
-            kept[ARMED] = np.concatenate((known[-1:], kept[ARMED][1:]))
+            kept[ARMED_CHANNEL] = np.concatenate((known[-1:], kept[ARMED_CHANNEL][1:]))
     return kept
 
 
 def _stamp(end: Instant, span: Span, after: float) -> float:
     """The stamp of an end [s]; a time of day is the first one in the log that is not before `after`."""
     if not end.of_day:
-        return end.seconds if end.seconds >= EPOCH else end.seconds + span.origin
+        return end.seconds if end.seconds >= MIN_STAMP_SINCE_1970_S else end.seconds + span.origin
     if span.since_1970 is None:
         raise BadInput(f"nothing in this log says the time of day {end.text}: give seconds, it spans {span}")
-    midnight = (span.first + span.since_1970) // DAY * DAY
+    midnight = (span.first + span.since_1970) // DAY_S * DAY_S
     stamp = midnight + end.seconds - span.since_1970
-    goes_on = midnight + DAY <= span.last + span.since_1970
-    return stamp + DAY if stamp < after and goes_on else stamp
+    goes_on = midnight + DAY_S <= span.last + span.since_1970
+    return stamp + DAY_S if stamp < after and goes_on else stamp

@@ -18,11 +18,11 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.table import Table, Topic
 from service.logs.damage import Damage
-from service.logs.packages import needed
+from service.logs.packages import load_package
 
-_SELF_DESCRIBING = {"FMT", "FMTU", "UNIT", "MULT"}
+_LOG_MESSAGES = {"FMT", "FMTU", "UNIT", "MULT"}
 """Messages about the log and not about the vehicle."""
-_HEADER = 3
+_HEADER_BYTES = 3
 """Bytes before the fields of a message: two that are always the same, and its number."""
 _FORMATS = (
     {"b": "i1", "B": "u1", "M": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8"}
@@ -32,7 +32,7 @@ _FORMATS = (
 """NumPy's type by the letter of a field."""
 _FACTORS = {"c": 1e-2, "C": 1e-2, "e": 1e-2, "E": 1e-2, "L": 1e-7}
 """What integers of these letters stand for."""
-_INSTANCE = ("I", "Instance")
+_INSTANCE_FIELDS = ("I", "Instance")
 """Fields that tell sensors apart in logs which do not say which field does."""
 
 
@@ -49,7 +49,7 @@ class DataflashLog:
             places = np.asarray(reader.offsets[number], dtype=np.int64)
             places = places[places + form.len <= self._bytes.size]
             whole += form.len * places.size
-            if places.size and form.columns and form.name not in _SELF_DESCRIBING:
+            if places.size and form.columns and form.name not in _LOG_MESSAGES:
                 for name, of_it in self._instances(form, places):
                     self._messages[name] = (form, of_it)
         self._damage.skipped(self._bytes.size - whole)
@@ -71,7 +71,7 @@ class DataflashLog:
 
     def _instances(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> list[tuple[str, Any]]:
         """The messages of each sensor, by the names of their topics."""
-        field = form.instance_field or next((name for name in _INSTANCE if name in form.columns), None)
+        field = form.instance_field or next((name for name in _INSTANCE_FIELDS if name in form.columns), None)
         fields = self._fields(form, places)
         if field is None or fields[field].dtype.kind not in "iu":
             return [(form.name, places)]
@@ -84,7 +84,7 @@ class DataflashLog:
     def _fields(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> Any:
         """The messages as records, as they are stored."""
         kind = np.dtype([(name, _FORMATS[letter]) for name, letter in zip(form.columns, form.format, strict=False)])
-        stored = self._bytes[places[:, None] + np.arange(_HEADER, _HEADER + kind.itemsize)]
+        stored = self._bytes[places[:, None] + np.arange(_HEADER_BYTES, _HEADER_BYTES + kind.itemsize)]
         return np.ascontiguousarray(stored).view(kind)[:, 0]
 
     def _table(self, form: Any, places: np.ndarray[Any, np.dtype[np.int64]]) -> Table:
@@ -105,7 +105,7 @@ def open_log(path: Path) -> DataflashLog:
     Raises:
         BadInput: it is damaged from its beginning, or pymavlink is missing.
     """
-    dataflash = needed("pymavlink.DFReader", path, "a DataFlash log")
+    dataflash = load_package("pymavlink.DFReader", path, "a DataFlash log")
     try:
         with redirect_stderr(StringIO()):  # a page that was not written in full is told there, byte by byte
             reader = dataflash.DFReader_binary(str(path), zero_time_base=True)

@@ -12,21 +12,21 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from service.inputs.table import ROWS
-from service.logs.cutting import EPOCH
+from service.logs.cutting import MIN_STAMP_SINCE_1970_S
 from service.logs.joined_log import JoinedLog, refuse_other_vehicles
 from service.logs.log import Log
-from service.logs.opening import is_log, opened
-from service.logs.reading import NOTHING_SAID, Description, described, written_down
+from service.logs.opening import is_log, open_any
+from service.logs.reading import NO_DESCRIPTION, LogDescription, describe, writing_times
 
-LONGEST_PAUSE = 600.0
-"""Files that a person names one by one are parts of one dive where no more time passes between two of them [s]."""
-OVERLAP = 1.0
-"""A recorder that changes its file writes some messages late: parts may overlap by so much [s]."""
-RULE = (
+MAX_PAUSE_S = 600.0
+"""The time between two files that a person names one by one within which they are parts of one dive [s]."""
+MAX_OVERLAP_S = 1.0
+"""The time by which parts may overlap [s]: a recorder that changes its file writes some messages late."""
+DIVE_RULE = (
     "a folder, or files whose stamps go on from one to the next within ten minutes, are one dive and read as one log, "
     "in the order of time; other files are runs of their own"
 )
-"""For `--help`."""
+"""The rule by which files are one dive, for `--help`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Part:
     @property
     def kind(self) -> tuple[str, bool]:
         """Parts of one dive have one format, and stamps that count from the same time."""
-        return ("" if self.log is None else self.log.format, self.first >= EPOCH)
+        return ("" if self.log is None else self.log.format, self.first >= MIN_STAMP_SINCE_1970_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,13 +80,13 @@ class Dive:
             return ()
         return (f"read as one log, in the order of time: {', '.join(part.path.name for part in self.parts)}",)
 
-    def opened(self, description: Description = NOTHING_SAID) -> Log:
+    def opened(self, description: LogDescription = NO_DESCRIPTION) -> Log:
         """What is in all parts together.
 
         Raises:
             BadInput: a part cannot be read, or is of another vehicle.
         """
-        logs = [opened(part.path) if part.log is None else part.log for part in self.parts]
+        logs = [open_any(part.path) if part.log is None else part.log for part in self.parts]
         if len(logs) == 1:
             return logs[0]
         joined = JoinedLog(logs)
@@ -94,7 +94,7 @@ class Dive:
         return joined
 
 
-def dives(paths: Sequence[Path], description: Description = NOTHING_SAID) -> list[Dive]:
+def dives(paths: Sequence[Path], description: LogDescription = NO_DESCRIPTION) -> list[Dive]:
     """The dives that files and folders are, in the order in which they were given.
 
     Raises:
@@ -110,11 +110,11 @@ def dives(paths: Sequence[Path], description: Description = NOTHING_SAID) -> lis
     if len(files) == 1:
         found.append(Dive(files[0], (Part(files[0]),)))
     elif files:
-        found += _grouped([_part(path, description) for path in files])
+        found += _dives_of_files([_part(path, description) for path in files])
     return sorted(found, key=lambda dive: min(_place(paths, dive.path), *(_place(paths, p.path) for p in dive.parts)))
 
 
-def one_dive(paths: Sequence[Path], description: Description = NOTHING_SAID) -> Dive:
+def one_dive(paths: Sequence[Path], description: LogDescription = NO_DESCRIPTION) -> Dive:
     """The one dive that files and folders are.
 
     Raises:
@@ -123,20 +123,20 @@ def one_dive(paths: Sequence[Path], description: Description = NOTHING_SAID) -> 
     found = dives(paths, description)
     if len(found) == 1:
         return found[0]
-    spans = (f"{dive.name}{_spanning(dive)}" for dive in found)
-    raise BadInput(f"{' and '.join(spans)} are no parts of one dive: {RULE}; give one dive at a time")
+    spans = (f"{dive.name}{_span_words(dive)}" for dive in found)
+    raise BadInput(f"{' and '.join(spans)} are no parts of one dive: {DIVE_RULE}; give one dive at a time")
 
 
 def _place(paths: Sequence[Path], path: Path) -> int:
     return paths.index(path) if path in paths else len(paths)
 
 
-def _spanning(dive: Dive) -> str:
+def _span_words(dive: Dive) -> str:
     first, last = dive.parts[0], dive.parts[-1]
     return f" ({first.first:.10g} to {last.last:.10g} s)" if first.placed else ""
 
 
-def _of_folder(folder: Path, description: Description) -> Dive:
+def _of_folder(folder: Path, description: LogDescription) -> Dive:
     """The logs of a folder as one dive."""
     files = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".") and is_log(path)]
     if not files:
@@ -151,7 +151,7 @@ def _of_folder(folder: Path, description: Description) -> Dive:
     formats = sorted({part.kind[0] for part in parts})
     unknown = next((part for part in parts if part.log is None or not part.placed), None)
     if unknown is not None:
-        opened(unknown.path)
+        open_any(unknown.path)
         raise BadInput(
             f"{unknown.path}: nothing in this part says when it was: name its time with --column t=…, or give the "
             "files of the dive without it"
@@ -170,7 +170,7 @@ def _of_folder(folder: Path, description: Description) -> Dive:
     return Dive(folder, tuple(ordered))
 
 
-def _grouped(parts: Sequence[Part]) -> list[Dive]:
+def _dives_of_files(parts: Sequence[Part]) -> list[Dive]:
     """Files that go on from one to the next together; all apart where any two of one kind overlap."""
     found: list[Dive] = []
     for kind in dict.fromkeys(part.kind for part in parts):
@@ -182,7 +182,7 @@ def _grouped(parts: Sequence[Part]) -> list[Dive]:
             continue
         group: list[Part] = []
         for part in known:
-            if group and _pause(group[-1], part) > LONGEST_PAUSE:
+            if group and _pause(group[-1], part) > MAX_PAUSE_S:
                 found.append(Dive(group[0].path, tuple(group)))
                 group = []
             group.append(part)
@@ -200,7 +200,7 @@ def _pause(one: Part, other: Part) -> float:
 
 
 def _overlap(one: Part, other: Part) -> bool:
-    late = min(OVERLAP, 0.1 * (one.last - one.first), 0.1 * (other.last - other.first))
+    late = min(MAX_OVERLAP_S, 0.1 * (one.last - one.first), 0.1 * (other.last - other.first))
     return _pause(one, other) < -(0.0 if one.kind[0] == "CSV" else late)
 
 
@@ -208,23 +208,23 @@ def _ends(part: Part) -> str:
     return f"{part.first:.10g} to {part.last:.10g} s"
 
 
-def _part(path: Path, description: Description) -> Part:
+def _part(path: Path, description: LogDescription) -> Part:
     """A file with what is in it; without, where it cannot be read: who reads it next says why."""
     try:
-        log = opened(path)
+        log = open_any(path)
         return Part(path, log, *_span(log, description))
     except BadInput:
         return Part(path)
 
 
-def _span(log: Log, description: Description) -> tuple[float, float]:
+def _span(log: Log, description: LogDescription) -> tuple[float, float]:
     """From when to when a log goes [s], by its clock; of a table by the column that is its time."""
     topics = [topic for topic in log.topics if topic.count]
     if not topics:
         return nan, nan
     if topics[0].name == ROWS:
-        inputs = described(log, description).inputs
-        time = written_down(log.read([ROWS])[ROWS], inputs)
+        inputs = describe(log, description).inputs
+        time = writing_times(log.read([ROWS])[ROWS], inputs)
     else:
         busiest = max(topics, key=lambda topic: (topic.count, topic.name)).name
         arrival = log.read([busiest])[busiest].arrival

@@ -11,28 +11,28 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import AXES
-from service.inputs.column_spec import typed
+from service.inputs.column_spec import typed_source
 from service.inputs.measuring import Stream
 from service.inputs.settings import Inputs, Source
 from service.logs.log import Log
 
-ABOUT = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}
+FASTEST_RATES = {axis.rate: axis.fastest for axis in AXES.values() if not axis.along}
 """The rates about an axis, and the fastest that a vehicle turns about it [rad/s]."""
-PART = 0.02
-"""Part of the values beyond what a vehicle reaches from which on they are no single outliers."""
-TURN = 360.0
+MAX_OUTLIER_PART = 0.02
+"""The part of the values beyond what a vehicle reaches up to which they are single outliers."""
+FULL_TURN_DEG = 360.0
 """Degrees of a full turn, within which a heading in degrees stays."""
-BETWEEN = (0.5, 2.0)
-"""How often 57 a heading moves for the yaw rate's own turning, where one of the two is in degrees."""
+DEGREES_RATIOS = (0.5, 2.0)
+"""The times that 57 a heading moves for the yaw rate's own turning, where one of the two is in degrees."""
 
 
 def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
     """By name a sentence for each quantity that looks as if it were in degrees, with what to type."""
     sources: dict[str, Source | None] = {"yaw_rate": inputs.yaw_rate, **inputs.channels}
     found = {
-        name: _said(name, source, "deg/s", "rad/s")
+        name: _sentence(name, source, "deg/s", "rad/s")
         for name, source in sources.items()
-        if name in ABOUT and source is not None and _beyond(name, source, streams)
+        if name in FASTEST_RATES and source is not None and _beyond(name, source, streams)
     }
     heading, rate = sources.get("heading"), sources["yaw_rate"]
     if found or heading is None or rate is None or not {"heading", "yaw_rate"} <= set(streams):
@@ -40,12 +40,12 @@ def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
     ratio = _turns(*streams["heading"], *streams["yaw_rate"])
     if (
         heading.unit in ("", "rad")
-        and BETWEEN[0] < ratio / degrees(1.0) < BETWEEN[1]
+        and DEGREES_RATIOS[0] < ratio / degrees(1.0) < DEGREES_RATIOS[1]
         and _compass(streams["heading"][1])
     ):
-        found["heading"] = _said("heading", heading, "deg", "rad")
-    if rate.unit in ("", "rad/s") and BETWEEN[0] < ratio * degrees(1.0) < BETWEEN[1]:
-        found["yaw_rate"] = _said("yaw_rate", rate, "deg/s", "rad/s")
+        found["heading"] = _sentence("heading", heading, "deg", "rad")
+    if rate.unit in ("", "rad/s") and DEGREES_RATIOS[0] < ratio * degrees(1.0) < DEGREES_RATIOS[1]:
+        found["yaw_rate"] = _sentence("yaw_rate", rate, "deg/s", "rad/s")
     return found
 
 
@@ -64,19 +64,19 @@ def refuse_without_numbers(path: Path, log: Log) -> None:
     )
 
 
-def _said(name: str, source: Source, looks: str, taken: str) -> str:
-    return f"{name} looks like {looks} and is taken for {taken}: --column {name}={typed(source)}:{looks}"
+def _sentence(name: str, source: Source, looks: str, taken: str) -> str:
+    return f"{name} looks like {looks} and is taken for {taken}: --column {name}={typed_source(source)}:{looks}"
 
 
 def _beyond(name: str, source: Source, streams: Mapping[str, Stream]) -> bool:
     if source.unit not in ("", "rad/s") or name not in streams:
         return False
-    return float(np.mean(np.abs(streams[name][1]) > ABOUT[name])) > PART
+    return float(np.mean(np.abs(streams[name][1]) > FASTEST_RATES[name])) > MAX_OUTLIER_PART
 
 
 def _compass(heading: Array) -> bool:
     """Whether a heading goes farther than a turn in radians, and no farther than one in degrees."""
-    return bool(np.max(np.abs(heading)) > 2.2 * pi) and bool(np.max(np.abs(heading)) <= TURN)
+    return bool(np.max(np.abs(heading)) > 2.2 * pi) and bool(np.max(np.abs(heading)) <= FULL_TURN_DEG)
 
 
 def _turns(at: Array, heading: Array, time: Array, rate: Array) -> float:

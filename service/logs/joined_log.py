@@ -13,8 +13,8 @@ from incsvr.numerics import Array
 from service.inputs.owners import AUTOPILOT
 from service.inputs.settings import Inputs
 from service.inputs.table import Table, Topic
-from service.inputs.vehicles import present
-from service.logs.choosing import chosen
+from service.inputs.vehicles import present_vehicles
+from service.logs.choosing import choose_vehicle
 from service.logs.log import Log
 
 
@@ -40,7 +40,7 @@ class JoinedLog:
                 topics[name] = replace(before, fields=fields, count=before.count + topic.count)
         self._topics = tuple(topics[name] for name in sorted(topics))
         if any(topic.system for part in parts for topic in part.topics):
-            self._call_plainly(chosen(self).system)
+            self._call_plainly(choose_vehicle(self).system)
 
     @property
     def topics(self) -> tuple[Topic, ...]:
@@ -79,11 +79,11 @@ def refuse_other_vehicles(paths: Sequence[Path], parts: Sequence[Log], joined: L
     Raises:
         BadInput: naming the part and whose it is.
     """
-    choice = chosen(joined, inputs)
+    choice = choose_vehicle(joined, inputs)
     if not choice.others:
         return
     for path, part in zip(paths, parts, strict=True):
-        here = present(part.topics, choice.system)
+        here = present_vehicles(part.topics, choice.system)
         if choice.system not in here:
             raise BadInput(
                 f"{path}: this part holds nothing of vehicle {choice.system}, which is taken, but of vehicle "

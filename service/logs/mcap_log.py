@@ -11,16 +11,16 @@ from service.inputs.forms import json_message
 from service.inputs.instances import base, instance_field
 from service.inputs.owners import mavlink_topic
 from service.inputs.table import Table, Topic
-from service.logs.archive_files import archived
+from service.logs.archive_files import archive_files
 from service.logs.cdr import RosTypes
 from service.logs.damage import Damage
-from service.logs.packages import needed
+from service.logs.packages import load_package
 from service.logs.protobuf import ProtobufType
 from service.logs.table_builder import TableBuilder
 
 Decode = Callable[[bytes], Any]
-SHOWN = 20
-"""So many messages of a topic tell its fields: an archive also holds what was refused."""
+MESSAGES_SHOWN = 20
+"""Messages of a topic that tell its fields: an archive also holds what was refused."""
 
 
 class McapLog:
@@ -35,11 +35,11 @@ class McapLog:
         shown: dict[str, tuple[str, TableBuilder]] = {}
         for schema, channel, message in self._messages(None):
             name, read = channel.topic, None
-            if instance_field(name) is not None or counts.get(name, 0) < SHOWN:
+            if instance_field(name) is not None or counts.get(name, 0) < MESSAGES_SHOWN:
                 read = self._read(schema, channel, message) or {}
                 name = mavlink_topic(name, read)
             counts[name] = counts.get(name, 0) + 1
-            if counts[name] <= SHOWN:
+            if counts[name] <= MESSAGES_SHOWN:
                 kind = schema.name if schema else channel.message_encoding
                 _, first = shown.setdefault(name, (kind, TableBuilder()))
                 self._add(first, message, read)
@@ -74,7 +74,7 @@ class McapLog:
             yield from self._of_one(path, names)
 
     def _of_one(self, path: Path, names: Collection[str] | None) -> Iterator[tuple[Any, Any, Any]]:
-        reader = needed("mcap.reader", path, "an MCAP file")
+        reader = load_package("mcap.reader", path, "an MCAP file")
         first, last = None, 0
         with path.open("rb") as file:
             try:
@@ -133,7 +133,7 @@ def open_log(path: Path) -> McapLog:
     Raises:
         BadInput: it is damaged from its beginning, or mcap is missing.
     """
-    return McapLog(path, archived(path) if path.is_dir() else (path,))
+    return McapLog(path, archive_files(path) if path.is_dir() else (path,))
 
 
 def _each(message: Any) -> Sequence[Any]:

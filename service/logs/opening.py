@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import cast
 
 from incsvr.errors import BadInput
-from service.logs.archive_files import archived
+from service.logs.archive_files import archive_files
 from service.logs.log import Log
 
-HEAD = 64
+HEAD_BYTES = 64
 """Bytes from which a format is told."""
 GZIP = b"\x1f\x8b"
 ZSTD = b"\x28\xb5\x2f\xfd"
@@ -29,7 +29,7 @@ _YEARS = (9.4e14, 4.1e15)
 """Microseconds since 1970 that a telemetry log may bear: from 2000 to 2099."""
 
 
-def opened(path: Path) -> Log:
+def open_any(path: Path) -> Log:
     """The log in a file, or in the folder of a bag or an archive.
 
     Raises:
@@ -43,7 +43,7 @@ def reader(path: Path) -> str:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return "bag_log"
-        if archived(path):
+        if archive_files(path):
             return "mcap_log"
         raise BadInput(
             f"{path}: this folder cannot be read as a log; give a file, or the folder of a ROS 2 bag or of an "
@@ -72,7 +72,7 @@ def reader(path: Path) -> str:
 def is_log(path: Path) -> bool:
     """Whether a file or folder is a log; text is one where its name says that it is a table."""
     if path.is_dir():
-        return (path / "metadata.yaml").is_file() or bool(archived(path))
+        return (path / "metadata.yaml").is_file() or bool(archive_files(path))
     try:
         found = reader(path)
     except BadInput:
@@ -84,7 +84,7 @@ def first_bytes(path: Path) -> bytes:
     """The first bytes of a file."""
     try:
         with path.open("rb") as file:
-            return file.read(HEAD)
+            return file.read(HEAD_BYTES)
     except FileNotFoundError:
         raise BadInput(f"{path}: there is no such file; give the path of a recording") from None
     except OSError as error:
@@ -94,7 +94,7 @@ def first_bytes(path: Path) -> bytes:
 def _inflated(path: Path) -> bytes:
     try:
         with gzip.open(path) as file:
-            return file.read(HEAD)
+            return file.read(HEAD_BYTES)
     except (OSError, EOFError):
         return b"\0"
 

@@ -17,10 +17,10 @@ DISTRIBUTIONS = {
     "pyulog": "pyulog",
     "google": "protobuf",
 }
-"""What is installed, by the name that is imported."""
+"""The distribution to install, by the name that is imported."""
 
 
-def needed(module: str, path: Path | str, what: str) -> Any:
+def load_package(module: str, path: Path | str, what: str) -> Any:
     """The module that reads `what` in `path`.
 
     Raises:

@@ -11,14 +11,14 @@ import numpy as np
 from service.inputs import frames
 from service.inputs.owners import autopilot_message
 from service.inputs.table import Table, Topic
-from service.inputs.vehicle_parameters import changed
+from service.inputs.vehicle_parameters import change_words
 
-PLACES = {"PARM": ("Name", "Value"), "PARAM_VALUE": ("param_id", "param_value")}
-"""Where name and value of a parameter stand, by the message."""
+PARAMETER_FIELDS = {"PARM": ("Name", "Value"), "PARAM_VALUE": ("param_id", "param_value")}
+"""The fields of a parameter's name and value, by the message."""
 
 
 @dataclass(frozen=True, slots=True)
-class Epoch:
+class ParameterEpoch:
     """A part of a log in which the parameters of the thrusters stay as they are.
 
     Attributes:
@@ -32,29 +32,29 @@ class Epoch:
     changes: tuple[str, ...] = ()
 
 
-def epochs(topics: Sequence[Topic], tables: Mapping[str, Table]) -> tuple[Epoch, ...]:
+def parameter_epochs(topics: Sequence[Topic], tables: Mapping[str, Table]) -> tuple[ParameterEpoch, ...]:
     """The parts of a log, at least one, by the parameters in the tables of its vehicle's topics."""
-    told = [each for topic in topics if topic.name in tables for each in _told(topic, tables[topic.name])]
+    told = [each for topic in topics if topic.name in tables for each in _parameters_in(topic, tables[topic.name])]
     told.sort(key=lambda each: each[0])
     now: dict[str, float] = {}
     for _, name, value in told:
         now.setdefault(name, value)
-    found = [Epoch(parameters=dict(now))]
+    found = [ParameterEpoch(parameters=dict(now))]
     for arrival, name, value in told:
         before, now[name] = now[name], value
-        if value == before or not frames.relevant(name):
+        if value == before or not frames.concerns_thrusters(name):
             continue
-        words, last = changed(name, value, before), found[-1]
+        words, last = change_words(name, value, before), found[-1]
         if last.since == arrival:
-            found[-1] = Epoch(arrival, dict(now), (*last.changes, words))
+            found[-1] = ParameterEpoch(arrival, dict(now), (*last.changes, words))
         else:
-            found.append(Epoch(arrival, dict(now), (words,)))
+            found.append(ParameterEpoch(arrival, dict(now), (words,)))
     return tuple(found)
 
 
-def _told(topic: Topic, table: Table) -> Iterator[tuple[float, str, float]]:
+def _parameters_in(topic: Topic, table: Table) -> Iterator[tuple[float, str, float]]:
     """Arrival [s], name and value of each parameter."""
-    name, value = PLACES.get(autopilot_message(topic) or topic.name, ("", ""))
+    name, value = PARAMETER_FIELDS.get(autopilot_message(topic) or topic.name, ("", ""))
     for path in ("", "message.") if name else ():
         if path + name in table.texts and path + value in table.columns:
             values = table.columns[path + value]

@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.table import Table
 from service.logs.csv_log import TableLog
-from service.logs.packages import needed
+from service.logs.packages import load_package
 
 
 def open_log(path: Path) -> TableLog:
@@ -19,7 +19,7 @@ def open_log(path: Path) -> TableLog:
     Raises:
         BadInput: it is damaged, or pyarrow is missing.
     """
-    parquet, arrow = needed("pyarrow.parquet", path, "Parquet"), needed("pyarrow", path, "Parquet")
+    parquet, arrow = load_package("pyarrow.parquet", path, "Parquet"), load_package("pyarrow", path, "Parquet")
     try:
         table = parquet.read_table(path)
         while any(arrow.types.is_struct(field.type) for field in table.schema):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from service.logs.packages import needed
+from service.logs.packages import load_package
 
 _TIMESTAMP = "google.protobuf.Timestamp"
 _DURATION = "google.protobuf.Duration"
@@ -15,10 +15,10 @@ class ProtobufType:
     """One type of message, by the set of file descriptors that defines it."""
 
     def __init__(self, path: Path, name: str, descriptors: bytes) -> None:
-        pool = needed("google.protobuf.descriptor_pool", path, "a protobuf message").DescriptorPool()
-        sets = needed("google.protobuf.descriptor_pb2", path, "a protobuf message")
-        factory = needed("google.protobuf.message_factory", path, "a protobuf message")
-        for each in _ordered(sets.FileDescriptorSet.FromString(descriptors).file):
+        pool = load_package("google.protobuf.descriptor_pool", path, "a protobuf message").DescriptorPool()
+        sets = load_package("google.protobuf.descriptor_pb2", path, "a protobuf message")
+        factory = load_package("google.protobuf.message_factory", path, "a protobuf message")
+        for each in _in_import_order(sets.FileDescriptorSet.FromString(descriptors).file):
             pool.Add(each)
         self._message = factory.GetMessageClass(pool.FindMessageTypeByName(name))
 
@@ -27,7 +27,7 @@ class ProtobufType:
         return _fields(self._message.FromString(payload))
 
 
-def _ordered(files: Any) -> list[Any]:
+def _in_import_order(files: Any) -> list[Any]:
     """The files, each after those that it imports."""
     known = {each.name: each for each in files}
     done: dict[str, Any] = {}

@@ -10,26 +10,26 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.column_spec import ColumnSpec, told
-from service.inputs.measuring import Measured, measured, topics
+from service.inputs.column_spec import ColumnSpec, parse_columns
+from service.inputs.measuring import MeasuredStreams, measure, topics_read
 from service.inputs.owners import system_of
-from service.inputs.presets import Observed, Proposal, proposed
+from service.inputs.presets import Observation, Proposal, propose
 from service.inputs.presets.proposal import Change
 from service.inputs.settings import Inputs, Source, StampUnit
 from service.inputs.stamps import usual_stamp
 from service.inputs.table import ROWS, Table
-from service.inputs.units import STAMPS
+from service.inputs.units import STAMP_UNITS
 from service.logs import cutting, naming, self_description
-from service.logs.choosing import chosen
+from service.logs.choosing import choose_vehicle
 from service.logs.log import Log
-from service.logs.parameters import Epoch, epochs
+from service.logs.parameters import ParameterEpoch, parameter_epochs
 
-LONGEST_STEP = 2.0
-"""A typical step of a stamp that is longer is not in seconds [s]; and likewise for the smaller units."""
+MAX_STEP_S = 2.0
+"""The longest typical step of stamps in seconds [s]; and likewise for the smaller units."""
 
 
 @dataclass(frozen=True, slots=True)
-class Description:
+class LogDescription:
     """What a person says of logs, beside what they say of themselves.
 
     Attributes:
@@ -41,24 +41,24 @@ class Description:
     inputs: Inputs
 
 
-NOTHING_SAID = Description((), Inputs())
+NO_DESCRIPTION = LogDescription((), Inputs())
 
 
-def described(log: Log, description: Description) -> Proposal:
+def describe(log: Log, description: LogDescription) -> Proposal:
     """The mapping for a log: what a person says of it, and what the presets find beside that.
 
     Raises:
         BadInput: a person names what is not there.
     """
-    choice = chosen(log, description.inputs)
+    choice = choose_vehicle(log, description.inputs)
     ours = [topic for topic in log.topics if system_of(topic) not in choice.others]
-    said = told(description.columns, ours, [topic for topic in log.topics if topic not in ours])
-    inputs = naming.found_in(description.inputs, ours)
+    said = parse_columns(description.columns, ours, [topic for topic in log.topics if topic not in ours])
+    inputs = naming.with_log_names(description.inputs, ours)
     tables = log.read(names) if (names := self_description.names(ours)) else {}
-    parts = epochs(ours, tables)
+    parts = parameter_epochs(ours, tables)
     vehicle, absent = self_description.of_vehicle(ours, tables), self_description.absent_batteries(ours, tables)
     proposals = [
-        proposed(Observed(ours, {**inputs.parameters, **part.parameters}, vehicle, absent), inputs.preset)
+        propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent), inputs.preset)
         for part in parts
     ]
     found = _in_time(parts, proposals)
@@ -66,7 +66,7 @@ def described(log: Log, description: Description) -> Proposal:
     return _stamped(found.with_inputs(inputs).with_inputs(said.inputs), found.inputs, said, log)
 
 
-def _in_time(parts: Sequence[Epoch], proposals: Sequence[Proposal]) -> Proposal:
+def _in_time(parts: Sequence[ParameterEpoch], proposals: Sequence[Proposal]) -> Proposal:
     """The first proposal that has thrusters, with what they change to under way."""
     first = next((each for each in proposals if each.inputs.thrusters is not None), proposals[0])
     changes: list[Change] = []
@@ -81,7 +81,7 @@ def _in_time(parts: Sequence[Epoch], proposals: Sequence[Proposal]) -> Proposal:
     return replace(first, changes=tuple(changes))
 
 
-def read(path: Path, log: Log, proposal: Proposal) -> Measured:
+def read(path: Path, log: Log, proposal: Proposal) -> MeasuredStreams:
     """The measurements.
 
     Raises:
@@ -90,15 +90,15 @@ def read(path: Path, log: Log, proposal: Proposal) -> Measured:
     if proposal.missing:
         raise BadInput(f"{path}: {next(iter(proposal.missing.values()))}")
     inputs, changes = proposal.inputs, proposal.changes
-    used = topics(inputs, *(change.thrusters for change in changes if change.thrusters is not None))
+    used = topics_read(inputs, *(change.thrusters for change in changes if change.thrusters is not None))
     try:
-        found = measured(inputs, log.read(used), changes)
+        found = measure(inputs, log.read(used), changes)
     except BadInput as error:
         raise BadInput(f"{path}: {error}") from None
     return replace(found, notes=(*found.notes, *log.notes))
 
 
-def written_down(table: Table, inputs: Inputs) -> Array:
+def writing_times(table: Table, inputs: Inputs) -> Array:
     """When the messages were written down [s]; of a table by the column that is its time."""
     if table.arrival is not None:
         return table.arrival
@@ -107,10 +107,10 @@ def written_down(table: Table, inputs: Inputs) -> Array:
     stamps = table.columns.get(stamp)
     if stamps is None:
         return np.empty(0)
-    return stamps * STAMPS[unit if unit != "s" else guessed_unit(stamps)]
+    return stamps * STAMP_UNITS[unit if unit != "s" else guessed_unit(stamps)]
 
 
-def since_1970(log: Log, inputs: Inputs, measured: Measured) -> float | None:
+def since_1970(log: Log, inputs: Inputs, measured: MeasuredStreams) -> float | None:
     """What makes seconds since 1970 of the stamps of the measurements [s]; None where nothing in the log says it."""
     if inputs.yaw_rate is None:
         return None
@@ -163,7 +163,7 @@ def _with_stamp(source: Source | None, stamps: Mapping[str, tuple[str, StampUnit
 
 def _unit(said: ColumnSpec, stamp: str, named: StampUnit, table: Table) -> tuple[StampUnit, list[str]]:
     """The unit of a table's time: as it was said, as the column's name says, or by its steps and its size."""
-    for unit in STAMPS:
+    for unit in STAMP_UNITS:
         if unit == (said.stamp_unit or (named if named != "s" else None)):
             return unit, []  # type: ignore[return-value]
     time = table.columns.get(stamp)
@@ -181,11 +181,11 @@ def guessed_unit(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StampUni
     size = float(np.median(np.abs(known)))
     units: tuple[StampUnit, ...] = ("s", "ms", "us", "ns")
     for unit in units:
-        if cutting.EPOCH <= size * STAMPS[unit] < 10.0 * cutting.EPOCH and (
-            unit != "s" or _step(known) <= LONGEST_STEP
+        if cutting.MIN_STAMP_SINCE_1970_S <= size * STAMP_UNITS[unit] < 10.0 * cutting.MIN_STAMP_SINCE_1970_S and (
+            unit != "s" or _step(known) <= MAX_STEP_S
         ):
             return unit
-    return next((unit for unit in units if _step(known) * STAMPS[unit] <= LONGEST_STEP), "ns")
+    return next((unit for unit in units if _step(known) * STAMP_UNITS[unit] <= MAX_STEP_S), "ns")
 
 
 def _step(time: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from service.inputs.instances import base
 from service.inputs.owners import autopilot_message
 from service.inputs.table import Table, Topic
-from service.inputs.thrust import sensible
-from service.inputs.vehicle_kind import BUILDS, SelfDescription
-from service.logs.parameters import PLACES
+from service.inputs.thrust import is_battery_voltage
+from service.inputs.vehicle_kind import BUILD_NAMES, SelfDescription
+from service.logs.parameters import PARAMETER_FIELDS
 
 _TEXTS = {"MSG": ("Message",), "STATUSTEXT": ("text", "message.text")}
 _BATTERIES = {
@@ -17,15 +17,15 @@ _BATTERIES = {
     "BAT": (("Volt",), 1.0),
     "battery_status": (("voltage_v",), 1.0),
 }
-"""Where the voltage of a battery stands, and volts over its unit, by the message."""
+"""The field of a battery's voltage, and volts over its unit, by the message."""
 _HEARTBEAT, _BUILD = "HEARTBEAT", "VER"
 _FIRMWARES = ("Ardu", "APM", "AntennaTracker", "Blimp")
-"""Texts begin so that name a firmware."""
+"""The beginnings of texts that name a firmware."""
 
 
 def names(topics: Sequence[Topic]) -> list[str]:
     """The topics in which a vehicle speaks of itself, its parameters among them."""
-    speaking = {_HEARTBEAT, _BUILD, *_TEXTS, *_BATTERIES, *PLACES}
+    speaking = {_HEARTBEAT, _BUILD, *_TEXTS, *_BATTERIES, *PARAMETER_FIELDS}
     return [topic.name for topic in topics if base(_message(topic)) in speaking]
 
 
@@ -40,7 +40,7 @@ def of_vehicle(topics: Sequence[Topic], tables: Mapping[str, Table]) -> SelfDesc
         for field in _TEXTS.get(message, ()):
             firmware = next((text for text in table.texts.get(field, ()) if text.startswith(_FIRMWARES)), firmware)
         if message == _BUILD and "BU" in table.columns and not firmware:
-            firmware = BUILDS.get(int(table.columns["BU"][-1]), "")
+            firmware = BUILD_NAMES.get(int(table.columns["BU"][-1]), "")
     return SelfDescription(heartbeat, firmware)
 
 
@@ -50,7 +50,9 @@ def absent_batteries(topics: Sequence[Topic], tables: Mapping[str, Table]) -> fr
     for topic in topics:
         fields, volts = _BATTERIES.get(base(_message(topic)), ((), 0.0))
         columns = tables[topic.name].columns if topic.name in tables else {}
-        if fields and not any(field in columns and sensible(volts * columns[field]).any() for field in fields):
+        if fields and not any(
+            field in columns and is_battery_voltage(volts * columns[field]).any() for field in fields
+        ):
             found.append(topic.name)
     return frozenset(found)
 

@@ -15,18 +15,19 @@ from incsvr.errors import BadInput
 from service.inputs.instances import base, instance_field, numbered
 from service.inputs.owners import AUTOPILOT
 from service.inputs.table import Table, Topic
-from service.logs.choosing import chosen
+from service.logs.choosing import choose_vehicle
 from service.logs.damage import Damage
-from service.logs.packages import needed
+from service.logs.packages import load_package
 from service.logs.table_builder import TableBuilder
 
-STAMP = 8
+STAMP_BYTES = 8
 """Bytes of the time of arrival before each packet: µs since 1970, big-endian."""
-COPY = 10.0
-"""By how much a second link may be late [s]: a busy sender's sequence numbers, of 8 bits, begin anew after that."""
-PACKETS = "the link"
-"""Whose the packets are that nobody can read."""
-HEADER = 8
+MAX_COPY_DELAY_S = 10.0
+"""The time by which a second link may be late [s]: a busy sender's sequence numbers, of 8 bits, begin anew after
+that."""
+LINK_NAME = "the link"
+"""The name for the sender of packets that nobody can read."""
+MIN_PACKET_BYTES = 8
 """Bytes of the shortest packet."""
 
 
@@ -39,7 +40,7 @@ class TelemetryLog:
         self.format = "MAVLink telemetry"
         self._system, self._damage = "", damage
         self._gathered = {f"mavlink/{of}/{part}/{name}": messages for (of, part, name), messages in gathered.items()}
-        self._system = chosen(self).system
+        self._system = choose_vehicle(self).system
         plain = f"mavlink/{self._system}/{AUTOPILOT}/"
         self._gathered = {name.removeprefix(plain): messages for name, messages in self._gathered.items()}
 
@@ -67,7 +68,7 @@ class TelemetryLog:
 
 def open_log(path: Path) -> TelemetryLog:
     """Reads the whole file."""
-    dialect = needed("pymavlink.dialects.v20.ardupilotmega", path, "a telemetry log")
+    dialect = load_package("pymavlink.dialects.v20.ardupilotmega", path, "a telemetry log")
     gathered: dict[tuple[int, int, str], TableBuilder] = {}
     damage = Damage(path)
     for arrival, message in messages(path.read_bytes(), dialect, damage):
@@ -91,19 +92,19 @@ def messages(content: bytes, dialect: Any, damage: Damage) -> Iterator[tuple[flo
     """
     decoder = dialect.MAVLink(None)
     place, end, read = 0, len(content), 0
-    framed, copies = 0, Copies()
-    while place + STAMP + HEADER <= end:
-        begin = place + STAMP
-        size = _size(content[begin : begin + HEADER])
+    framed, copies = 0, PacketCopies()
+    while place + STAMP_BYTES + MIN_PACKET_BYTES <= end:
+        begin = place + STAMP_BYTES
+        size = _size(content[begin : begin + MIN_PACKET_BYTES])
         if size:
             packet, message = content[begin : begin + size], None
             try:
                 message = decoder.decode(bytearray(packet))
             except dialect.MAVError as error:
-                if framed := _size(content[begin + size + STAMP : begin + size + STAMP + HEADER]):
-                    damage.broken(PACKETS, error)
+                if framed := _size(content[begin + size + STAMP_BYTES : begin + size + STAMP_BYTES + MIN_PACKET_BYTES]):
+                    damage.broken(LINK_NAME, error)
             if message is not None:
-                damage.read(PACKETS)
+                damage.read(LINK_NAME)
                 arrival = int.from_bytes(content[place:begin], "big") * 1e-6
                 if not copies.comes_again(packet, message, arrival):
                     yield arrival, message
@@ -115,7 +116,7 @@ def messages(content: bytes, dialect: Any, damage: Damage) -> Iterator[tuple[flo
     damage.skipped(end - read)
 
 
-class Copies:
+class PacketCopies:
     """The newest packets, by which one is known that comes again over a second link."""
 
     def __init__(self) -> None:
@@ -126,7 +127,7 @@ class Copies:
         """Whether a packet came before; one of a sender that never counts is not said to."""
         sender, number = (message.get_srcSystem(), message.get_srcComponent()), message.get_seq()
         counts = self._numbers.get(sender, number) != number
-        while self._came and arrival - self._came[oldest := next(iter(self._came))] > COPY:
+        while self._came and arrival - self._came[oldest := next(iter(self._came))] > MAX_COPY_DELAY_S:
             del self._came[oldest]
         again = counts and packet in self._came
         if not again:
@@ -137,7 +138,7 @@ class Copies:
 
 def _size(header: bytes) -> int:
     """Bytes of the packet that begins with these; 0 where none does."""
-    if len(header) < HEADER:
+    if len(header) < MIN_PACKET_BYTES:
         return 0
     first, length, flags = header[0], header[1], header[2]
     signature = 13 if flags & 1 else 0

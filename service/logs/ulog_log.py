@@ -11,7 +11,7 @@ import numpy as np
 from incsvr.errors import BadInput
 from service.inputs.instances import numbered
 from service.inputs.table import Table, Topic
-from service.logs.packages import needed
+from service.logs.packages import load_package
 
 
 class ULogLog:
@@ -45,7 +45,7 @@ def open_log(path: Path) -> ULogLog:
     Raises:
         BadInput: it is damaged from its beginning, or pyulog is missing.
     """
-    pyulog = needed("pyulog", path, "a PX4 log")
+    pyulog = load_package("pyulog", path, "a PX4 log")
     try:
         return ULogLog(pyulog.ULog(str(path)))
     except Exception as error:  # pyulog raises whatever its parser stumbles over

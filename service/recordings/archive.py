@@ -23,8 +23,8 @@ from typing import Any
 
 from incsvr.errors import BadInput
 from service.config.configuration import Config
-from service.logs.archive_files import ABOUT, JSON, PROFILE, archived, number
-from service.logs.packages import needed
+from service.logs.archive_files import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files, number
+from service.logs.packages import load_package
 from service.state.disk import OTHER_ARCHIVE, may_pass, refusal
 from service.wire import Keys
 from service.wire.json_text import json_text
@@ -70,7 +70,7 @@ class Archive:
     def __init__(
         self, directory: Path, prefix: str, about: Mapping[str, str], *, file_bytes: int, most_bytes: int
     ) -> None:
-        self._writing = needed("mcap.writer", directory, "an archive")
+        self._writing = load_package("mcap.writer", directory, "an archive")
         self._directory, self._name, self._prefix = directory, Keys(prefix).file_name, prefix
         self._about = dict(about)
         self._file_bytes, self._most_bytes = file_bytes, most_bytes
@@ -99,11 +99,11 @@ class Archive:
 
     def came(self, key: str, encoding: str, payload: bytes, arrival: float | None = None) -> None:
         """A message was taken in; `encoding` is that of the bus, `arrival` when it came [s], if not now."""
-        self._put(key, JSON if encoding in _JSON else encoding, payload, arrival)
+        self._put(key, JSON_ENCODING if encoding in _JSON else encoding, payload, arrival)
 
     def went(self, key: str, payload: bytes) -> None:
         """This was published, as JSON."""
-        self._put(key, JSON, payload)
+        self._put(key, JSON_ENCODING, payload)
 
     def notices(self) -> tuple[str, ...]:
         """What is not archived and why, as sentences."""
@@ -186,7 +186,7 @@ class Archive:
     def _begin(self) -> None:
         """Another file, for which there is room once the oldest are gone."""
         self._directory.mkdir(parents=True, exist_ok=True)
-        files = archived(self._directory, self._name)
+        files = archive_files(self._directory, self._name)
         sizes, newest = [path.lstat().st_size for path in files], number(files[-1]) if files else 0
         self._number = max(newest, self._number) + 1
         while files and sum(sizes) + self._file_bytes + MAX_OVERSHOOT_BYTES > self._most_bytes:
@@ -196,8 +196,10 @@ class Archive:
         file = _Appended(path)
         try:
             writer = self._writing.Writer(file, chunk_size=CHUNK_BYTES)
-            writer.start(profile=PROFILE, library=f"incsvr, archive of {self._prefix}")
-            writer.add_metadata(ABOUT, {"prefix": self._prefix, "missing_before": str(self._lost), **self._about})
+            writer.start(profile=ARCHIVE_PROFILE, library=f"incsvr, archive of {self._prefix}")
+            writer.add_metadata(
+                METADATA_NAME, {"prefix": self._prefix, "missing_before": str(self._lost), **self._about}
+            )
             file.flush()
         except OSError:
             with contextlib.suppress(OSError):

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from service.inputs.forms.own import Refused, parse
-from service.logs.archive_files import ABOUT, JSON, PROFILE, archived
+from service.inputs.forms.own import InvalidMeasurement, parse
+from service.logs.archive_files import ARCHIVE_PROFILE, JSON_ENCODING, METADATA_NAME, archive_files
 from service.logs.cutting import Cut, Span, rows_inside
-from service.logs.packages import needed
+from service.logs.packages import load_package
 from service.wire import Keys
 
 _MAGIC = b"\x89MCAP0\r\n"
@@ -53,7 +53,7 @@ class ArchiveReader:
         Raises:
             BadInput: a file is no archive, they are of several learners, or nothing came.
         """
-        files = [file for path in paths for file in (archived(path) if path.is_dir() else [path])]
+        files = [file for path in paths for file in (archive_files(path) if path.is_dir() else [path])]
         prefixes: set[str] = set()
         streams: dict[tuple[str, str], int] = {}
         stream: list[int] = []
@@ -110,7 +110,7 @@ class ArchiveReader:
         topic, encoding = self.topics[stream], self.encodings[stream]
         below = topic.removeprefix(f"{self.prefix}/")
         place = topic if below == topic else f"{keys.prefix}/{below}"
-        return place, zenoh.Encoding.APPLICATION_JSON if encoding == JSON else zenoh.Encoding(encoding)
+        return place, zenoh.Encoding.APPLICATION_JSON if encoding == JSON_ENCODING else zenoh.Encoding(encoding)
 
     def payload(self, index: int, sequence: int) -> bytes:
         """As it came."""
@@ -125,20 +125,20 @@ def _values(payload: bytes) -> int:
     """How many values a message in our own form carries; none where it is refused."""
     try:
         return len(parse(payload)[0])
-    except Refused:
+    except InvalidMeasurement:
         return 0
 
 
 def is_archive(path: Path) -> bool:
     """Whether it is a folder or a file that `serve --archive` wrote."""
     if path.is_dir():
-        return any(is_archive(file) for file in archived(path)[:1])
+        return any(is_archive(file) for file in archive_files(path)[:1])
     try:
         with path.open("rb") as file:
-            head = file.read(len(_MAGIC) + _HEADER + len(PROFILE))
+            head = file.read(len(_MAGIC) + _HEADER + len(ARCHIVE_PROFILE))
     except OSError:
         return False
-    return head.startswith(_MAGIC) and head[len(_MAGIC) + _HEADER :] == PROFILE.encode()
+    return head.startswith(_MAGIC) and head[len(_MAGIC) + _HEADER :] == ARCHIVE_PROFILE.encode()
 
 
 def _published(prefix: str) -> set[str]:
@@ -148,13 +148,13 @@ def _published(prefix: str) -> set[str]:
 
 def _messages(path: Path) -> tuple[str, list[tuple[str, str, float, bytes]]]:
     """Prefix of the learner, and its messages: key, encoding, time [s], payload."""
-    stream_reader = needed("mcap.stream_reader", path, "an archive")
-    records = needed("mcap.records", path, "an archive")
+    stream_reader = load_package("mcap.stream_reader", path, "an archive")
+    records = load_package("mcap.records", path, "an archive")
     prefix, channels, found = "", dict[int, Any](), list[tuple[str, str, float, bytes]]()
     # mcap raises what its decompressors do, too: where a file was cut, it ends.
     with path.open("rb") as file, suppress(Exception):
         for record in stream_reader.StreamReader(file).records:
-            if isinstance(record, records.Metadata) and record.name == ABOUT:
+            if isinstance(record, records.Metadata) and record.name == METADATA_NAME:
                 prefix = record.metadata["prefix"]
             elif isinstance(record, records.Channel):
                 channels[record.id] = record

@@ -9,8 +9,8 @@ import numpy as np
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.signals.scales import white_noise
-from service.inputs.arming import spans, within
-from service.inputs.measuring import Measured
+from service.inputs.arming import arming_spans, is_within
+from service.inputs.measuring import MeasuredStreams
 from service.inputs.settings import Inputs
 from service.inputs.units import FRACTION
 
@@ -19,7 +19,7 @@ MIN_TURN_DEVIATIONS = 7.0
 about 2.5, one carried across a deck 28, a vehicle that is steered 75 and more."""
 
 
-def refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:
+def refuse_fraction(path: Path, inputs: Inputs, measured: MeasuredStreams) -> None:
     """Raises BadInput where the torque is a part of what the vehicle can, and nobody said what that is."""
     torque = inputs.torque
     if torque is None or torque.unit != FRACTION or torque.scale != 1.0:
@@ -30,7 +30,7 @@ def refuse_fraction(path: Path, inputs: Inputs, measured: Measured) -> None:
     )
     time, rate = measured.streams["yaw_rate"]
     if measured.armed is not None:
-        inside = within(time, spans(*measured.armed))
+        inside = is_within(time, arming_spans(*measured.armed))
         rate = rate[inside] if inside.any() else rate
     still = stillness(rate)
     if still is not None:

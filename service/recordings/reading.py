@@ -16,17 +16,17 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW, Axis
 from service.cli.progress import progress
 from service.config.configuration import Config
-from service.inputs.arming import Spans, spans, within
-from service.inputs.column_spec import typed, typed_in_full
-from service.inputs.measuring import Measured
+from service.inputs.arming import Spans, arming_spans, is_within
+from service.inputs.column_spec import typed_source, typed_source_with_unit
+from service.inputs.measuring import MeasuredStreams
 from service.inputs.settings import Inputs, Preset, Source
-from service.logs import Log, opened
+from service.logs import Log, open_any
 from service.logs import reading as logs
-from service.logs.cutting import ARMED, WHOLE, Cut, NothingHeld, Span, add_cut_arguments, nothing_held, since_1970
+from service.logs.cutting import ARMED_CHANNEL, WHOLE_LOG, Cut, EmptyCut, Span, add_cut_arguments, empty_cut, since_1970
 from service.logs.dives import Dive, dives
 from service.logs.doubts import refuse_without_numbers
 from service.logs.opening import first_bytes
-from service.logs.reading import NOTHING_SAID, Description
+from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.recordings.axis_columns import of_axis, put_back, with_own_columns
 from service.recordings.cut_recordings import cut_recording
 from service.recordings.log_refusals import refuse_fraction, stillness
@@ -53,13 +53,13 @@ class Reading:
         cut: the part of each recording that is taken.
     """
 
-    description: Description = NOTHING_SAID
+    description: LogDescription = NO_DESCRIPTION
     rate_limit: float = RATE_LIMIT
     limit_is: str = ""
     learns: bool = True
     ours_whole: bool = False
     axis: Axis = YAW
-    cut: Cut = WHOLE
+    cut: Cut = WHOLE_LOG
 
     @staticmethod
     def of(args: argparse.Namespace, config: Config) -> Reading:
@@ -70,7 +70,7 @@ class Reading:
         configured = args.config is not None and "rate_limit" in config.vehicle.model_fields_set
         axis = AXES[getattr(args, "axis", YAW.name) or config.vehicle.axis]
         return Reading(
-            Description(tuple(of_axis(text, axis) for text in args.column), inputs),
+            LogDescription(tuple(of_axis(text, axis) for text in args.column), inputs),
             config.vehicle.rate_limit if configured else axis.fastest,
             "vehicle.rate_limit in the configuration" if configured else "vehicle.rate_limit in a --config FILE",
             axis=axis,
@@ -80,7 +80,7 @@ class Reading:
     @property
     def whole(self) -> Reading:
         """The same without a cut, for what is to be validated on."""
-        return replace(self, cut=WHOLE)
+        return replace(self, cut=WHOLE_LOG)
 
     def of_all(self, paths: Sequence[Path]) -> list[Recording]:
         """Each dive as a recording: a file, or several that are parts of one; those that a cut leaves out are said.
@@ -88,12 +88,12 @@ class Reading:
         Raises:
             NothingHeld: the cut holds nothing of any of them.
         """
-        found, left_out = list[Recording](), list[NothingHeld]()
+        found, left_out = list[Recording](), list[EmptyCut]()
         with progress(f"reading {paths[0].name}" if len(paths) == 1 else "reading", _several(paths)) as advance:
             for dive in dives(paths, self.description):
                 try:
                     found.append(self._of_dive(dive))
-                except NothingHeld as error:
+                except EmptyCut as error:
                     left_out.append(error)
                 advance()
         if left_out and not found:
@@ -104,7 +104,7 @@ class Reading:
         return found
 
     def _of_dive(self, dive: Dive) -> Recording:
-        ours = self.description == NOTHING_SAID and all(_is_ours(part.path, self.axis) for part in dive.parts)
+        ours = self.description == NO_DESCRIPTION and all(_is_ours(part.path, self.axis) for part in dive.parts)
         if len(dive.parts) == 1:
             return self.of_one(dive.parts[0].path, None if ours else dive.parts[0].log)
         recording = self._continued(dive) if ours else self.of_one(dive.path, dive.opened(self.description))
@@ -117,10 +117,10 @@ class Reading:
         reading = replace(self, learns=False, cut=self.cut.placed(whole))
         found = []
         for part in dive.parts:
-            with suppress(NothingHeld):
+            with suppress(EmptyCut):
                 found.append(reading.of_one(part.path))
         if not found:
-            raise NothingHeld(f"{dive.path}: {nothing_held(self.cut, whole)}")
+            raise EmptyCut(f"{dive.path}: {empty_cut(self.cut, whole)}")
         recording = continued(found)
         return _armed_alone(dive.path, recording, self.ours_whole) if self.learns else recording
 
@@ -133,18 +133,18 @@ class Reading:
         Raises:
             BadInput: naming the file, what is wrong or missing, and the cure.
         """
-        if log is None and self.description == NOTHING_SAID and _is_ours(path, self.axis):
+        if log is None and self.description == NO_DESCRIPTION and _is_ours(path, self.axis):
             recording = read_recording(
                 path, rate_limit=self.rate_limit, limit_is=self.limit_is, axis=self.axis, cut=self.cut
             )
             return _armed_alone(path, recording, self.ours_whole) if self.learns else recording
-        log = opened(path) if log is None else log
+        log = open_any(path) if log is None else log
         refuse_without_numbers(path, log)
         description = self.description
         if self.axis != YAW:
             columns = with_own_columns(path, log, description.columns, self.axis)
             description = replace(description, columns=columns)
-        proposal = logs.described(log, description)
+        proposal = logs.describe(log, description)
         measured = logs.read(path, log, proposal)
         since = logs.since_1970(log, proposal.inputs, measured) if self.cut else None
         recording = self._recording(path, measured, proposal.inputs, since)
@@ -160,7 +160,7 @@ class Reading:
             raise BadInput(f"{path}: {still}; give a log in which the vehicle turns both ways")
         return recording
 
-    def _recording(self, path: Path, measured: Measured, inputs: Inputs, since_1970: float | None) -> Recording:
+    def _recording(self, path: Path, measured: MeasuredStreams, inputs: Inputs, since_1970: float | None) -> Recording:
         """The streams in the cut as they are, with a channel that says when the vehicle was armed, if anything does."""
         for name in ("yaw_rate", "torque"):
             if name not in measured.streams or not measured.streams[name][0].size:
@@ -170,8 +170,8 @@ class Reading:
         instants = streams["yaw_rate"][0]
         shift = float(instants[0] - time[0])
         if measured.armed is not None:
-            on = within(instants - shift, spans(*measured.armed))
-            streams = {**streams, ARMED: (instants, on.astype(np.float64))}
+            on = is_within(instants - shift, arming_spans(*measured.armed))
+            streams = {**streams, ARMED_CHANNEL: (instants, on.astype(np.float64))}
         recording = from_streams(path.name, streams)
         try:
             recording = cut_recording(recording, self.cut, None if since_1970 is None else since_1970 - shift)
@@ -194,14 +194,14 @@ class Reading:
 def _places(inputs: Inputs) -> dict[str, str]:
     """Where yaw rate and torque stand, with the unit that a person has to say again."""
     sources = {"yaw_rate": inputs.yaw_rate, "torque": inputs.torque}
-    return {name: typed_in_full(source) for name, source in sources.items() if source is not None}
+    return {name: typed_source_with_unit(source) for name, source in sources.items() if source is not None}
 
 
 def _in_degrees(source: Source | None) -> str:
     """What to type where a yaw rate is in degrees per second and nothing said so."""
     if source is None or source.unit not in ("", "rad/s"):
         return ""
-    return f"; if it is in degrees per second, say so: --column yaw_rate={typed(source)}:deg/s"
+    return f"; if it is in degrees per second, say so: --column yaw_rate={typed_source(source)}:deg/s"
 
 
 def _several(paths: Sequence[Path]) -> int | None:
@@ -249,9 +249,9 @@ def _later(streams: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array,
 
 def armed_spans(recording: Recording) -> Spans | None:
     """When the vehicle was armed [s]; None where nothing says so."""
-    if ARMED not in recording.columns:
+    if ARMED_CHANNEL not in recording.columns:
         return None
-    return spans(*recording.streams()[ARMED])
+    return arming_spans(*recording.streams()[ARMED_CHANNEL])
 
 
 def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recording:
@@ -263,8 +263,8 @@ def _armed_alone(path: Path, recording: Recording, whole: bool = False) -> Recor
         raise BadInput(f"{path}: the vehicle was {NEVER_ARMED}")
     if whole:
         return recording
-    kept = within(recording.time, wanted)
-    columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED}
+    kept = is_within(recording.time, wanted)
+    columns = {name: values[kept] for name, values in recording.columns.items() if name != ARMED_CHANNEL}
     displaced = {name: values[kept] for name, values in recording.displaced.items()}
     for name in ("yaw_rate", "torque"):
         if np.isnan(columns[name]).all():

@@ -23,8 +23,8 @@ from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.signals.streams import MAX_STAMP_S
-from service.inputs.clocks import going_on, set_at
-from service.logs.cutting import WHOLE, Cut, Span, columns_inside, rows_inside, since_1970
+from service.inputs.clocks import set_at, without_leaps
+from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
 from service.recordings.recording import Recording, of_axis, own_columns
 
 RATE_LIMIT = YAW.fastest
@@ -45,7 +45,7 @@ def write(path: Path, recording: Recording) -> None:
 
 
 def read(
-    path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW, cut: Cut = WHOLE
+    path: Path, *, rate_limit: float = RATE_LIMIT, limit_is: str = "", axis: Axis = YAW, cut: Cut = WHOLE_LOG
 ) -> Recording:
     """The recording in a CSV file.
 
@@ -65,7 +65,7 @@ def read(
     columns = {name: _numbers(path, name, column) for name, column in zip(header, cells, strict=True)}
     time = columns.pop("t")
     _check_time(path, time)
-    time, sets = going_on(time)
+    time, sets = without_leaps(time)
     rows = np.arange(time.size) + 2
     if cut:
         span = Span(float(time[0]), float(time[-1]), since_1970(time, None))

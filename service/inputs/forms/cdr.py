@@ -90,8 +90,8 @@ _LETTERS = {
     "f64": "d",
 }
 ONE, MANY = -1, -2
-"""How many there are of a field: one, or as many as the message says."""
-LONGEST = 100_000
+"""The number of a field's items: one, or as many as the message says."""
+MAX_SEQUENCE_ITEMS = 100_000
 """Items of a sequence at most: what claims more is no message of these types."""
 LITTLE, BIG = b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"
 
@@ -101,7 +101,7 @@ def has_header(name: str) -> bool:
     return TYPES.get(name, "").startswith("header,")
 
 
-def decoded(payload: bytes, name: str) -> dict[str, Any]:
+def decode(payload: bytes, name: str) -> dict[str, Any]:
     """The fields of a message of a known type, nested; stamps in seconds.
 
     Raises:
@@ -116,7 +116,7 @@ def decoded(payload: bytes, name: str) -> dict[str, Any]:
         raise ValueError(str(error)) from None
 
 
-def encoded(name: str, message: Mapping[str, Any]) -> bytes:
+def encode(name: str, message: Mapping[str, Any]) -> bytes:
     """A message of a known type, little-endian; stamps are nanoseconds since 1970."""
     writer = _Writer()
     writer.message(name, message)
@@ -147,7 +147,7 @@ class _Reader:
             return self._one(kind)
         if count == MANY:
             (count,) = self._numbers("I", 4, 1)
-            if count > LONGEST:
+            if count > MAX_SEQUENCE_ITEMS:
                 raise ValueError(f"a sequence of {count} items is too long")
         if kind in _LETTERS:
             letter = _LETTERS[kind]

@@ -25,9 +25,9 @@ def decoder(form: str) -> Callable[[bytes], Any]:
         BadInput: the type of CDR is not known here.
     """
     if form == "keelson":
-        return _told(keelson.decoded)
+        return _raising_undecodable(keelson.decode)
     if form in ("json", "incsvr"):
-        return _told(json_message)
+        return _raising_undecodable(json_message)
     name = form.removeprefix("cdr:")
     if name not in cdr.TYPES:
         known = ", ".join(sorted({each for each in cdr.TYPES if each.startswith(name.partition("/")[0])}))
@@ -35,7 +35,7 @@ def decoder(form: str) -> Callable[[bytes], Any]:
             f"the type {name} is not read on the bus; "
             + (f"of its package are {known}" if known else "known are those of geometry_msgs, sensor_msgs, std_msgs")
         )
-    return _told(lambda payload: cdr.decoded(payload, name))
+    return _raising_undecodable(lambda payload: cdr.decode(payload, name))
 
 
 def number(message: Any, path: str) -> float | None:
@@ -74,7 +74,7 @@ def json_message(payload: bytes) -> Any:
     return with_flags(json5.read(payload))
 
 
-def _told(read: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
+def _raising_undecodable(read: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
     def decode(payload: bytes) -> Any:
         try:
             return read(payload)

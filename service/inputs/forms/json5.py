@@ -21,8 +21,8 @@ _TOKEN = re.compile(
     r"""|(?P<space>\s+)""",
     re.DOTALL,
 )
-LONGEST = 65_536
-"""A longer text is JSON or nothing [bytes]: no message of MAVLink is a tenth as long, and this is read slowly."""
+MAX_TEXT_BYTES = 65_536
+"""The longest text that is read as JSON5: no message of MAVLink is a tenth as long, and this is read slowly."""
 _VALUES = {"true", "false", "null", "NaN", "Infinity", "-Infinity"}
 
 
@@ -35,7 +35,7 @@ def read(payload: bytes) -> Any:
     try:
         return from_json(payload)
     except ValueError:
-        if len(payload) > LONGEST:
+        if len(payload) > MAX_TEXT_BYTES:
             raise
     try:
         return json.loads(_as_json(payload.decode("utf-8")))
@@ -57,11 +57,11 @@ def _as_json(text: str) -> str:
             continue
         if kind == "mark" and said in "}]" and found[-1:] == [","] and found[-2:-1] not in (["{"], ["["]):
             found.pop()
-        found.append(_spelt(str(kind), said))
+        found.append(_as_json_token(str(kind), said))
     return " ".join(found)
 
 
-def _spelt(kind: str, said: str) -> str:
+def _as_json_token(kind: str, said: str) -> str:
     """A token as JSON spells it."""
     if kind == "single":
         return json.dumps(re.sub(r"\\(['\"])", r"\1", said[1:-1]))

@@ -12,7 +12,7 @@ from typing import Any
 _VARINT, _EIGHT, _BYTES, _FOUR = 0, 1, 2, 5
 
 
-def decoded(payload: bytes) -> dict[str, Any]:
+def decode(payload: bytes) -> dict[str, Any]:
     """`timestamp` [s] and `value` of an enveloped message; what was not written is zero, as protobuf has it.
 
     Raises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-MODES = {
+MODE_BITS = {
     "SAFETY_ARMED": 128,
     "MANUAL_INPUT_ENABLED": 64,
     "HIL_ENABLED": 32,
@@ -27,5 +27,5 @@ def with_flags(data: Any) -> Any:
     if type(mode) is dict:
         mode = mode.get("bits")
     elif type(mode) is str:
-        mode = sum(MODES.get(name.strip().removeprefix(_PREFIX), 0) for name in mode.split("|"))
+        mode = sum(MODE_BITS.get(name.strip().removeprefix(_PREFIX), 0) for name in mode.split("|"))
     return {**data, "message": {**message, "base_mode": mode}}

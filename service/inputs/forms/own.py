@@ -6,12 +6,12 @@ from typing import Any
 
 from pydantic_core import from_json
 
-MAX_SEQUENCE = 2**53
-"""Numbers of messages are whole up to here in JSON."""
+MAX_SEQUENCE_NUMBER = 2**53
+"""The number up to which numbers of messages are whole in JSON."""
 _NUMBERS = {int, float}
 
 
-class Refused(Exception):
+class InvalidMeasurement(Exception):
     """A message is no measurement; the one argument is the reason that is counted."""
 
 
@@ -24,18 +24,18 @@ def parse(payload: bytes) -> tuple[list[Any], list[Any], int | None]:
     try:
         data = from_json(payload)
     except ValueError:
-        raise Refused("not_json") from None
+        raise InvalidMeasurement("not_json") from None
     if type(data) is not dict or "t" not in data or "value" not in data:
-        raise Refused("wrong_form")
+        raise InvalidMeasurement("wrong_form")
     t, value, sequence = data["t"], data["value"], data.get("seq")
     if type(t) is not list and type(value) is not list:
         t, value = [t], [value]
     if type(t) is not list or type(value) is not list or not (sequence is None or type(sequence) is int):
-        raise Refused("wrong_type")
-    if sequence is not None and not 0 <= sequence <= MAX_SEQUENCE:
-        raise Refused("implausible_seq")
+        raise InvalidMeasurement("wrong_type")
+    if sequence is not None and not 0 <= sequence <= MAX_SEQUENCE_NUMBER:
+        raise InvalidMeasurement("implausible_seq")
     if len(t) != len(value):
-        raise Refused("unequal_length")
+        raise InvalidMeasurement("unequal_length")
     if not set(map(type, t)) | set(map(type, value)) <= _NUMBERS:
-        raise Refused("wrong_type")
+        raise InvalidMeasurement("wrong_type")
     return t, value, sequence

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from service.inputs.presets.proposal import Observed, Proposal, proposed
+from service.inputs.presets.proposal import Observation, Proposal, propose
 
-__all__ = ["Observed", "Proposal", "proposed"]
+__all__ = ["Observation", "Proposal", "propose"]

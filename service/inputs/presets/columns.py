@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from service.inputs.presets.proposal import Observed, Proposal, first
+from service.inputs.presets.proposal import Observation, Proposal, first
 from service.inputs.settings import Inputs, Source, StampedBy, StampUnit
 from service.inputs.table import ROWS
 from service.inputs.units import FACTORS, unit
@@ -28,7 +28,7 @@ _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]\s*$")
 _SUFFIXES = ("degps", "dps", "radps", "mradps", "deg_s", "rad_s", "nm", "ms", "us", "ns")
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping by names; None where the log is no table."""
     table = first(topic for topic in observed.topics if topic.name == ROWS)
     if table is None:

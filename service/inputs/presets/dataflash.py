@@ -7,7 +7,7 @@ from functools import partial
 
 from service.inputs import frames
 from service.inputs.presets.mavlink import known_frame
-from service.inputs.presets.proposal import Observed, Proposal, instances, others_note
+from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.inputs.table import Topic
 
@@ -18,7 +18,7 @@ _ARMED, _DISARMED = 10.0, 11.0
 """The events (EV.Id) of arming and disarming; all others say nothing of it."""
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping of an ArduPilot log; None where there is no gyro in it."""
     named = {topic.name: topic for topic in observed.topics}
     gyros = [name for name in instances(named, "IMU") if {"GyrZ", "TimeUS"} <= set(named[name].fields)]
@@ -30,7 +30,7 @@ def proposal(observed: Observed) -> Proposal | None:
         return Source(topic=topic, field=field, unit=unit, **_CLOCK) if there else None
 
     batteries = instances(named, "BAT")
-    battery = next((name for name in batteries if name not in observed.absent), "BAT")
+    battery = next((name for name in batteries if name not in observed.absent_batteries), "BAT")
     voltage = source(battery, "Volt", "V")
     wanted = {
         "heading": source("ATT", "Yaw", "deg"),
@@ -55,7 +55,7 @@ def proposal(observed: Observed) -> Proposal | None:
 
 
 def _thrusters(
-    observed: Observed, named: dict[str, Topic], voltage: Source | None
+    observed: Observation, named: dict[str, Topic], voltage: Source | None
 ) -> tuple[Thrusters | None, tuple[str, ...], dict[str, str]]:
     if not any(name in named for name in _OUTPUTS):
         return None, (), {"torque": "no RCOU was found: let the vehicle log its outputs (bit 10 of LOG_BITMASK)"}

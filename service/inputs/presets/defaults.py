@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 ROUTER = "tcp/127.0.0.1:7447"
-"""Where the router of BlueOS, of rmw_zenoh and of a Keelson vessel listens; the learner is one more client of it."""
+"""The endpoint at which the router of BlueOS, of rmw_zenoh and of a Keelson vessel listens; the learner is one more
+client of it."""
 _ROUTED = ("blueos", "ros2", "keelson")
 _PLACES = ("listen", "connect", "zenoh_file")
 _BLUEROV: dict[str, Any] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from service.inputs.owners import keelson_subject
-from service.inputs.presets.proposal import Observed, Proposal, others_note
+from service.inputs.presets.proposal import Observation, Proposal, others_note
 from service.inputs.settings import Armed, Inputs, Source
 from service.inputs.table import Topic
 
@@ -18,38 +18,42 @@ _CHANNELS = {
     "rudder_angle_deg": ("rudder_angle", "deg"),
 }
 """Name and unit of a channel by its subject."""
-RATE, ARMED = "yaw_rate_degps", "vehicle_armed"
-SUBJECTS = (RATE, ARMED, *_CHANNELS)
-"""What is listened to on a bus."""
-TORQUE = (
+RATE_SUBJECT, ARMED_SUBJECT = "yaw_rate_degps", "vehicle_armed"
+SUBJECTS = (RATE_SUBJECT, ARMED_SUBJECT, *_CHANNELS)
+"""The subjects that are listened to on a bus."""
+TORQUE_CURE = (
     "Keelson has no torque: it comes of the propellers and the rudder; describe them in inputs.thrusters of a "
     "configuration (propeller_rate_rpm, rudder_angle_deg)"
 )
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping by subjects; None where none is a yaw rate."""
     sources: dict[str, list[Topic]] = {}
     for topic in sorted(observed.topics, key=lambda each: each.name):
         subject = keelson_subject(topic.name)
         if subject is not None:
             sources.setdefault(subject, []).append(topic)
-    if RATE not in sources:
+    if RATE_SUBJECT not in sources:
         return None
     subjects = {subject: topics[0] for subject, topics in sources.items()}
     reasons = {}
-    for subject, name in ((RATE, "yaw_rate"), (ARMED, "armed"), *((key, each[0]) for key, each in _CHANNELS.items())):
+    for subject, name in (
+        (RATE_SUBJECT, "yaw_rate"),
+        (ARMED_SUBJECT, "armed"),
+        *((key, each[0]) for key, each in _CHANNELS.items()),
+    ):
         first, *others = [topic.name for topic in sources.get(subject, ())] or [""]
         reasons[name] = others_note(name, first, others, "the first by its name")
     channels = {name: _source(subjects[key], unit) for key, (name, unit) in _CHANNELS.items() if key in subjects}
-    armed = subjects.get(ARMED)
+    armed = subjects.get(ARMED_SUBJECT)
     inputs = Inputs(
         preset="keelson",
-        yaw_rate=_source(subjects[RATE], "deg/s"),
+        yaw_rate=_source(subjects[RATE_SUBJECT], "deg/s"),
         channels=channels,
         armed=None if armed is None else Armed(topic=armed.name, field="value", form="keelson"),
     )
-    return Proposal(inputs, missing={"torque": TORQUE}, reasons=reasons)
+    return Proposal(inputs, missing={"torque": TORQUE_CURE}, reasons=reasons)
 
 
 def _source(topic: Topic, unit: str) -> Source:

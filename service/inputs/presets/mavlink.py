@@ -11,13 +11,13 @@ from functools import partial
 
 from service.inputs import frames, vehicle_kind
 from service.inputs.instances import base, numbered
-from service.inputs.outputs import BANK, numbers
+from service.inputs.outputs import BANK_OUTPUTS, output_numbers
 from service.inputs.owners import autopilot_message
-from service.inputs.presets.proposal import Observed, Proposal, instances, others_note
+from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.inputs.table import Topic
 
-MESSAGES = (
+LISTENED_MESSAGES = (
     "ATTITUDE",
     "SERVO_OUTPUT_RAW",
     "HEARTBEAT",
@@ -26,15 +26,15 @@ MESSAGES = (
     "SYS_STATUS",
     "PARAM_VALUE",
 )
-"""What is listened to on a bus."""
-ARMED = 128
+"""The messages that are listened to on a bus."""
+ARMED_BIT = 128
 """The bit of a heartbeat's base mode that says that the autopilot is armed (MAV_MODE_FLAG_SAFETY_ARMED)."""
-OUTPUTS = "SERVO_OUTPUT_RAW"
+OUTPUT_MESSAGE = "SERVO_OUTPUT_RAW"
 Place = Callable[[int], tuple[str, str]]
 """Topic and path of an output, by its number."""
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping of a vehicle that speaks MAVLink; None where there is no attitude of an autopilot."""
     said = _messages(observed)
     if "ATTITUDE" not in said:
@@ -50,7 +50,7 @@ def proposal(observed: Observed) -> Proposal | None:
         )
         if f"{path}{field}" in topic.fields
     }
-    voltage, of_battery = _voltage(said, observed.absent)
+    voltage, of_battery = _voltage(said, observed.absent_batteries)
     if voltage is not None:
         channels["voltage"] = voltage
     if "VFR_HUD" in said:
@@ -71,10 +71,10 @@ def heartbeat(topic: Topic) -> Armed:
     """Armed by the autopilot's own heartbeat: a ground station's and a camera's have the same bit."""
     path = _inside(topic)
     bits = f"{path}base_mode.bits"
-    return Armed(topic=topic.name, field=bits if bits in topic.fields else f"{path}base_mode", bit=ARMED)
+    return Armed(topic=topic.name, field=bits if bits in topic.fields else f"{path}base_mode", bit=ARMED_BIT)
 
 
-def _messages(observed: Observed) -> dict[str, tuple[Topic, str]]:
+def _messages(observed: Observation) -> dict[str, tuple[Topic, str]]:
     """The messages of the autopilot by name and instance: the topic, and where in a message the fields stand."""
     found = {}
     for topic in sorted(observed.topics, key=lambda each: each.count):  # the busiest stays
@@ -102,15 +102,15 @@ def _voltage(said: dict[str, tuple[Topic, str]], absent: frozenset[str]) -> tupl
 
 
 def _thrusters(
-    said: dict[str, tuple[Topic, str]], observed: Observed, voltage: Source | None
+    said: dict[str, tuple[Topic, str]], observed: Observation, voltage: Source | None
 ) -> tuple[Thrusters | None, tuple[str, ...], dict[str, str]]:
-    banks = instances(said, OUTPUTS)
+    banks = instances(said, OUTPUT_MESSAGE)
     if not banks:
         asks = "no SERVO_OUTPUT_RAW was found: let the vehicle send it (SR*_RC_CHAN), or take the vehicle's own .BIN"
         return None, (), {"torque": asks}
     topic, path = said[banks[0]]
     whole = base(topic.name)
-    kind, notes, missing = known_frame(observed, partial(_place, OUTPUTS, ""))
+    kind, notes, missing = known_frame(observed, partial(_place, OUTPUT_MESSAGE, ""))
     if kind is None:
         return None, notes, missing
     driven = frames.thrusters(observed.parameters, kind, partial(_place, whole, path))
@@ -125,33 +125,33 @@ def _thrusters(
     )
     used = list(dict.fromkeys(thrusters.topics))
     left = [name for name in banks if said[name][0].name not in used]
-    taken = ", ".join(OUTPUTS + name.removeprefix(whole) for name in used)
-    why = f"where outputs {', '.join(map(str, numbers(thrusters)))} are"
+    taken = ", ".join(OUTPUT_MESSAGE + name.removeprefix(whole) for name in used)
+    why = f"where outputs {', '.join(map(str, output_numbers(thrusters)))} are"
     return thrusters, (*notes, *others_note("torque", taken, left, why, "inputs.thrusters names another")), {}
 
 
 def _place(topic: str, path: str, output: int) -> tuple[str, str]:
-    bank, place = divmod(output - 1, BANK)
+    bank, place = divmod(output - 1, BANK_OUTPUTS)
     return numbered(topic, bank), f"{path}servo{place + 1}_raw"
 
 
-def known_frame(observed: Observed, place: Place) -> tuple[int | None, tuple[str, ...], dict[str, str]]:
+def known_frame(observed: Observation, place: Place) -> tuple[int | None, tuple[str, ...], dict[str, str]]:
     """The frame by the vehicle's own parameters, what is to be said of it, and what is missing where none is known.
 
     Args:
         place: topic and path of an output, as people write them in a configuration.
     """
-    other = vehicle_kind.evidence_of_another_vehicle(observed.itself, observed.parameters)
+    other = vehicle_kind.evidence_of_another_vehicle(observed.self_description, observed.parameters)
     if other is not None:
         cure = vehicle_kind.thruster_example(observed.parameters, place)
         return None, (), {"torque": f"nothing says how the thrusters push, for this is no BlueROV2 ({other}): {cure}"}
     kind = frames.frame(observed.parameters)
     if kind is None:
-        return 1, (frames.assumed(observed.parameters) or "",), {}
-    if kind not in frames.FRAMES:
+        return 1, (frames.assumption(observed.parameters) or "",), {}
+    if kind not in frames.FRAME_NAMES:
         cure = f"the levers of frame {kind} are not known: {vehicle_kind.thruster_example(observed.parameters, place)}"
         return None, (), {"torque": cure}
-    names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(frames.YAW) + 1)]
+    names = [f"MOT_{motor}_DIRECTION" for motor in range(1, len(frames.YAW_SHARES) + 1)]
     told = [f"{observed.parameters[name]:+.0f}" for name in names if name in observed.parameters]
     directions = f", directions {', '.join(told)}" if told else ", directions not told"
-    return kind, (f"frame {kind} ({frames.FRAMES[kind]}){directions}, by the vehicle's parameters",), {}
+    return kind, (f"frame {kind} ({frames.FRAME_NAMES[kind]}){directions}, by the vehicle's parameters",), {}

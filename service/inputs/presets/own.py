@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first
+from service.inputs.presets.proposal import NOTHING_FOUND, Observation, Proposal, first
 from service.inputs.settings import Armed, Inputs, Source
 from service.inputs.table import ROWS
 
-REQUIRED = ("t", "yaw_rate", "torque")
+REQUIRED_COLUMNS = ("t", "yaw_rate", "torque")
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping of a recording, or of a log of the learner's keys; None where it is neither."""
-    table = first((topic for topic in observed.topics if topic.name == ROWS), *REQUIRED)
+    table = first((topic for topic in observed.topics if topic.name == ROWS), *REQUIRED_COLUMNS)
     if table is not None:
         sources = {name: Source(topic=ROWS, field=name, stamp="t") for name in table.fields if name != "t"}
         armed = Armed(topic=ROWS, field="armed", stamp="t") if sources.pop("armed", None) else None
@@ -34,4 +34,6 @@ def proposal(observed: Observed) -> Proposal | None:
         torque=torque_key,
         channels={name: each for name, each in channels.items() if each is not None},
     )
-    return Proposal(inputs, (), {} if torque_key else {"torque": NOTHING["torque"]})
+    if torque_key is None:
+        return Proposal(inputs, missing={"torque": NOTHING_FOUND["torque"]}, unseen=frozenset({"torque"}))
+    return Proposal(inputs)

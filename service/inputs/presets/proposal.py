@@ -13,20 +13,20 @@ from service.inputs.vehicle_kind import SelfDescription
 
 
 @dataclass(frozen=True, slots=True)
-class Observed:
+class Observation:
     """What there is to choose from.
 
     Attributes:
         topics: of the vehicle that is taken, with fields of theirs that are known.
         parameters: of the vehicle, by name, as far as it told them.
-        speaker: what the vehicle says of itself beside.
-        absent: topics of batteries that show no battery.
+        self_description: what the vehicle says of itself beside.
+        absent_batteries: topics of batteries that show no battery.
     """
 
     topics: Sequence[Topic]
     parameters: Mapping[str, float] = field(default_factory=dict)
-    itself: SelfDescription = field(default_factory=SelfDescription)
-    absent: frozenset[str] = frozenset()
+    self_description: SelfDescription = field(default_factory=SelfDescription)
+    absent_batteries: frozenset[str] = frozenset()
 
     def typed(self, *types: str) -> list[Topic]:
         """The topics of a type, those of the first types first, then by name."""
@@ -58,6 +58,7 @@ class Proposal:
         notes: what it was concluded from, one sentence each.
         reasons: what each quantity was concluded from, by its name, as long as nobody says where it stands.
         missing: what nothing was found for, by name: a sentence with the cure.
+        unseen: those of the missing of which there is nothing at all, so that somebody has to say where they stand.
         changes: of the thrusters under way, in their order.
     """
 
@@ -66,6 +67,7 @@ class Proposal:
     missing: Mapping[str, str] = field(default_factory=dict)
     changes: tuple[Change, ...] = ()
     reasons: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unseen: frozenset[str] = frozenset()
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -94,6 +96,7 @@ class Proposal:
             missing=missing,
             changes=changes,
             reasons={name: each for name, each in self.reasons.items() if name not in {*found, *inputs.channels}},
+            unseen=self.unseen - found,
         )
 
 
@@ -108,23 +111,23 @@ _MODULES: dict[Preset, tuple[str, ...]] = {
     "keelson": ("keelson",),
     "ros2": ("ros",),
 }
-NOTHING = {
+NOTHING_FOUND = {
     "yaw_rate": "no yaw rate was found: say where it stands, as in --column yaw_rate=TOPIC.FIELD:deg/s",
     "torque": "no torque was found: say where it stands, as in --column torque=TOPIC.FIELD, or describe the thrusters "
     "in the section inputs of a configuration (--config)",
 }
 
 
-def proposed(observed: Observed, preset: Preset | None = None) -> Proposal:
+def propose(observed: Observation, preset: Preset | None = None) -> Proposal:
     """The mapping of a preset; without one, that of the first which finds a yaw rate, or else of the columns' names."""
     modules = [name for key, names in _MODULES.items() if preset in (None, key) for name in names]
     found: Proposal | None = None
     for name in (*modules, "columns"):
-        find: Callable[[Observed], Proposal | None] = import_module(f"service.inputs.presets.{name}").proposal
+        find: Callable[[Observation], Proposal | None] = import_module(f"service.inputs.presets.{name}").proposal
         found = find(observed)
         if found is not None:
             return found
-    return Proposal(Inputs(preset=preset), missing=NOTHING)
+    return Proposal(Inputs(preset=preset), missing=NOTHING_FOUND, unseen=frozenset(NOTHING_FOUND))
 
 
 def instances(names: Iterable[str], name: str) -> list[str]:

@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from service.inputs.presets.proposal import NOTHING, Observed, Proposal, instances, others_note
+from service.inputs.presets.proposal import NOTHING_FOUND, Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy
 from service.inputs.table import Topic
 
 _CLOCK = StampedBy(stamp="timestamp", stamp_unit="us")
-YAW = "xyz[2]"
-"""The axis downwards: clockwise seen from above."""
+YAW_FIELD = "xyz[2]"
+"""The field of the axis downwards: clockwise seen from above."""
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping of a PX4 log; None where it has no angular velocity."""
     named = {topic.name: topic for topic in observed.topics}
     reasons: dict[str, tuple[str, ...]] = {}
 
     def taken(quantity: str, message: str, field: str) -> Topic | None:
         found = [name for name in instances(named, message) if field in named[name].fields]
-        found = [name for name in found if name not in observed.absent] or found
+        found = [name for name in found if name not in observed.absent_batteries] or found
         reasons[quantity] = others_note(quantity, found[0], found[1:]) if found else ()
         return named[found[0]] if found else None
 
-    rate = taken("yaw_rate", "vehicle_angular_velocity", YAW)
+    rate = taken("yaw_rate", "vehicle_angular_velocity", YAW_FIELD)
     if rate is None:
         return None
-    setpoint, torque = taken("torque", "vehicle_torque_setpoint", YAW), None
+    setpoint, torque = taken("torque", "vehicle_torque_setpoint", YAW_FIELD), None
     if setpoint is not None:
-        torque = Source(topic=setpoint.name, field=YAW, unit="fraction", **_CLOCK)
+        torque = Source(topic=setpoint.name, field=YAW_FIELD, unit="fraction", **_CLOCK)
         reasons["torque"] += (f"{setpoint.name} is a part of the full torque, without a unit until a scale is given",)
     armed = None
     if (state := taken("armed", "actuator_armed", "armed")) is not None:
@@ -43,10 +43,12 @@ def proposal(observed: Observed) -> Proposal | None:
         channels["voltage"] = Source(topic=battery.name, field="voltage_v", unit="V", **_CLOCK)
     inputs = Inputs(
         preset="px4",
-        yaw_rate=Source(topic=rate.name, field=YAW, unit="rad/s", **_CLOCK),
+        yaw_rate=Source(topic=rate.name, field=YAW_FIELD, unit="rad/s", **_CLOCK),
         torque=torque,
         channels=channels,
         armed=armed,
     )
-    missing = {} if torque else {"torque": NOTHING["torque"]}
-    return Proposal(inputs, missing=missing, reasons=reasons)
+    if torque is None:
+        missing, unseen = {"torque": NOTHING_FOUND["torque"]}, frozenset({"torque"})
+        return Proposal(inputs, missing=missing, reasons=reasons, unseen=unseen)
+    return Proposal(inputs, reasons=reasons)

@@ -6,21 +6,21 @@ import re
 from collections.abc import Mapping
 
 from service.inputs.owners import ros_name
-from service.inputs.presets.proposal import NOTHING, Observed, Proposal, first, others_note
+from service.inputs.presets.proposal import NOTHING_FOUND, Observation, Proposal, first, others_note
 from service.inputs.settings import Armed, Inputs, Source
 from service.inputs.stamps import HEADER_STAMP
 from service.inputs.table import Topic
 
-RATES = {
+RATE_PATHS = {
     "sensor_msgs/msg/Imu": "angular_velocity.z",
     "nav_msgs/msg/Odometry": "twist.twist.angular.z",
     "geometry_msgs/msg/TwistWithCovarianceStamped": "twist.twist.angular.z",
     "geometry_msgs/msg/TwistStamped": "twist.angular.z",
     "geometry_msgs/msg/Vector3Stamped": "vector.z",
 }
-TORQUES = {"geometry_msgs/msg/WrenchStamped": "wrench.torque.z", "geometry_msgs/msg/Wrench": "torque.z"}
-STATE = "mavros_msgs/msg/State"
-READ = (*RATES, *TORQUES, STATE)
+TORQUE_PATHS = {"geometry_msgs/msg/WrenchStamped": "wrench.torque.z", "geometry_msgs/msg/Wrench": "torque.z"}
+STATE_TYPE = "mavros_msgs/msg/State"
+LISTENED_TYPES = (*RATE_PATHS, *TORQUE_PATHS, STATE_TYPE)
 """The types whose keys are listened to on a bus."""
 _NOT_THE_VEHICLES = re.compile(
     r"(?:^|[/_])(?:camera|cam|zed|realsense|oak|depthai|stereo|kinect|d4\d\d|t265|lidar|ouster|livox|gimbal)"
@@ -29,10 +29,10 @@ _NOT_THE_VEHICLES = re.compile(
 """Names of sensors that bring an Imu of their own, in axes of their own: a camera's z is where it looks."""
 
 
-def proposal(observed: Observed) -> Proposal | None:
+def proposal(observed: Observation) -> Proposal | None:
     """The mapping by types; None where nothing has a yaw rate."""
-    torques = _candidates(observed, TORQUES)
-    rates = _candidates(observed, RATES, beside=torques[0] if torques else None)
+    torques = _candidates(observed, TORQUE_PATHS)
+    rates = _candidates(observed, RATE_PATHS, beside=torques[0] if torques else None)
     if not rates:
         return None
     reasons = {}
@@ -44,8 +44,8 @@ def proposal(observed: Observed) -> Proposal | None:
     missing = {}
     if not torques:
         cure = f" (their commands may be {commands[0].name})" if commands else ""
-        missing["torque"] = NOTHING["torque"] + cure
-    state = first(observed.typed(STATE), "armed")
+        missing["torque"] = NOTHING_FOUND["torque"] + cure
+    state = first(observed.typed(STATE_TYPE), "armed")
     odometry = first(observed.typed("nav_msgs/msg/Odometry"), "twist.twist.linear.x", "twist.twist.linear.y")
     channels = {}
     if odometry is not None:
@@ -59,15 +59,15 @@ def proposal(observed: Observed) -> Proposal | None:
         channels["pitch_rate"] = _source(rate, "angular_velocity.y", "rad/s")
     inputs = Inputs(
         preset="ros2",
-        yaw_rate=_source(rate, RATES[rate.type], "rad/s"),
-        torque=_source(torques[0], TORQUES[torques[0].type], "N m") if torques else None,
+        yaw_rate=_source(rate, RATE_PATHS[rate.type], "rad/s"),
+        torque=_source(torques[0], TORQUE_PATHS[torques[0].type], "N m") if torques else None,
         channels=channels,
-        armed=None if state is None else Armed(topic=state.name, field="armed", form=f"cdr:{STATE}"),
+        armed=None if state is None else Armed(topic=state.name, field="armed", form=f"cdr:{STATE_TYPE}"),
     )
-    return Proposal(inputs, missing=missing, reasons=reasons)
+    return Proposal(inputs, missing=missing, reasons=reasons, unseen=frozenset(missing))
 
 
-def _candidates(observed: Observed, types: Mapping[str, str], beside: Topic | None = None) -> list[Topic]:
+def _candidates(observed: Observation, types: Mapping[str, str], beside: Topic | None = None) -> list[Topic]:
     """The topics that have the field of their type, the likeliest first; how busy they are says nothing.
 
     Those come first that are no camera's, then those of the earlier types, then those that share the first part of

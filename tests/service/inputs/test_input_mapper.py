@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.inputs.clocks import WRAP
+from service.inputs.clocks import WRAP_S
 from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
 from tests.service.inputs import mavlink
@@ -98,7 +98,7 @@ def test_a_counter_of_32_bits_that_runs_over() -> None:
     hearing = InputMapper(Inputs(preset="blueos"))
     swim = dive(4.0, 10.0)
     hearing.hear(*mavlink.parameters()[0], 0.0)
-    for shift in (0.0, WRAP - BOOT - 2.0):
+    for shift in (0.0, WRAP_S - BOOT - 2.0):
         times = []
         for key, payload in mavlink.stream(swim):
             message = json.loads(payload)["message"]
@@ -117,9 +117,9 @@ def test_what_the_vehicle_tells_goes_before_the_configuration_and_alone_is_kept(
     hearing = mapping(preset="blueos", parameters={"FRAME_CONFIG": 1.0, "MOT_1_DIRECTION": 1.0})
     hearing.hear(*mavlink.parameter("FRAME_CONFIG", 2.0), 0.0)
     assert hearing.parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": 1.0}
-    assert hearing.told == {"FRAME_CONFIG": 2.0}
+    assert hearing.told_parameters == {"FRAME_CONFIG": 2.0}
     corrected = Inputs.model_validate({"preset": "blueos", "parameters": {"MOT_1_DIRECTION": -1.0}})
-    assert InputMapper(corrected, hearing.told).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
+    assert InputMapper(corrected, hearing.told_parameters).parameters == {"FRAME_CONFIG": 2.0, "MOT_1_DIRECTION": -1.0}
 
 
 def test_thrusters_that_the_configuration_names_by_the_message() -> None:

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Writer as Bag
 from incsvr.signals import synchronise
 from incsvr.signals.samples import Samples
 from service.inputs.settings import Inputs
-from service.logs.reading import Description
+from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from tests.service import link
 from tests.service.inputs.conftest import Board, Vessel, configured
@@ -110,7 +110,7 @@ def same(samples: Samples, begin: float, fewest: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", FILES)
 def test_a_log_makes_the_samples_of_its_vehicle(form: str, tmp_path: Path) -> None:
-    recording = Reading(Description((), Inputs())).of_one(FILES[form](tmp_path))
+    recording = Reading(LogDescription((), Inputs())).of_one(FILES[form](tmp_path))
     samples, _ = synchronise(configured({"preset": "blueos"}).signal_settings(), recording.streams())
     same(samples, EPOCH if "bag" in form else BOOT, 130)
 

@@ -13,11 +13,11 @@ from incsvr.errors import BadInput
 from incsvr.plant import Thruster as Formula
 from incsvr.plant import thruster_torque
 from service.inputs import frames
-from service.inputs.measuring import measured
+from service.inputs.measuring import measure
 from service.inputs.settings import Axis, Inputs, Source, Thruster, Thrusters
 from service.inputs.table import Table
 from service.inputs.thrust import t200
-from service.inputs.units import KGF
+from service.inputs.units import KGF_N
 
 AXES: tuple[Axis, ...] = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TIME = np.arange(0.0, 5.0, 0.1, dtype=np.float64)
@@ -29,7 +29,7 @@ def torque(settings: Thrusters, **columns: Any) -> Any:
     table = Table(TIME, {"r": np.sin(TIME), **given}, {})
     channels = {"surge": Source(topic="x", field="surge")} if "surge" in columns else {}
     inputs = Inputs(yaw_rate=Source(topic="x", field="r"), thrusters=settings, channels=channels)
-    found = measured(inputs, {"x": table})
+    found = measure(inputs, {"x": table})
     return found.streams["torque"][1], found.notes
 
 
@@ -40,16 +40,16 @@ def one(**given: Any) -> Thrusters:
 def test_the_t200_is_the_makers_at_its_ends_and_silent_in_its_band() -> None:
     pulses = np.array([400.0, -400.0, 27.0, -27.0, 500.0])
     np.testing.assert_allclose(
-        t200(pulses, np.full(5, 16.0)), KGF * np.array([5.25, -4.07, 0.0, 0.0, 5.25]), rtol=1e-12
+        t200(pulses, np.full(5, 16.0)), KGF_N * np.array([5.25, -4.07, 0.0, 0.0, 5.25]), rtol=1e-12
     )
-    np.testing.assert_allclose(t200(np.array([400.0]), np.array([15.0])), KGF * (4.53 + 5.25) / 2.0)
+    np.testing.assert_allclose(t200(np.array([400.0]), np.array([15.0])), KGF_N * (4.53 + 5.25) / 2.0)
 
 
 def test_the_t200_is_near_the_cubic_that_others_fitted_at_12_volts() -> None:
     """PWM over thrust [kgf] as a published fit of the maker's data has it."""
     for f in (0.25, 0.5, 1.0, 2.0, 3.0, 3.7):
         pulse = 3.771 * f**3 - 31.19 * f**2 + 159.9 * f + 40.0
-        assert t200(np.array([pulse]), np.array([12.0]))[0] == pytest.approx(KGF * f, abs=0.02 * KGF * 3.71)
+        assert t200(np.array([pulse]), np.array([12.0]))[0] == pytest.approx(KGF_N * f, abs=0.02 * KGF_N * 3.71)
 
 
 def test_the_formula_of_section_iv_a() -> None:
@@ -69,7 +69,7 @@ def test_the_formula_of_section_iv_a() -> None:
         ({"command": "fraction", "curve": "linear", "full": 40.0}, -0.5, -20.0),
         ({"command": "fraction", "curve": "quadratic", "full": 40.0}, -0.5, -10.0),
         ({"command": "pwm", "curve": "linear", "full": 40.0}, 1600.0, 10.0),
-        ({"command": "pwm", "voltage": 16.0}, 1900.0, 5.25 * KGF),
+        ({"command": "pwm", "voltage": 16.0}, 1900.0, 5.25 * KGF_N),
         ({"command": "pwm", "voltage": 16.0}, 0.0, 0.0),
     ],
 )
@@ -112,7 +112,7 @@ def test_an_outboard_turns_the_boat_by_its_angle() -> None:
 def test_the_measured_voltage_counts_and_a_missing_one_is_said() -> None:
     battery = Source(topic="x", field="volts", unit="mV")
     full, notes = torque(one(command="pwm", measured_voltage=battery), u=1900.0, volts=12000.0)
-    np.testing.assert_allclose(full, 0.5 * 3.71 * KGF)
+    np.testing.assert_allclose(full, 0.5 * 3.71 * KGF_N)
     assert not notes
     _, notes = torque(one(command="pwm"), u=1900.0)
     assert notes == ("nothing says the battery's voltage: the thrust is that at 16 V",)

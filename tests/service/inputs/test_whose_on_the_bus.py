@@ -14,8 +14,8 @@ from mcap.writer import Writer
 from incsvr.numerics import Array
 from service.inputs.input_mapper import InputMapper, MappedValues
 from service.inputs.settings import Inputs
-from service.logs import opened
-from service.logs.reading import Description, described
+from service.logs import open_any
+from service.logs.reading import LogDescription, describe
 from service.logs.reading import read as read_log
 from tests.service import link
 from tests.service.inputs.test_ros2 import IMU, STAMPED, imu, rmw, wrench_stamped
@@ -41,7 +41,7 @@ def test_a_second_bank_and_a_second_battery_are_named_and_can_be_taken() -> None
     said = link.as_keys(link.in_order(link.parameters(), link.swum(DIVE), bank, spare))
     hearing = blueos()
     np.testing.assert_allclose(heard(hearing, said), DIVE.torque, atol=1e-4)
-    assert {f"mavlink/1/1/{name}[1]" for name in ("SERVO_OUTPUT_RAW", "BATTERY_STATUS")} <= hearing.known.keys()
+    assert {f"mavlink/1/1/{name}[1]" for name in ("SERVO_OUTPUT_RAW", "BATTERY_STATUS")} <= hearing.bindings.keys()
     assert any("SERVO_OUTPUT_RAW[1] is left alone" in note for note in hearing.notes)
     each = [{"field": "servo1_raw", "arm": -0.2}]
     thrusters = {"topic": "SERVO_OUTPUT_RAW[1]", "command": "pwm", "curve": "linear", "full": 40.0, "each": each}
@@ -160,8 +160,8 @@ def test_thrusters_with_topics_of_their_own_make_the_same_torque_in_a_log(tmp_pa
         for t, name, message in messages:
             writer.add_message(channels[name], round(1e9 * t), json.dumps(message).encode(), 0)
         writer.finish()  # type: ignore[no-untyped-call]
-    log = opened(path)
-    time, torque = read_log(path, log, described(log, Description((), inputs))).streams["torque"]
+    log = open_any(path)
+    time, torque = read_log(path, log, describe(log, LogDescription((), inputs))).streams["torque"]
     after = time > BOOT + 0.7  # a bus does not know the first voltage before it comes
     both = [(h.t[0], h.value[0]) for h in live if h.t[0] > BOOT + 0.7]
     np.testing.assert_allclose(both, np.column_stack((time, torque))[after][: len(both)], atol=1e-9)

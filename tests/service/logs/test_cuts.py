@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service.cli.command_line import main
-from service.logs.cutting import Cut, NothingHeld, instant
+from service.logs.cutting import Cut, EmptyCut, instant
 from service.recordings.archive_reader import ArchiveReader
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
@@ -160,6 +160,6 @@ def test_an_archive_is_cut_by_when_its_messages_came() -> None:
         part = kept.within(Cut(instant(begin), instant(end)))
         assert list(part.payloads) == payloads[10:21]
         np.testing.assert_array_equal(part.send, send[10:21])
-    with pytest.raises(NothingHeld, match="spans 0 to 59 s"):
+    with pytest.raises(EmptyCut, match="spans 0 to 59 s"):
         kept.within(Cut(instant("100")))
     assert kept.within(Cut()) is kept

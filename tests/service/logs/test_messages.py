@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 
 from service.cli.command_line import main
-from service.inputs.quantities import meant
+from service.inputs.quantities import intended_quantity
 from tests.service import link
 from tests.service.logs.dive import dive
 from tests.service.logs.test_middleware import ROS2, messages
@@ -160,12 +160,12 @@ CHANNELS = (
 
 @pytest.mark.parametrize("name", CHANNELS.split())
 def test_further_channels_are_welcome(name: str) -> None:
-    assert meant(name, [name]) is None
+    assert intended_quantity(name, [name]) is None
 
 
 def test_a_synonym_is_a_channel_beside_the_quantity_itself() -> None:
-    assert meant("rate", ["yaw_rate", "rate"]) is None
-    assert meant("rate", ["torque", "rate"]) == "yaw_rate"
+    assert intended_quantity("rate", ["yaw_rate", "rate"]) is None
+    assert intended_quantity("rate", ["torque", "rate"]) == "yaw_rate"
 
 
 def test_an_axis_says_its_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,9 +23,9 @@ from rosbags.typesys import Stores, get_typestore
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.inputs.settings import Inputs
-from service.logs import opened
+from service.logs import open_any
 from service.logs.cdr import RosTypes
-from service.logs.reading import Description
+from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, dive
@@ -36,7 +36,7 @@ ROS1 = get_typestore(Stores.ROS1_NOETIC)
 
 
 def read(path: Path, *columns: str, learns: bool = True) -> Recording:
-    return Reading(Description(columns, Inputs()), learns=learns).of_one(path)
+    return Reading(LogDescription(columns, Inputs()), learns=learns).of_one(path)
 
 
 def same(recording: Recording, begin: float, torque: Array = DIVE.torque, late: float = 0.0) -> None:
@@ -89,7 +89,7 @@ def test_bags_of_ros_2(tmp_path: Path, plugin: StoragePlugin) -> None:
     same(read(bag), EPOCH, late=0.001)
     inside = next(path for path in bag.iterdir() if path.suffix in (".db3", ".mcap"))
     same(read(inside), EPOCH, late=0.001)
-    counts = {topic.name: (topic.type, topic.count) for topic in opened(inside).topics}
+    counts = {topic.name: (topic.type, topic.count) for topic in open_any(inside).topics}
     assert counts["/imu/data"] == ("sensor_msgs/msg/Imu", DIVE.time.size)
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from incsvr.errors import BadInput
 from service.inputs.settings import Inputs
-from service.logs.reading import Description, guessed_unit
+from service.logs.reading import LogDescription, guessed_unit
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service.logs.dive import dive
@@ -29,7 +29,7 @@ def rows(stamps: list[str], delimiter: str = ",", point: str = ".", scale: float
 
 
 def read(path: Path, *columns: str, learns: bool = True) -> Recording:
-    return Reading(Description(columns, Inputs()), learns=learns).of_one(path)
+    return Reading(LogDescription(columns, Inputs()), learns=learns).of_one(path)
 
 
 def same(recording: Recording, begin: float = 0.0, within: float = 1e-6) -> None:

@@ -13,8 +13,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from incsvr.errors import BadInput
 from service.inputs.settings import Inputs
-from service.logs import opened
-from service.logs.reading import Description
+from service.logs import open_any
+from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, Dive, dive
@@ -26,7 +26,7 @@ Packet = tuple[float, bytes]
 
 
 def read(path: Path, *columns: str, learns: bool = True) -> Recording:
-    return Reading(Description(columns, Inputs()), learns=learns).of_one(path)
+    return Reading(LogDescription(columns, Inputs()), learns=learns).of_one(path)
 
 
 def same(recording: Recording, truth: Dive, begin: float, after: float = 0.0, within: float = 1e-3) -> None:
@@ -78,7 +78,7 @@ def tlog(path: Path, packets: Sequence[Packet], begin: float = EPOCH) -> Path:
 
 def test_a_telemetry_log(tmp_path: Path) -> None:
     path = tlog(tmp_path / "dive.log", telemetry(DIVE))
-    counts = {topic.name: topic.count for topic in opened(path).topics}
+    counts = {topic.name: topic.count for topic in open_any(path).topics}
     assert counts["ATTITUDE"] == counts["SERVO_OUTPUT_RAW"] == DIVE.time.size
     assert counts["HEARTBEAT"] == counts["mavlink/255/190/HEARTBEAT"] == 30
     recording = read(path)
@@ -111,7 +111,7 @@ def test_damaged_packets_are_skipped(tmp_path: Path) -> None:
     path = tlog(tmp_path / "dive.tlog", broken)
     content = path.read_bytes()
     path.write_bytes(content[:5000] + b"\xfe\xfdnoise of a serial line" + content[5000:-3])
-    counts = {topic.name: topic.count for topic in opened(path).topics}
+    counts = {topic.name: topic.count for topic in open_any(path).topics}
     assert 0.95 * DIVE.time.size < counts["ATTITUDE"] < DIVE.time.size
     assert read(path).time.size
 
@@ -168,7 +168,7 @@ def dataflash(truth: Dive, arms: bool = True) -> Dataflash:
 
 def test_a_dataflash_log(tmp_path: Path) -> None:
     path = dataflash(DIVE).save(tmp_path / "00000012.BIN")
-    counts = {topic.name: topic.count for topic in opened(path).topics}
+    counts = {topic.name: topic.count for topic in open_any(path).topics}
     assert counts["IMU"] == counts["IMU[1]"] == counts["RCOU"] == DIVE.time.size
     same(read(path), DIVE, BOOT, ARMED_FROM)
     other = read(path, "yaw_rate=IMU[1].GyrZ")

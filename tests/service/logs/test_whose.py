@@ -14,8 +14,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from incsvr.errors import BadInput
 from service.inputs.instances import INSTANCE_FIELDS
 from service.inputs.settings import Inputs
-from service.logs import opened
-from service.logs.reading import Description
+from service.logs import open_any
+from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from tests.service import link
@@ -29,7 +29,7 @@ HALF = 10.0
 
 
 def read(path: Path, *columns: str, learns: bool = True, **inputs: Any) -> Recording:
-    return Reading(Description(columns, Inputs.model_validate(inputs)), learns=learns).of_one(path)
+    return Reading(LogDescription(columns, Inputs.model_validate(inputs)), learns=learns).of_one(path)
 
 
 def written(folder: Path, form: str, *parts: Any, **more: Any) -> Path:
@@ -59,7 +59,7 @@ def test_a_second_bank_and_a_second_battery_are_topics_of_their_own(tmp_path: Pa
     bank = [link.outputs(t, (1100, 1900, 1500, 1500), port=1) for t in DIVE.time]
     spare = [link.battery(t + 0.5, 11.0, which=1) for t in range(20)]
     path = written(tmp_path, form, link.parameters(), link.swum(DIVE), bank, spare)
-    counts = {topic.name.rpartition("/")[2]: topic.count for topic in opened(path).topics}
+    counts = {topic.name.rpartition("/")[2]: topic.count for topic in open_any(path).topics}
     assert counts["SERVO_OUTPUT_RAW"] == counts["SERVO_OUTPUT_RAW[1]"] == DIVE.time.size
     recording = read(path)
     same(recording, DIVE.torque)

@@ -17,7 +17,7 @@ from incsvr.signals import synchronise
 from service import wire
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.logs.archive_files import archived
+from service.logs.archive_files import archive_files
 from service.recordings import archive, samples_from_recording
 from service.recordings.archive import Archive
 from service.recordings.archive_reader import ArchiveReader, is_archive
@@ -77,7 +77,7 @@ def test_the_same_models_come_of_an_archive_to_the_byte(
     assert [without_boot(models.get(timeout=PATIENCE)) for _ in served] == served
     assert again.health().counters["rejected:wrong_encoding"] == 1
     # A file that was cut off in the middle, as by kill -9, is read up to there.
-    (file,) = archived(folder)
+    (file,) = archive_files(folder)
     os.truncate(file, file.stat().st_size // 2)
     assert 0 < len(ArchiveReader.read([folder])) < len(what)
 
@@ -99,7 +99,7 @@ def test_what_went_out_is_in_it_with_the_configuration_and_other_tools_read_it(
     kept: tuple[Path, list[bytes]],
 ) -> None:
     folder, served = kept
-    (file,) = archived(folder)
+    (file,) = archive_files(folder)
     with file.open("rb") as stream:
         reader = make_reader(stream)
         summary = reader.get_summary()
@@ -115,7 +115,7 @@ def test_what_went_out_is_in_it_with_the_configuration_and_other_tools_read_it(
 
 def test_the_layout_for_foxglove_shows_what_is_in_it(kept: tuple[Path, list[bytes]]) -> None:
     folder, _ = kept
-    (file,) = archived(folder)
+    (file,) = archive_files(folder)
     with file.open("rb") as stream:
         last = {channel.topic: message.data for _, channel, message in make_reader(stream).iter_messages()}
     layout = json.loads((ROOT / "deploy" / "foxglove.json").read_text(encoding="utf-8"))
@@ -142,7 +142,7 @@ def test_files_are_rotated_and_bounded_and_go_on_after_a_restart(tmp_path: Path)
             assert number or not kept.notices()
         kept.close()
         assert not kept.notices()
-    files = archived(tmp_path, "a-b")
+    files = archive_files(tmp_path, "a-b")
     numbers = [int(path.stem[-6:]) for path in files]
     assert numbers == list(range(numbers[0], numbers[0] + len(files)))
     assert numbers[0] > 1
@@ -167,7 +167,7 @@ def test_what_is_taken_from_under_it_is_said_and_another_file_begun(
     folder = tmp_path / "kept"
     bench = start(**QUICK, archive__directory=str(folder))
     bench.play(run)
-    (file,) = archived(folder)
+    (file,) = archive_files(folder)
     bench.health_when(lambda _: file.stat().st_size > 10_000)
     TAKEN[taken](file)
     told = bench.health_when(lambda health: any("another one was begun" in reason for reason in health.reasons))
@@ -175,7 +175,7 @@ def test_what_is_taken_from_under_it_is_said_and_another_file_begun(
     assert any(reason.endswith("are missing in the archive") for reason in told.reasons)
     bench.play(run)
     bench.stop()
-    newest = archived(folder)[-1]
+    newest = archive_files(folder)[-1]
     assert newest.name == "leng-yaw_000002.mcap"
     assert len(ArchiveReader.read([newest])) >= run.time.size
 
