@@ -7,7 +7,6 @@ must be right whenever it is served.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
@@ -143,7 +142,7 @@ def _shares(runs: Record, key: str) -> list[list[str]]:
     return rows
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.learner.coverage",
         __doc__,
@@ -156,8 +155,7 @@ def main(words: Sequence[str] | None = None) -> int:
     records = chain.from_iterable(in_processes(examine, seeds, "seeds", args.processes))
     document = measured | {"seeds": f"{seeds[0]}–{seeds[-1]}", "records": list(records)}
     publish(args.out, "coverage", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -8,7 +8,6 @@ until then; both get the interval of what 95 % of their own errors at that horiz
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -68,14 +67,14 @@ class Truth:
     heading: Array
 
 
-def examine(work: tuple[Case, float, str]) -> list[Record]:
+def examine(work: tuple[Case, float]) -> list[Record]:
     """A record for each forecast of a recording: case, horizon, method, errors and half intervals."""
-    case, duration, policy = work
+    case, duration = work
     recording, inertia, truth = _played(case, duration)
     signals = signals_for([recording], inertia, RATE_LIMIT)
     try:
         samples, _ = samples_of(recording, signals, None)
-        settings = learner_for(samples, policy=policy)
+        settings = learner_for(samples)
     except BadInput as refusal:
         return [{"case": case.name, "refused": str(refusal)}]
     streams = recording.streams()
@@ -233,7 +232,7 @@ def _table(rows: Sequence[Record], which: str, unit: str) -> str:
     return table(["case", "ahead", "n", *heads, "worth"], lines)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.learner.forecast",
         __doc__,
@@ -242,21 +241,19 @@ def main(words: Sequence[str] | None = None) -> int:
         minutes=(30.0, "how long a mission is"),
         processes=(CORES, "recordings at once"),
     )
-    parser.add_argument("--policy", choices=("paper", "weighted"), default="paper")
     args, measured = begin(parser, words)
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     cases = [Case(f"{kind}, {vehicle}", seed, kind, vehicle) for kind, vehicle in MISSIONS for seed in seeds]
     cases += [Case("open loop, leng", seed) for seed in seeds]
     cases += [Case(f"measured, {name}", None, vehicle=name) for name in INERTIAS if (MEASURED / name).is_dir()]
-    work = [(case, 60.0 * args.minutes, args.policy) for case in cases]
+    work = [(case, 60.0 * args.minutes) for case in cases]
     records = list(chain.from_iterable(in_processes(examine, work, "recordings", args.processes)))
     document = measured | {
         "rows": condensed(records),
         "refused": [f"{record['case']}: {record['refused']}" for record in records if "refused" in record],
     }
     publish(args.out, "forecast", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

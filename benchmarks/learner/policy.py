@@ -78,7 +78,7 @@ def _baselines(document: Record) -> Iterator[list[str]]:
             yield [name, *("–" if each is None else f"{each:.2f}" for each in cells)]
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.learner.policy",
         __doc__,
@@ -98,8 +98,7 @@ def main(words: Sequence[str] | None = None) -> int:
         found += measured_runs.rows(inertia)
     document = measured | {"seeds": f"{seeds[0]}–{seeds[-1]}", "rows": found, "records": records}
     publish(args.out, "policy", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

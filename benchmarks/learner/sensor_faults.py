@@ -6,7 +6,6 @@ any fault, and the paper's experiment, in which every pause is a false one.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 
@@ -90,7 +89,7 @@ def _day(record: Record) -> list[str]:
     ]
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.learner.sensor_faults",
         __doc__,
@@ -112,8 +111,7 @@ def main(words: Sequence[str] | None = None) -> int:
         document["days"] += in_processes(partial(quiet, policy=policy), days, "days", at_once)
         document["paper"] += in_processes(partial(paper, policy=policy), papers, "experiments", at_once)
     publish(args.out, "sensor_faults", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -9,7 +9,6 @@ samples stands beside them as what no small memory can have. `make several`.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
@@ -230,7 +229,7 @@ def report(document: Record) -> str:
     )
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.learner.several",
         __doc__,
@@ -247,8 +246,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "records": in_processes(examine, cases, "vehicles", args.processes),
     }
     publish(args.out, "several", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -8,7 +8,6 @@ log is learned twice: as `fit` takes it by itself, and with the torque on a line
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -51,7 +50,7 @@ def examine(recording: Recording, torque: TorqueKind | None) -> tuple[list[list[
     return off.tolist(), any(SAYS in remark for remark in fit.remarks)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.learner.slow_commands",
         __doc__,
@@ -70,8 +69,7 @@ def main(words: Sequence[str] | None = None) -> int:
         table(head, rows),
     )
     publish(args.out, "slow_commands", measured | {"rows": rows}, text)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from sklearn.svm import SVR
 
-from benchmarks.paper.repetition import LEARNERS, USUAL
+from benchmarks.paper.repetition import LEARNERS
 from incsvr.learning.baselines import (
     AdaptiveIdentifier,
     Baseline,
@@ -44,7 +44,7 @@ def measure(seeds: int = 20, passes: int = 6, advance: Callable[[], None] = lamb
         passes: after how many steps of the first repetition Eq. 8's passes run: they take up to a second each.
         advance: called after each of the seeds + 1 parts.
     """
-    parts = {policy: _Steps(LEARNERS[policy]) for policy in USUAL}
+    parts = {policy: _Steps(settings) for policy, settings in LEARNERS.items()}
     for steps in parts.values():
         steps.over(seed=1000, passes=0)  # warm: the first calls load what they need
         steps.clear()

@@ -6,7 +6,6 @@ same warm start, and its curve is laid beside the exact one, or beside the valid
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -181,7 +180,7 @@ def report(found: list[dict[str, float]], heading: str) -> str:
     )
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.paper.differences",
         __doc__,
@@ -194,8 +193,7 @@ def main(words: Sequence[str] | None = None) -> int:
     found = list(chain.from_iterable(in_processes(examine, seeds, "repetitions", args.processes)))
     text = report(found, f"`{measured['command']}`, {measured['date']}")
     publish(args.out, "differences", measured | {"steps": found}, text)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -6,7 +6,7 @@ SVRs that is Σ θⱼ κ(rⱼ, r), without the continuation beyond the learned r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,10 +34,8 @@ from simulator import leng
 LEARNERS: Mapping[str, Settings] = {
     "paper": Settings(policy="paper"),
     "weighted": Settings(policy="weighted"),
-    "paper, Eq. 8": Settings(policy="paper", solver="passes"),
 }
-"""The learners by name; the last is the paper's to the letter, and takes a hundred times as long."""
-USUAL = ("paper", "weighted")
+"""The learners by name."""
 TUNED = "tuned as in IV-B"
 TUNED_LAST = "tuned, last step"
 AT_CONVERGENCE = "at convergence †"
@@ -71,8 +69,8 @@ class Repetition:
     points: dict[str, tuple[float, float, float]]
 
 
-def repeat(seed: int, learners: Sequence[str] = USUAL, whole: bool = True) -> Repetition:
-    """One repetition of the whole experiment with the baselines and these LEARNERS.
+def repeat(seed: int, whole: bool = True) -> Repetition:
+    """One repetition of the whole experiment with the baselines and the LEARNERS.
 
     Args:
         whole: also the paper's learner with C, ε and γ searched on T1 (Section IV-B), and the baselines beside the
@@ -97,8 +95,8 @@ def repeat(seed: int, learners: Sequence[str] = USUAL, whole: bool = True) -> Re
         for validation in ("V1", "V2") if number == "1" else ("V2",):
             errors = _errors(curve.predict, samples[validation])
             done.rows[f"B{number}", "", validation] = (*errors, float(curve.support_rate.size))
-    for learner in learners:
-        _learned(done, learner, LEARNERS[learner], samples, validated)
+    for learner, settings in LEARNERS.items():
+        _learned(done, learner, settings, samples, validated)
     if not whole:
         return done
     trials = list(search(samples["T1"], LEARNERS["paper"]))

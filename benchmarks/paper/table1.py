@@ -25,7 +25,6 @@ from benchmarks.paper.repetition import (
     LEARNERS,
     TUNED,
     TUNED_LAST,
-    USUAL,
     Repetition,
     repeat,
 )
@@ -59,7 +58,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="repetitions of the experiment (20)")
     parser.add_argument("--first-seed", type=int, default=0, metavar="SEED", help="of the first repetition (0)")
     parser.add_argument("--processes", type=int, metavar="N", help="repetitions at once; else one for each core")
-    parser.add_argument("--passes", action="store_true", help="also the paper's learner with Eq. 8's passes (minutes)")
     parser.add_argument("--quick", action="store_true", help="Table I's own rows for both policies, and no others")
     add_json_argument(parser)
 
@@ -71,9 +69,9 @@ def run(args: argparse.Namespace) -> int:
             wanted = "give at least one repetition" if name == "seeds" else f"give {least} or more"
             raise BadInput(f"--{flag} {getattr(args, name)}: {wanted}")
     seeds = range(args.first_seed, args.first_seed + args.seeds)
-    once = partial(repeat, learners=tuple(LEARNERS) if args.passes else USUAL, whole=not args.quick)
+    once = partial(repeat, whole=not args.quick)
     done = in_processes(once, seeds, "repetitions", min(args.seeds, args.processes or CORES))
-    words = f"--seeds {args.seeds} --first-seed {args.first_seed}" + " --passes" * args.passes + " --quick" * args.quick
+    words = f"--seeds {args.seeds} --first-seed {args.first_seed}" + " --quick" * args.quick
     result = summary(done) | {"measured": provenance(f"incsvr table1 {words}")}
     result["why"] = _why(result) if args.seeds > 1 else None
     result["published"] = published() if args.quick else None  # what a single run is laid beside

@@ -6,7 +6,6 @@ training step as the paper's text says, and after the last step alone.
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
@@ -85,7 +84,7 @@ def _named(point: Point) -> str:
     return "{{{:g}, {:g}, {:g}}}".format(*point)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.paper.tuning",
         __doc__,
@@ -97,8 +96,7 @@ def main(words: Sequence[str] | None = None) -> int:
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     text = report(in_processes(examine, seeds, "seeds", args.processes), f"`{measured['command']}`, {measured['date']}")
     publish(args.out, "tuning", measured, text)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -7,7 +7,6 @@ over the wire is stated per message and, at the vehicle's own pace, per vehicle 
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import threading
 import time
@@ -172,7 +171,7 @@ def report(result: Record) -> str:
     )
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.service.fleet",
         __doc__,
@@ -182,8 +181,7 @@ def main(words: Sequence[str] | None = None) -> int:
     args, measured = begin(parser, words, "eclipse-zenoh")
     result = measured | measure(args.vehicles, args.speed)
     publish(args.out, "fleet", result, report(result))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -136,14 +136,13 @@ def _opened(path: Path) -> float | str:
         return str(error)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options("benchmarks.service.recording", __doc__, hours=(10.0, "of the vehicle's time"))
     args, measured = begin(parser, words, "rerun-sdk")
     with tempfile.TemporaryDirectory() as folder:
         result = measure(Path(folder) / "run.rrd", args.hours)
     study.write(args.out, "recording", {"measured": measured, "hours": args.hours, **result})
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

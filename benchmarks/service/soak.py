@@ -6,7 +6,6 @@ own, with its durable state on disk; Leng's run comes again and again, some hund
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -54,14 +53,13 @@ def soak(minutes: float, pace: float) -> dict[str, Any]:
     }
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.service.soak", __doc__, minutes=(30.0, "how long"), pace=(10.0, "batches of samples a second")
     )
     args, measured = begin(parser, words, "eclipse-zenoh")
     write(args.out, "soak", measured | soak(args.minutes, args.pace))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

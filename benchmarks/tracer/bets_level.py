@@ -8,7 +8,6 @@ as won where the bets ever reach 1/α. Where the first model is right, that happ
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from itertools import chain
@@ -103,7 +102,7 @@ def _share(won: Sequence[float], level: float) -> str:
     return f"{hits} ({100.0 * low:.0f}–{100.0 * high:.0f} %)"
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.tracer.bets_level",
         __doc__,
@@ -117,8 +116,7 @@ def main(words: Sequence[str] | None = None) -> int:
     records = chain.from_iterable(in_processes(examine, seeds, "hours", args.processes, args.minutes))
     document = measured | {"first_seed": args.first_seed, "records": list(records)}
     publish(args.out, "bets_level", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -6,7 +6,6 @@ nothing but noise, water and ordinary work happens. The learner adopts what it p
 
 from __future__ import annotations
 
-import sys
 import time
 import traceback
 from collections.abc import Sequence
@@ -216,7 +215,7 @@ def _rows(records: Sequence[Record]) -> str:
     return table([*head, "served ÷ sound"], rows)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.tracer.live_missions",
         __doc__,
@@ -244,8 +243,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "asked": len(cases),
     }
     publish(args.out, "live_missions", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

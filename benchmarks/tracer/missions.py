@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -109,7 +108,7 @@ def report(document: Record) -> str:
     return page(*parts)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     """Writes the page missions.md; for the learner or the tracer alone missions_learner.md or missions_tracer.md."""
     parser = options(
         "benchmarks.tracer.missions",
@@ -133,8 +132,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "minutes": round((time.perf_counter() - began) / 60.0, 1),
     }
     publish(args.out, "missions" if args.only is None else f"missions_{args.only}", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from statistics import median
@@ -67,7 +66,7 @@ def _by(records: Sequence[Record], key: str) -> str:
     return table([*head, "false, nothing hidden (95 %)"], rows)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.tracer.second_table",
         __doc__,
@@ -88,8 +87,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "records": in_processes(examine, work, "cases", args.processes),
     }
     publish(args.out, "second_table", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

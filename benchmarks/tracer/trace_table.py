@@ -7,7 +7,6 @@ what the torque is and where the noise is (simulator/trial.py); each of the two 
 from __future__ import annotations
 
 import random
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -43,7 +42,7 @@ def examine(work: tuple[str, Trial]) -> Record:
     }
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.tracer.trace_table",
         __doc__,
@@ -66,7 +65,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if args.only:
         group, _, seed = args.only.partition(":")
         print(json_text(examine((group, drawn(group, int(seed) - args.first_seed))), indent=2))
-        return 0
+        return
     work = [(group, drawn(group, index)) for group in GROUPS for index in range(getattr(args, group))]
     # In random order, so that a study that stops early is a smaller study of the same kind.
     random.Random(args.first_seed).shuffle(work)
@@ -80,8 +79,7 @@ def main(words: Sequence[str] | None = None) -> int:
     }
     name = "trace_table" + "_measured" * (args.noise == "measured")
     publish(args.out, name, document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -13,7 +13,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -176,7 +175,7 @@ def report(document: Record) -> str:
     )
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options(
         "benchmarks.tracer.trouble",
         __doc__,
@@ -192,8 +191,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "records": in_processes(examine, cases, "logs", args.processes),
     }
     publish(args.out, "trouble", document, report(document))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

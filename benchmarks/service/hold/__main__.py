@@ -52,7 +52,7 @@ def _lines(studies: dict[str, Callable[[], list[Row]]]) -> Iterator[str]:
             yield row.as_text()
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> None:
     parser = options("benchmarks.service.hold", __doc__, part=(1.0, "of the tries"), seed=(0, "of moments and places"))
     parser.add_argument("--only", nargs="+", metavar="STUDY", help="some of them alone; the result is only printed")
     args, measured = begin(parser, words, "eclipse-zenoh")
@@ -66,8 +66,7 @@ def main(words: Sequence[str] | None = None) -> int:
         text += line + "\n"
     if not args.only:
         (args.out / "hold.md").write_text(text, encoding="utf-8")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
