@@ -119,10 +119,12 @@ def in_processes(
     return [results[place] for place in sorted(results)]
 
 
-def write(folder: Path, name: str, document: Mapping[str, Any]) -> None:
-    """Writes a study for programs (`name.json`)."""
+def write(folder: Path, name: str, document: Mapping[str, Any]) -> str:
+    """Writes a study for programs (`name.json`); gives what was written."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.json").write_text(json_text(document, indent=1) + "\n", encoding="utf-8")
+    text = json_text(document, indent=1) + "\n"
+    (folder / f"{name}.json").write_text(text, encoding="utf-8")
+    return text
 
 
 def publish(folder: Path, name: str, document: Mapping[str, Any], text: str) -> None:

@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+SIGMAS_OF_95 = 1.96
+"""Half width of a band of 95 %, in standard deviations."""
+
 
 def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """Markdown."""
@@ -38,7 +41,7 @@ def interval(hits: int, count: int) -> tuple[float, float]:
     """Wilson's 95 % interval of a share."""
     if count == 0:
         return 0.0, 1.0
-    z, share = 1.96, hits / count
+    z, share = SIGMAS_OF_95, hits / count
     middle = (share + z * z / (2 * count)) / (1 + z * z / count)
     half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
     return max(middle - half, 0.0), min(middle + half, 1.0)

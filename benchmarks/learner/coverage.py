@@ -14,9 +14,9 @@ from itertools import chain, pairwise
 import numpy as np
 
 from benchmarks.learner.policies import POLICIES, Policy, batches
-from benchmarks.learner.policy_scenarios import FIRST, Scenario
+from benchmarks.learner.policy_scenarios import SAMPLES_BEFORE, Scenario
 from benchmarks.study import Record, begin, in_processes, options, publish
-from benchmarks.tables import grouped, page, table
+from benchmarks.tables import SIGMAS_OF_95, grouped, page, table
 from incsvr.learning.criteria import Mask
 from incsvr.learning.learner import Settings, start, step
 from incsvr.learning.model import Model
@@ -26,17 +26,15 @@ from simulator import leng
 
 FIRST_SEED = 640_000
 """Seeds from here on are for the published table alone."""
-EDGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25)
+BAND_EDGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25)
 """Of the five bands of |r| [rad/s]."""
-PER_BAND = 10
+RATES_PER_BAND = 10
 """Rates at which the curve is judged in each band, to each side."""
-WIDTH = 1.96
-"""Half width of a band of 95 %, in standard deviations."""
-SETTLED = 4
+FIRST_JUDGED_ITERATION = 4
 """From this iteration of a run on the bands are judged."""
-EARLY = (1, 2, 3, 4, 14)
+NOISE_ITERATIONS = (1, 2, 3, 4, 14)
 """Iterations of the first run after which the noise level is told."""
-CORRELATED = Scenario("noise correlated at 0.9, nothing happens", samples=FIRST, correlation=0.9, outliers=0.0)
+CORRELATED = Scenario("noise correlated at 0.9, nothing happens", samples=SAMPLES_BEFORE, correlation=0.9, outliers=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +67,12 @@ def voyages(seed: int) -> Iterator[tuple[Run, ...]]:
 
 def judged(model: Model, run: Run) -> tuple[Array, Array]:
     """Shares (5,) of the samples within ±1.96 σ, and of the truth within the curve's band; NaN where none is asked."""
-    edges = np.array(EDGES)
-    size = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(PER_BAND) + 0.5) / PER_BAND).ravel()
+    edges = np.array(BAND_EDGES)
+    size = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(RATES_PER_BAND) + 0.5) / RATES_PER_BAND).ravel()
     rates = np.concatenate((-size, size))
     curve, sampled = model.predict(rates), model.predict(run.unseen.yaw_rate)
-    true_held = np.abs(run.truth(rates) - curve.damping) <= WIDTH * curve.curve_sigma
-    sample_held = np.abs(run.unseen.damping - sampled.damping) <= WIDTH * sampled.sigma
+    true_held = np.abs(run.truth(rates) - curve.damping) <= SIGMAS_OF_95 * curve.curve_sigma
+    sample_held = np.abs(run.unseen.damping - sampled.damping) <= SIGMAS_OF_95 * sampled.sigma
     return (
         _by_band(run.unseen.yaw_rate[~sampled.extrapolated], sample_held[~sampled.extrapolated]),
         _by_band(rates[~curve.extrapolated], true_held[~curve.extrapolated]),
@@ -82,8 +80,10 @@ def judged(model: Model, run: Run) -> tuple[Array, Array]:
 
 
 def _by_band(rate: Array, held: Mask) -> Array:
-    place = np.digitize(np.abs(rate), EDGES) - 1
-    return np.array([held[place == band].mean() if (place == band).any() else np.nan for band in range(len(EDGES) - 1)])
+    place = np.digitize(np.abs(rate), BAND_EDGES) - 1
+    return np.array(
+        [held[place == band].mean() if (place == band).any() else np.nan for band in range(len(BAND_EDGES) - 1)]
+    )
 
 
 def voyage(runs: Sequence[Run], policy: Policy) -> list[Record]:
@@ -95,7 +95,7 @@ def voyage(runs: Sequence[Run], policy: Policy) -> list[Record]:
         for number, batch in enumerate(batches(run.training, settings.batch), 1):
             state, iteration = step(settings, state, batch)
             sigmas.append(iteration.model.sigma)
-            if number >= SETTLED:
+            if number >= FIRST_JUDGED_ITERATION:
                 shares.append(judged(iteration.model, run))
         samples, curve = (np.nanmean(part, axis=0).tolist() for part in zip(*shares, strict=True))
         records.append({"run": run.name, "policy": policy, "samples": samples, "curve": curve, "sigma": sigmas})
@@ -110,24 +110,24 @@ def examine(seed: int) -> list[Record]:
 def report(document: Record) -> str:
     """Markdown."""
     runs = {name: grouped(own, "policy") for name, own in grouped(document["records"], "run").items()}
-    bands = [f"{low:g}–{high:g} rad/s" for low, high in pairwise(EDGES)]
+    bands = [f"{low:g}–{high:g} rad/s" for low, high in pairwise(BAND_EDGES)]
     first = next(iter(runs))
     noise = [
         [policy, *(f"{part.mean():.2f} ± {part.std(ddof=min(1, part.size - 1)):.2f}" for part in sigma.T)]
         for policy, own in runs[first].items()
-        for sigma in [np.array([record["sigma"] for record in own])[:, np.array(EARLY) - 1]]
+        for sigma in [np.array([record["sigma"] for record in own])[:, np.array(NOISE_ITERATIONS) - 1]]
     ]
     return page(
         "# How often the bands of 95 % hold what they should",
         f"Made by `{document['command']}` on {document['date']}, seeds {document['seeds']}. Shares in %, mean ± "
-        f"standard error over the seeds, over all iterations of a run from number {SETTLED} on.",
+        f"standard error over the seeds, over all iterations of a run from number {FIRST_JUDGED_ITERATION} on.",
         "## Fresh samples within ±1.96 σ",
         table(["run", "policy", *bands, "all"], _shares(runs, "samples")),
         "## The truth within the curve's own band",
         table(["run", "policy", *bands, "all"], _shares(runs, "curve")),
         f"## The noise level that is served, {first} [N m]",
         "Mean ± standard deviation over the seeds.",
-        table(["policy", *(f"after iteration {number}" for number in EARLY)], noise),
+        table(["policy", *(f"after iteration {number}" for number in NOISE_ITERATIONS)], noise),
     )
 
 

@@ -38,7 +38,7 @@ from simulator.missions import Mission, play
 
 HORIZONS = (1.0, 5.0, 20.0, 60.0)
 """[s]"""
-STARTS = 5
+STARTS_PER_BATCH = 5
 """Of a batch."""
 METHODS = ("learner", "hold", "least squares")
 MISSIONS = (("survey", "auv"), ("survey", "rov"), ("waypoints", "auv"), ("circles", "rov"), ("survey", "leng"))
@@ -109,7 +109,7 @@ class Contest:
     def over(self, batch: Samples, model: Model, experience: Experience, textbook: Damping) -> None:
         """Forecasts from five instants of a batch with what was learned before it."""
         whole = self.whole
-        for place in np.linspace(0, len(batch) - 1, STARTS, endpoint=False).astype(int).tolist():
+        for place in np.linspace(0, len(batch) - 1, STARTS_PER_BATCH, endpoint=False).astype(int).tolist():
             node = int(np.searchsorted(whole.time, batch.time[place]))
             if node >= whole.time.size or not np.isfinite(whole.rate[node]):
                 continue

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.learner import policy_measured as measured_runs
 from benchmarks.learner.policies import GAMMA, POLICIES
-from benchmarks.learner.policy_cases import ADAPTIVE, CASES, EXPERIMENT, FITTED, LAST, examine
+from benchmarks.learner.policy_cases import ADAPTIVE, CASES, EXPERIMENT, FITTED, FITTED_SAMPLES, examine
 from benchmarks.study import Record, begin, in_processes, options, publish
 from benchmarks.tables import grouped, page, table
 
@@ -49,7 +49,7 @@ def report(document: Record) -> str:
         f"The weighted policy is worse in {worse} of {len(found)} rows.",
         "## The baselines that the paper cites",
         "RMS to the truth at the end [N m] (the policies: mean of the last four batches), and of missions over the "
-        f"water's deviation; mean over the seeds. The baselines are fitted to the last {LAST} "
+        f"water's deviation; mean over the seeds. The baselines are fitted to the last {FITTED_SAMPLES} "
         "samples, the adaptive identifier to all of a mission's streams.",
         table(["what", *POLICIES, *NAMES], list(_baselines(document))),
     )

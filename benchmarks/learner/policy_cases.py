@@ -1,7 +1,8 @@
 """The figures of one case and seed under both policies, and of the baselines that the paper cites beside them.
 
 No baseline forgets by itself but recursive least squares and the adaptive identifier, so that the others are fitted to
-the last LAST samples. The adaptive identifier needs the streams of yaw rate and torque, which missions alone have.
+the last FITTED_SAMPLES samples. The adaptive identifier needs the streams of yaw rate and torque, which missions alone
+have.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ EXPERIMENT = "experiment"
 MISSIONS = ("survey", "waypoints", "zigzag", "circles", "day")
 """Ordinary missions, of the vehicle "auv", on which both are tried."""
 CASES = (EXPERIMENT, *SCENARIOS, *MISSIONS)
-SETTLED = 1.03
+SETTLED_RATIO = 1.03
 """An error has settled from the batch on after which it stays below this times its final value."""
-SOON = 4
+SOON_BATCHES = 4
 """Batches in which a policy should have settled after a change."""
-LAST = 500
+FITTED_SAMPLES = 500
 """Samples: ten of the paper's batches."""
 FITTED: Mapping[str, Baseline] = {
     "least squares": LeastSquares(),
@@ -96,11 +97,13 @@ def experiment(seed: int, policy: Policy) -> Figures:
             curve.append(Errors.of(state.model, validation).mae / reference)
         curves.append(np.array(curve))
     first, second = curves
-    unsettled = np.flatnonzero(second > SETTLED * second[-1])
+    unsettled = np.flatnonzero(second > SETTLED_RATIO * second[-1])
     return {
         ("T1 → V1", "final MAE over the offline SVR's"): float(first[-1]),
         ("T2 → V2", "final MAE over the offline SVR's"): float(second[-1]),
-        ("T2 → V2", f"mean of the first {SOON} batches' MAE over the offline SVR's"): float(second[:SOON].mean()),
+        ("T2 → V2", f"mean of the first {SOON_BATCHES} batches' MAE over the offline SVR's"): float(
+            second[:SOON_BATCHES].mean()
+        ),
         ("T2 → V2", "batches until within 3 % of the final MAE for good"): float(unsettled.max(initial=-1) + 2),
         ("T1, T2", "most vectors served"): float(largest),
     }
@@ -121,7 +124,9 @@ def scenario(name: str, seed: int, policy: Policy) -> Figures:
         (name, "RMS to the truth, mean of the last four batches [N m]"): float(np.mean(errors[-4:])),
     }
     if name not in ("drift", "nothing", "nothing, correlated", "low speed", "hull at low speed", "wrong inertia"):
-        figures[name, f"RMS to the truth, mean of the first {SOON} batches since [N m]"] = float(np.mean(errors[:SOON]))
+        figures[name, f"RMS to the truth, mean of the first {SOON_BATCHES} batches since [N m]"] = float(
+            np.mean(errors[:SOON_BATCHES])
+        )
     return figures
 
 
@@ -167,4 +172,4 @@ def _samples(outcome: Outcome) -> Samples:
 
 def _last(samples: Samples) -> Data:
     nothing = np.empty(0)
-    return Data(samples.take(slice(-LAST, None)), nothing, nothing, nothing)
+    return Data(samples.take(slice(-FITTED_SAMPLES, None)), nothing, nothing, nothing)

@@ -11,13 +11,13 @@ from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from simulator import leng
 
-PERIOD = 0.6
+SAMPLE_PERIOD_S = 0.6
 """Between two samples [s], as in the Leng experiment."""
-SIGMA = 4.0
+NOISE_NM = 4.0
 """Noise of a sample [N m]."""
 RATES: Array = np.linspace(-0.24, 0.24, 97)
 """Where a learner is judged [rad/s]."""
-FIRST = 700
+SAMPLES_BEFORE = 700
 """Samples before anything happens, as many as T1 has."""
 
 Factor = Callable[[Array, Array], Array]
@@ -41,8 +41,8 @@ class Scenario:
     """
 
     sentence: str
-    samples: int = FIRST + 550
-    event: int = FIRST
+    samples: int = SAMPLES_BEFORE + 550
+    event: int = SAMPLES_BEFORE
     amplitude: Callable[[Array], Array] = lambda k: np.full(k.size, 0.24)
     correlation: float = 0.0
     outliers: float = 0.01
@@ -60,35 +60,35 @@ class Scenario:
         """The stream; its rates carry the gyro's noise after smoothing, 0.0015 rad/s."""
         rng = np.random.default_rng([seed, *self.sentence.encode()])
         k: Array = np.arange(self.samples, dtype=np.float64)
-        rate = self.amplitude(k) * np.sin(2.0 * np.pi * k * PERIOD / 67.0 + rng.uniform(0.0, 2.0 * np.pi))
+        rate = self.amplitude(k) * np.sin(2.0 * np.pi * k * SAMPLE_PERIOD_S / 67.0 + rng.uniform(0.0, 2.0 * np.pi))
         noise = rng.normal(size=k.size)
         for i in range(1, k.size if self.correlation else 0):
             noise[i] = self.correlation * noise[i - 1] + np.sqrt(1.0 - self.correlation**2) * noise[i]
-        damping = leng.damping(rate) * self.factor(rate, k) + self.offset(k) + self.disturbance(k) + SIGMA * noise
-        damping += self.inertia_error * np.gradient(rate, PERIOD)
+        damping = leng.damping(rate) * self.factor(rate, k) + self.offset(k) + self.disturbance(k) + NOISE_NM * noise
+        damping += self.inertia_error * np.gradient(rate, SAMPLE_PERIOD_S)
         wild = rng.random(k.size) < self.outliers
         damping += wild * rng.choice([-1.0, 1.0], k.size) * rng.uniform(20.0, 60.0, k.size)
-        return Samples(k * PERIOD, rate + 0.0015 * rng.normal(size=k.size), damping)
+        return Samples(k * SAMPLE_PERIOD_S, rate + 0.0015 * rng.normal(size=k.size), damping)
 
 
-def _step(part: float, at: int = FIRST) -> Factor:
+def _step(part: float, at: int = SAMPLES_BEFORE) -> Factor:
     return lambda r, k: 1.0 + part * (k >= at) * np.ones(np.shape(r))
 
 
 def _one_side(r: Array, k: Array) -> Array:
-    return np.asarray(1.0 + 0.15 * (k >= FIRST) * (r > 0.0))
+    return np.asarray(1.0 + 0.15 * (k >= SAMPLES_BEFORE) * (r > 0.0))
 
 
 def _bump(r: Array, k: Array) -> Array:
-    return np.asarray(1.0 + 0.25 * (k >= FIRST) * np.exp(-(((r - 0.12) / 0.03) ** 2)))
+    return np.asarray(1.0 + 0.25 * (k >= SAMPLES_BEFORE) * np.exp(-(((r - 0.12) / 0.03) ** 2)))
 
 
 def _offset(k: Array) -> Array:
-    return np.where(k >= FIRST, 6.0, 0.0)
+    return np.where(k >= SAMPLES_BEFORE, 6.0, 0.0)
 
 
 def _burst(k: Array) -> Array:
-    return np.where((k >= FIRST + 5) & (k < FIRST + 35), 25.0, 0.0)
+    return np.where((k >= SAMPLES_BEFORE + 5) & (k < SAMPLES_BEFORE + 35), 25.0, 0.0)
 
 
 def _drift(r: Array, k: Array) -> Array:
@@ -104,13 +104,13 @@ SCENARIOS: Mapping[str, Scenario] = {
     "bump": Scenario("+25 % within 0.03 rad/s of 0.12 rad/s alone", factor=_bump),
     "hull at low speed": Scenario(
         "the hull, met at |r| ≤ 0.06 rad/s alone, judged over all rates",
-        amplitude=lambda k: np.where(k < FIRST, 0.24, 0.06),
+        amplitude=lambda k: np.where(k < SAMPLES_BEFORE, 0.24, 0.06),
         factor=_step(leng.HULL),
     ),
     "low speed": Scenario(
         "1,000 samples at |r| ≤ 0.06 rad/s, judged over all rates",
-        samples=FIRST + 1000,
-        amplitude=lambda k: np.where(k < FIRST, 0.24, 0.06),
+        samples=SAMPLES_BEFORE + 1000,
+        amplitude=lambda k: np.where(k < SAMPLES_BEFORE, 0.24, 0.06),
     ),
     "drift": Scenario("+50 % over 2,000 samples", samples=2500, event=500, factor=_drift),
     "one side": Scenario("+15 % at positive rates alone", factor=_one_side),

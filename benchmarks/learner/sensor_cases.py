@@ -25,17 +25,17 @@ from incsvr.signals import Synchroniser
 from incsvr.signals.samples import Samples
 from simulator import leng
 
-BEGINS, LASTS, AFTER = 300.0, 600.0, 300.0
+FAULT_BEGINS_S, FAULT_LASTS_S, AFTERWARDS_S = 300.0, 600.0, 300.0
 """A fault begins within a batch after so long, lasts, and is watched afterwards [s]."""
-LOOK = 5.0
+LOOK_PERIOD_S = 5.0
 """The streams are taken in pieces of so long [s]."""
 RATES: Array = np.linspace(-0.22, 0.22, 45)
 """Where the served curve is judged [rad/s]."""
-ALLOWED = 1.5
+ALLOWED_ERROR_RATIO = 1.5
 """The served error may be so many times the control's."""
-SOON = 60.0
+NAMED_WITHIN_S = 60.0
 """Within which a fault is to be named [s]."""
-HULL_AT = 450.0
+HULL_AT_S = 450.0
 """In the combinations the hull is mounted then [s], within the fault."""
 
 
@@ -70,13 +70,13 @@ def follow(voyage: scenarios.Voyage, settings: Settings) -> Iterator[Look]:
     while began < max(float(clock[-1]) for clock in clocks.values()):
         kinds: list[str] = []
         for name, (t, value) in voyage.streams.items():
-            first, last = np.searchsorted(clocks[name], [began, began + LOOK])
+            first, last = np.searchsorted(clocks[name], [began, began + LOOK_PERIOD_S])
             synchroniser.push(name, t[first:last], value[first:last])
             count = synchroniser.rejected_by_stream.get(name, {}).get("implausible", 0)
             if implausible(name, count - refused.get(name, 0), int(last - first), leng.SIGNALS.rate_limit):
                 kinds.append("unit")
             refused[name] = count
-        began += LOOK
+        began += LOOK_PERIOD_S
         waiting = Samples.concatenate((waiting, synchroniser.ready()))
         while len(waiting) >= settings.batch:
             batch, waiting = waiting.take(slice(0, settings.batch)), waiting.take(slice(settings.batch, None))
@@ -95,9 +95,9 @@ def follow(voyage: scenarios.Voyage, settings: Settings) -> Iterator[Look]:
 def sailed(case: Case) -> tuple[scenarios.Voyage, float, float]:
     """The voyage of a case, and when its fault begins and ends [s]."""
     rng = np.random.default_rng([case.seed, 3])
-    begins = BEGINS + float(rng.uniform(0.0, 30.0))
-    ends = begins + LASTS
-    voyage = scenarios.experiment(case.seed, ends + AFTER, HULL_AT if case.more else np.inf)
+    begins = FAULT_BEGINS_S + float(rng.uniform(0.0, 30.0))
+    ends = begins + FAULT_LASTS_S
+    voyage = scenarios.experiment(case.seed, ends + AFTERWARDS_S, HULL_AT_S if case.more else np.inf)
     streams = dict(voyage.streams)
     if not case.heading:
         del streams["heading"]
@@ -123,7 +123,7 @@ def judged(case: Case, policy: Policy) -> Record:
     since = [look for look in looks if look.at > begins]
     named = next((look for look in since if look.kinds), None)
     served = [look.error for look in since if not look.paused]
-    at_end = [look for look in looks if look.at > ends + AFTER - 60.0]
+    at_end = [look for look in looks if look.at > ends + AFTERWARDS_S - 60.0]
     record = asdict(case) | {
         "policy": policy,
         "named_after": None if named is None else named.at - begins,
@@ -140,10 +140,14 @@ def judged(case: Case, policy: Policy) -> Record:
 
 def right(record: Record) -> bool:
     """Named soon; while it learned, and at the end, as good as the control; a changed vehicle is to be named alone."""
-    soon = record["named_after"] is not None and record["named_after"] <= SOON
+    soon = record["named_after"] is not None and record["named_after"] <= NAMED_WITHIN_S
     if scenarios.FAULTS[record["fault"]].changes_vehicle:
         return soon
-    return soon and record["worst_while_learning"] <= ALLOWED and (record["at_end"] or np.inf) <= ALLOWED
+    return (
+        soon
+        and record["worst_while_learning"] <= ALLOWED_ERROR_RATIO
+        and (record["at_end"] or np.inf) <= ALLOWED_ERROR_RATIO
+    )
 
 
 def quiet(day: tuple[int, float, bool], policy: Policy) -> Record:

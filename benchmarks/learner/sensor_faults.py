@@ -13,7 +13,16 @@ import numpy as np
 
 from benchmarks.learner import sensor_scenarios as scenarios
 from benchmarks.learner.policies import POLICIES
-from benchmarks.learner.sensor_cases import AFTER, ALLOWED, LASTS, SOON, Case, judged, paper, quiet
+from benchmarks.learner.sensor_cases import (
+    AFTERWARDS_S,
+    ALLOWED_ERROR_RATIO,
+    FAULT_LASTS_S,
+    NAMED_WITHIN_S,
+    Case,
+    judged,
+    paper,
+    quiet,
+)
 from benchmarks.study import Record, begin, in_processes, options, publish
 from benchmarks.tables import counted, grouped, page, table
 
@@ -46,11 +55,11 @@ def report(document: Record) -> str:
         "# Sensors that fail",
         f"`{document['command']}`, {document['date']}, {document['processor']}. Fresh seeds from "
         f"{document['first_seed']} on.",
-        f"Each fault lasts {LASTS:.0f} s from within a batch; with and without a heading, alone and with 2 % "
-        f"outliers and the hull in the middle of it. Right: named within {SOON:.0f} s, and at every look either "
-        f"paused or of at most {ALLOWED:g} times the control's largest error ({control:.2f} N m over "
-        f"±0.22 rad/s), at the end of {AFTER:.0f} s after it as well. What no two streams tell from a changed "
-        "vehicle is to be named alone.",
+        f"Each fault lasts {FAULT_LASTS_S:.0f} s from within a batch; with and without a heading, alone and with 2 % "
+        f"outliers and the hull in the middle of it. Right: named within {NAMED_WITHIN_S:.0f} s, and at every look "
+        f"either paused or of at most {ALLOWED_ERROR_RATIO:g} times the control's largest error ({control:.2f} N m "
+        f"over ±0.22 rad/s), at the end of {AFTERWARDS_S:.0f} s after it as well. What no two streams tell from a "
+        "changed vehicle is to be named alone.",
         *parts,
         "## Nothing fails",
         "Hull on and off every two hours, drop-outs, 2 % outliers, swell, 40 minutes of straight driving:",

@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array
 from simulator import leng
 
-STEP = 0.04
+STEP_S = 0.04
 """Of the integration, and the torque's sampling [s]."""
-GYRO_PERIOD, HEADING_PERIOD = 0.02, 0.2
+GYRO_PERIOD_S, HEADING_PERIOD_S = 0.02, 0.2
 TORQUE_NOISE, HEADING_NOISE = 0.3, 0.01
 """Standard deviations [N m], [rad]."""
 GYRO_NOISE, VIBRATION = 0.0070, 0.0074
 """A cheap gyro's standard deviation [rad/s] while the rotors stand, and what they add at full torque; it grows with
 their speed squared. Most of what a sample is off by is the gyro's here, where simulator.leng has it in the water."""
-HOLD = (60.0, 150.0)
+HOLD_GAINS = (60.0, 150.0)
 """Gains of the heading controller on straight legs [N m/rad], [N m s/rad]."""
-STRAIGHT = 2400.0
+MAX_STRAIGHT_S = 2400.0
 """The longest straight leg [s], once in each voyage of two hours or more."""
-HULL_EVERY = 7200.0
+HULL_PERIOD_S = 7200.0
 """The hull is mounted or taken off so often [s]."""
 
 Bools = NDArray[np.bool_]
@@ -69,18 +69,18 @@ def day(seed: int, seconds: float, sea: float = 3.0) -> Voyage:
     while began < seconds:
         kind = rng.choice(["sine", "steps", "straight", "sweep"], p=[0.4, 0.3, 0.15, 0.15])
         length = rng.uniform(120.0, 900.0)
-        if began >= longest and seconds >= 2.0 * HULL_EVERY:
-            kind, length, longest = "straight", STRAIGHT, np.inf
+        if began >= longest and seconds >= 2.0 * HULL_PERIOD_S:
+            kind, length, longest = "straight", MAX_STRAIGHT_S, np.inf
         here = (t >= began) & (t < began + length)
         straight[here] = kind == "straight"
         command[here] = _commanded(rng, kind, t[here] - began, length)
         began += length
-    hull = np.where((t // HULL_EVERY) % 2 == 1, leng.HULL, 0.0)
+    hull = np.where((t // HULL_PERIOD_S) % 2 == 1, leng.HULL, 0.0)
     return _sailed(rng, t, command, straight, hull, sea * _swell(rng, t))
 
 
 def _grid(seconds: float) -> Array:
-    return STEP * np.arange(round(seconds / STEP), dtype=np.float64)
+    return STEP_S * np.arange(round(seconds / STEP_S), dtype=np.float64)
 
 
 def _commanded(rng: np.random.Generator, kind: str, t: Array, length: float) -> Array:
@@ -90,14 +90,14 @@ def _commanded(rng: np.random.Generator, kind: str, t: Array, length: float) -> 
     if kind == "sweep":
         return np.asarray(80.0 * np.sin(2.0 * np.pi * t * (0.01 + 0.03 * t / length)))
     if kind == "steps":
-        number = np.cumsum(rng.random(t.size) < STEP / 15.0)
+        number = np.cumsum(rng.random(t.size) < STEP_S / 15.0)
         return np.asarray(rng.choice([-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0], int(number[-1]) + 1)[number])
     return np.zeros(t.size)
 
 
 def _sailed(rng: np.random.Generator, t: Array, command: Array, straight: Bools, hull: Array, water: Array) -> Voyage:
     rates, headings, torques = _motion(command, straight, hull, water)
-    gyro, spin, compass = (_clock(rng, t[-1], period) for period in (GYRO_PERIOD, STEP, HEADING_PERIOD))
+    gyro, spin, compass = (_clock(rng, t[-1], period) for period in (GYRO_PERIOD_S, STEP_S, HEADING_PERIOD_S))
     load = (np.interp(gyro, t, torques) / 100.0) ** 2
     noise = np.hypot(GYRO_NOISE, VIBRATION * load)
     rate = np.interp(gyro, t, rates) + rng.normal(0.0, noise)
@@ -108,7 +108,7 @@ def _sailed(rng: np.random.Generator, t: Array, command: Array, straight: Bools,
         "torque": (spin, torque.round(4)),
         "heading": (compass, ((heading + np.pi) % (2.0 * np.pi) - np.pi).round(5)),
     }
-    return Voyage(streams, lambda at: float(hull[min(int(at / STEP), hull.size - 1)]))
+    return Voyage(streams, lambda at: float(hull[min(int(at / STEP_S), hull.size - 1)]))
 
 
 def _motion(command: Array, straight: Bools, hull: Array, water: Array) -> tuple[Array, Array, Array]:
@@ -116,7 +116,7 @@ def _motion(command: Array, straight: Bools, hull: Array, water: Array) -> tuple
     r = psi = wanted = 0.0
     rates, headings, torques = [], [], []
     held = False
-    inertia, (by_heading, by_rate) = leng.INERTIA, HOLD
+    inertia, (by_heading, by_rate) = leng.INERTIA, HOLD_GAINS
     steps = zip(command.tolist(), straight.tolist(), (1.0 + hull).tolist(), water.tolist(), strict=True)
     for tau, hold, share, moment in steps:
         if hold:
@@ -126,9 +126,9 @@ def _motion(command: Array, straight: Bools, hull: Array, water: Array) -> tuple
         rates.append(r)
         headings.append(psi)
         torques.append(tau)
-        middle = r + 0.5 * STEP * (tau + moment - share * leng.damping(r)) / inertia
-        r += STEP * (tau + moment - share * leng.damping(middle)) / inertia
-        psi += STEP * middle
+        middle = r + 0.5 * STEP_S * (tau + moment - share * leng.damping(r)) / inertia
+        r += STEP_S * (tau + moment - share * leng.damping(middle)) / inertia
+        psi += STEP_S * middle
     return np.array(rates), np.array(headings), np.array(torques)
 
 

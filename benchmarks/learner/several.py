@@ -17,8 +17,9 @@ from typing import Any, cast
 import numpy as np
 
 from benchmarks.learner import solver
+from benchmarks.learner.policies import POLICIES
 from benchmarks.study import CORES, MEASURED, Record, begin, in_processes, options, publish
-from benchmarks.tables import page, table
+from benchmarks.tables import SIGMAS_OF_95, page, table
 from benchmarks.vehicles.gaussian_process import Predictor, gaussian_process
 from benchmarks.vehicles.splits import SPLITS, Split
 from incsvr.checks import Vehicle
@@ -105,7 +106,7 @@ def examine(case: int | Split) -> Record:
         some = np.unique(np.linspace(0, len(one.fitted) - 1, count).round().astype(int))
         for name, method in (("least squares", least_squares), ("gaussian process", gaussian_process)):
             errors[f"{name} {count}"] = _rms(method(there[some], one.fitted.damping[some])(here) - one.truth)
-        for policy in ("paper", "weighted"):
+        for policy in POLICIES:
             for over, others in (("decoupled", ()), ("several", one.others)):
                 model, aside = learned(one, policy, count, others)
                 key = f"{over} {policy} {count}"
@@ -120,7 +121,7 @@ def examine(case: int | Split) -> Record:
                     "extrapolated": float(out.mean()),
                     "inside": _rms(left[~out]),
                     "outside": _rms(left[out]),
-                    "held": float(np.mean(np.abs(said.damping - one.unseen.damping) < 1.96 * said.sigma)),
+                    "held": float(np.mean(np.abs(said.damping - one.unseen.damping) < SIGMAS_OF_95 * said.sigma)),
                     "put_aside": aside,
                     "certified_error": model.certified_error,
                 }

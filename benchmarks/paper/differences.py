@@ -27,7 +27,7 @@ from simulator import leng
 SETTINGS = Settings(policy="paper")
 PRINTED_PASSES = 100
 """Passes of Eq. 8 as it is printed; the error no longer grows by then."""
-SMALL = 1e-3
+SMALL_CHANGE = 1e-3
 """Of C: a change of θ in one pass that counts as small; the paper names no figure."""
 RATES = np.linspace(-0.24, 0.24, 97, dtype=np.float64)
 
@@ -130,11 +130,11 @@ def as_printed(one: Step) -> Array:
 
 
 def stopped_by_change(one: Step, most: int = 20_000) -> tuple[Array, int]:
-    """θ of Eq. 8 (signs set right) where no multiplier moves by more than SMALL · C in a pass, and after how many."""
+    """θ of Eq. 8 (signs set right) once no multiplier moves by more than SMALL_CHANGE · C in a pass, and the passes."""
     K, theta = rbf(one.x, one.x, SETTINGS.gamma), one.warm.tolist()
     f, targets, bound, tube = K @ one.warm, one.y.tolist(), SETTINGS.C, SETTINGS.epsilon
     change, done = np.inf, 0
-    while change > SMALL * bound and done < most:
+    while change > SMALL_CHANGE * bound and done < most:
         change, done = 0.0, done + 1
         for j, target in enumerate(targets):
             # The minimum over θⱼ alone: the residual without it, drawn towards zero by ε, within ±C.
@@ -160,7 +160,11 @@ def report(found: list[dict[str, float]], heading: str) -> str:
     struck = sum(not np.isnan(each["literal"]) for each in found)
     rows = [
         ["Eq. 8 with the signs as printed", f"{PRINTED_PASSES} passes; largest distance from the curve", "printed"],
-        ["Eq. 8, signs right, until θ changes little", f"by at most {SMALL:g} C a pass; the same distance", "stopped"],
+        [
+            "Eq. 8, signs right, until θ changes little",
+            f"by at most {SMALL_CHANGE:g} C a pass; the same distance",
+            "stopped",
+        ],
         ["", "passes until then", "stopped after"],
         ["Eq. 8 until the duality gap is 1e-3 of the dual", "the same distance", "at the gap"],
         ["", "passes from the warm start", "warm"],

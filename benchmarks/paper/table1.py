@@ -42,7 +42,7 @@ PAPER = {
     ("IncSVR2", "V2"): (3.52, 4.61, 60),
 }
 """Table I: MAE and RMSE [N m], active support vectors."""
-CONVERGED = 0.03
+CONVERGED_WITHIN = 0.03
 """A learner has converged once its error stays within this part of its final error: our rule, beside the paper's."""
 PUBLISHED = RESULTS / "table1.json"
 WHY = (
@@ -168,8 +168,8 @@ def _by_epsilon(repetitions: list[Repetition]) -> list[dict[str, Any]]:
 
 
 def converged(curve: Array) -> int:
-    """After how many iterations the error (n,) stays within CONVERGED of its final value."""
-    away = np.flatnonzero(np.abs(curve - curve[-1]) > CONVERGED * curve[-1])
+    """After how many iterations the error (n,) stays within CONVERGED_WITHIN of its final value."""
+    away = np.flatnonzero(np.abs(curve - curve[-1]) > CONVERGED_WITHIN * curve[-1])
     return int(away[-1]) + 2 if away.size else 1
 
 
@@ -216,8 +216,8 @@ def text(result: dict[str, Any]) -> str:
             "",
             f"{learner}: MAE over the offline SVR's {_plus_minus(ratio['V1'], spread['V1'], 3)} on V1, "
             f"{_plus_minus(ratio['V2'], spread['V2'], 3)} on V2;",
-            f"  the old model on V2 {figures['old_model_on_V2']:.2f} N m; the mean curve is within {CONVERGED:.0%} "
-            f"of its end after {first} iterations, with the hull after {second} more;",
+            f"  the old model on V2 {figures['old_model_on_V2']:.2f} N m; the mean curve is within "
+            f"{CONVERGED_WITHIN:.0%} of its end after {first} iterations, with the hull after {second} more;",
             f"  by the paper's rule (‡) a run converges after {one:.1f}, with the hull after {two:.1f} (paper 12, 10)",
         ]
     lines.append(

@@ -32,7 +32,8 @@ from simulator.player import messages, play, wait_for_learner
 KEYS = Keys("leng/yaw")
 QUESTIONS = 1500
 """Asked of each, in turn."""
-PATIENCE = 30.0
+PATIENCE_S = 30.0
+"""How long anything may take [s] before it counts as never."""
 PARTNERS = "benchmarks.service.bus_partners"
 """The module whose processes speak with a learner."""
 BLOCK = zenoh.CongestionControl.BLOCK
@@ -48,7 +49,7 @@ class Learner:
     session: zenoh.Session
 
     def health(self, keys: Keys = KEYS) -> Health:
-        for reply in self.session.get(keys.health, timeout=PATIENCE):
+        for reply in self.session.get(keys.health, timeout=PATIENCE_S):
             if reply.ok is not None:
                 return decode(Health, reply.ok.payload.to_bytes())
         raise RuntimeError("the learner does not answer")
@@ -79,8 +80,8 @@ def learner(**settings: Any) -> Iterator[Learner]:
         chosen = {"state": state, "bus.listen": endpoint, **settings}
         words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json_text(value)}")]
         served = stack.enter_context(process("service.cli.command_line", "serve", *words))
-        session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
-        wait_for_learner(session, KEYS, PATIENCE, threading.Event())
+        session = stack.enter_context(open_session(connecting(endpoint), PATIENCE_S))
+        wait_for_learner(session, KEYS, PATIENCE_S, threading.Event())
         yield Learner(psutil.Process(served.pid), endpoint, session)
 
 
@@ -109,7 +110,7 @@ def partner(*words: str) -> Iterator[subprocess.Popen[bytes]]:
 def ask(session: zenoh.Session, selector: str) -> float:
     """How long an answer takes [s]."""
     began = time.perf_counter()
-    replies = [reply.ok for reply in session.get(selector, timeout=PATIENCE)]
+    replies = [reply.ok for reply in session.get(selector, timeout=PATIENCE_S)]
     took = time.perf_counter() - began
     if not replies or replies[0] is None:
         raise RuntimeError(f"nobody answers {selector}")
@@ -136,7 +137,7 @@ def latency() -> dict[str, Any]:
     with (
         learner() as subject,
         partner("echo", echo_endpoint),
-        open_session(connecting(echo_endpoint), PATIENCE) as echo,
+        open_session(connecting(echo_endpoint), PATIENCE_S) as echo,
     ):
         _teach(subject)
         idle = _ask_in_turn(subject.session, echo)

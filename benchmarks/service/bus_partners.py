@@ -13,7 +13,7 @@ import time
 import numpy as np
 import zenoh
 
-from benchmarks.service.bus import BLOCK, KEYS, PATIENCE
+from benchmarks.service.bus import BLOCK, KEYS, PATIENCE_S
 from service.bus.ingest import places
 from service.bus.session import connecting, listening, open_session
 from service.wire import Keys, measurement
@@ -41,7 +41,7 @@ def feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
     """Sends Leng's run again and again: `often` batches of samples a second, each in so many messages of a stream."""
     streams, pace = leng.recording("T1", seed=1).streams(), float(often)
     span, length = 50 * leng.SIGNALS.sample_period, 425.0
-    with open_session(connecting(endpoint), PATIENCE) as session:
+    with open_session(connecting(endpoint), PATIENCE_S) as session:
         began = time.perf_counter()
         for number in itertools.count():
             lap, at = divmod(number * span, length)
@@ -57,7 +57,7 @@ def feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
 
 def many(endpoint: str, *prefixes: str) -> None:
     """Both streams of many learners at 10 Hz, until the process is ended; first what has used every place of a ring."""
-    with open_session(connecting(endpoint), PATIENCE) as session:
+    with open_session(connecting(endpoint), PATIENCE_S) as session:
         keys = [Keys(prefix) for prefix in prefixes]
         for _ in range(places(len(keys))):
             for each in keys:

@@ -18,7 +18,7 @@ import numpy as np
 import psutil
 import zenoh
 
-from benchmarks.service.bus import PATIENCE, partner, process
+from benchmarks.service.bus import PATIENCE_S, partner, process
 from benchmarks.study import Record, begin, options, publish
 from benchmarks.tables import page, table
 from service.bus.session import connecting, free_endpoint, open_session
@@ -27,11 +27,11 @@ from simulator.player import wait_for_learner
 
 ITERATIONS = 14
 """Whole batches of Leng's first training run; one comes after 30 s of data."""
-A_DAY = 2880
+ITERATIONS_PER_DAY = 2880
 """Iterations of a day at that pace."""
-A_QUESTION = 0.02
+QUESTION_PERIOD_S = 0.02
 """The shore station asks one vehicle after the other for its damping, once in so long [s]."""
-LONGEST = 300.0
+MAX_RUN_S = 300.0
 """So long the vehicles may take for their run [s]."""
 STORED = ("model", "iteration", "coefficients")
 """What an iteration publishes; health comes each second, the streams as often as the sensors do."""
@@ -51,9 +51,9 @@ def measure(vehicles: int, speed: float) -> Record:
             )
             for each in prefixes
         ]
-        shore = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+        shore = stack.enter_context(open_session(connecting(endpoint), PATIENCE_S))
         for each in prefixes:
-            wait_for_learner(shore, Keys(each), PATIENCE, threading.Event())
+            wait_for_learner(shore, Keys(each), PATIENCE_S, threading.Event())
         wire = Wire(shore, prefixes)
         began = time.perf_counter()
         before = [_processor([relay.pid]), _processor([each.pid for each in learners])]
@@ -109,12 +109,12 @@ class Wire:
 
 def _ask(shore: zenoh.Session, prefixes: Sequence[str], done: threading.Event) -> dict[str, float]:
     """How long an answer for damping takes through the router [ms], asked in turn until all vehicles are done."""
-    took, until, number = [], time.monotonic() + LONGEST, 0
-    while not done.wait(A_QUESTION):
+    took, until, number = [], time.monotonic() + MAX_RUN_S, 0
+    while not done.wait(QUESTION_PERIOD_S):
         if time.monotonic() > until:
             raise RuntimeError("the vehicles did not end their run; play with a smaller --speed")
         began = time.perf_counter()
-        replies = list(shore.get(f"{prefixes[number % len(prefixes)]}/damping?rate=0.1", timeout=PATIENCE))
+        replies = list(shore.get(f"{prefixes[number % len(prefixes)]}/damping?rate=0.1", timeout=PATIENCE_S))
         if replies and replies[0].ok is not None:
             took.append(1e3 * (time.perf_counter() - began))
         number += 1
@@ -125,7 +125,7 @@ def _history(shore: zenoh.Session, prefixes: Sequence[str]) -> dict[str, float]:
     """All iterations of all vehicles, asked for through the router one vehicle after the other."""
     began, iterations, size = time.perf_counter(), 0, 0
     for each in prefixes:
-        for reply in shore.get(f"{each}/iteration?after=0;limit=100", timeout=PATIENCE):
+        for reply in shore.get(f"{each}/iteration?after=0;limit=100", timeout=PATIENCE_S):
             if reply.ok is not None:
                 payload = reply.ok.payload.to_bytes()
                 size += len(payload)
@@ -144,7 +144,7 @@ def _resident(pid: int) -> float:
 
 def report(result: Record) -> str:
     """Markdown."""
-    size, hour = result["bytes_of_a_message"], A_DAY / 24
+    size, hour = result["bytes_of_a_message"], ITERATIONS_PER_DAY / 24
     asked, history, router, each = (result[key] for key in ("damping_ms", "history", "router", "learner"))
     snapshots = sum(size.get(kind, 0.0) for kind in STORED)
     streams = (size["rate"] * 50 + size["torque"] * 25) * 3600

@@ -16,29 +16,29 @@ from typing import Any
 import numpy as np
 import psutil
 
-from benchmarks.service.bus import KEYS, PATIENCE, Learner, ask, learner, send
+from benchmarks.service.bus import KEYS, PATIENCE_S, Learner, ask, learner, send
 from benchmarks.study import provenance
 
-WINDOW, PROOF = 240.0, 60.0
+WINDOW_S, PROOF_S = 240.0, 60.0
 """Of the tracing [s of data]."""
 RUNS = 4
 """Training runs of Leng that are played, one after the other."""
-FEWEST = 1500
+MIN_QUESTIONS = 1500
 """Questions of each kind."""
 
 
 def measure() -> dict[str, Any]:
     """p50 and p99 of a damping query [µs], with and without a trace beside it."""
     waited: dict[bool, list[float]] = {True: [], False: []}
-    with learner(**{"tracing.live": "advise", "tracing.window": WINDOW, "tracing.proof": PROOF}) as subject:
+    with learner(**{"tracing.live": "advise", "tracing.window": WINDOW_S, "tracing.proof": PROOF_S}) as subject:
         for run in range(RUNS):
             send(subject, 1 + run, later=1000.0 * run)
             while subject.health().iteration == 0:
                 time.sleep(0.1)
             began = time.monotonic()
-            while time.monotonic() - began < PATIENCE and (run == 0 or _tracing(subject) or not waited[False]):
+            while time.monotonic() - began < PATIENCE_S and (run == 0 or _tracing(subject) or not waited[False]):
                 _ask(subject, waited)
-        while len(waited[False]) < FEWEST:
+        while len(waited[False]) < MIN_QUESTIONS:
             _ask(subject, waited)
     return {
         "questions": {"tracing": len(waited[True]), "not": len(waited[False])},

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import study
 from benchmarks.study import begin, options
+from benchmarks.study import write as write_result
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.config.sources import read
@@ -33,13 +33,13 @@ from viewer.recorder import Recorder, new_recording
 from viewer.recording_pages import RecordingPages
 from viewer.screen import Screen
 
-PERIOD = 5.0  # s of the vehicle's time for an iteration
-SAMPLES = 50
+ITERATION_PERIOD_S = 5.0  # s of the vehicle's time for an iteration
+BATCH_SAMPLES = 50
 
 
 def measure(path: Path, hours: float) -> dict[str, Any]:
     """Records that many hours to `path`, optimises, verifies and opens it."""
-    iteration_ms, flush_ms, work_ms = write(path, round(hours * 3600.0 / PERIOD))
+    iteration_ms, flush_ms, work_ms = write(path, round(hours * 3600.0 / ITERATION_PERIOD_S))
     count, written = len(iteration_ms), path.stat().st_size
     began = time.perf_counter()
     archive.optimise([path], path)
@@ -63,11 +63,13 @@ def write(path: Path, count: int) -> tuple[Array, Array, Array]:
     """Records `count` iterations; the times to log each, to bring it to the file, of the thread alone [ms]."""
     recorder = Recorder(new_recording(), blueprint(DARK, Choice()), path=path)
     pages = RecordingPages(recorder, DARK, Choice(), rate=0.25)
-    node = LearnerNode(read(None, {"state": None, "signals": {"sample_period": PERIOD / SAMPLES}}), "a benchmark")
+    node = LearnerNode(
+        read(None, {"state": None, "signals": {"sample_period": ITERATION_PERIOD_S / BATCH_SAMPLES}}), "a benchmark"
+    )
     iteration_ms: list[float] = []
     flush_ms: list[float] = []
     work_ms: list[float] = []
-    for start in map(float, range(round((count + 2) * PERIOD))):
+    for start in map(float, range(round((count + 2) * ITERATION_PERIOD_S))):
         for name, (t, value) in _second(start).items():
             node.push(name, t, value)
             pages.measured(name, Measurement(t=tuple(t.tolist()), value=tuple(value.tolist())), start)
@@ -92,15 +94,15 @@ def write(path: Path, count: int) -> tuple[Array, Array, Array]:
 
 
 _RUN = {name: values for name, values in recording("T1", 1).streams().items() if name in ("yaw_rate", "torque")}
-_LENGTH = 420.0
+_RUN_LENGTH_S = 420.0
 
 
 def _second(start: float) -> dict[str, tuple[Array, Array]]:
     """One second of measurements from `start` [s] on, T1 over and over."""
-    lap = start // _LENGTH * _LENGTH
+    lap = start // _RUN_LENGTH_S * _RUN_LENGTH_S
     found = {}
     for name, (t, value) in _RUN.items():
-        inside = (t >= start - lap) & (t < start - lap + 1.0) & (t < _LENGTH)
+        inside = (t >= start - lap) & (t < start - lap + 1.0) & (t < _RUN_LENGTH_S)
         found[name] = t[inside] + lap, value[inside]
     return found
 
@@ -141,7 +143,7 @@ def main(words: Sequence[str] | None = None) -> None:
     args, measured = begin(parser, words, "rerun-sdk")
     with tempfile.TemporaryDirectory() as folder:
         result = measure(Path(folder) / "run.rrd", args.hours)
-    study.write(args.out, "recording", {"measured": measured, "hours": args.hours, **result})
+    print(write_result(args.out, "recording", {"measured": measured, "hours": args.hours, **result}), end="")
 
 
 if __name__ == "__main__":

@@ -15,11 +15,11 @@ import numpy as np
 from benchmarks.service.bus import KEYS, ask, learner, partner
 from benchmarks.study import begin, options, write
 
-EVERY = 5.0
+LOOK_PERIOD_S = 5.0
 """[s] between two looks."""
-SETTLED = 0.2
+SETTLED_SHARE = 0.2
 """Part of the run after which what is allocated once has been, in a run of five minutes and more."""
-MESSAGES = 25
+MESSAGES_PER_BATCH = 25
 """Of each stream in a batch. The rings of measurements (`service.bus.ingest.RING_PLACES`) become resident place by
 place, 2 MB each: with one message in a batch that takes a whole soak, on a vehicle at 50 Hz three minutes."""
 
@@ -28,17 +28,17 @@ def soak(minutes: float, pace: float) -> dict[str, Any]:
     """Feeds `pace` batches of samples a second for so long, and looks at the learner every few seconds."""
     looks: list[tuple[float, float, int]] = []
     waits: list[float] = []
-    with learner() as subject, partner("feed", subject.endpoint, str(pace), str(MESSAGES)):
+    with learner() as subject, partner("feed", subject.endpoint, str(pace), str(MESSAGES_PER_BATCH)):
         began = time.perf_counter()
         while time.perf_counter() - began < 60.0 * minutes:
-            time.sleep(EVERY)
+            time.sleep(LOOK_PERIOD_S)
             waits.append(ask(subject.session, f"{KEYS.damping}?rate=0.1"))
             health = subject.health()
             resident = subject.process.memory_info().rss / 1e6
             looks.append((time.perf_counter() - began, resident, health.iteration))
         health = subject.health()
     at, resident_mb, iterations = (np.array(values, dtype=np.float64) for values in zip(*looks, strict=True))
-    settled = at > SETTLED * at[-1]
+    settled = at > SETTLED_SHARE * at[-1]
     growth = float(np.polyfit(iterations[settled], resident_mb[settled], 1)[0])
     return {
         "minutes": minutes,
@@ -58,7 +58,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "benchmarks.service.soak", __doc__, minutes=(30.0, "how long"), pace=(10.0, "batches of samples a second")
     )
     args, measured = begin(parser, words, "eclipse-zenoh")
-    write(args.out, "soak", measured | soak(args.minutes, args.pace))
+    print(write(args.out, "soak", measured | soak(args.minutes, args.pace)), end="")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.study import Record, begin, in_processes, options, publish
 from benchmarks.tables import grouped, interval, page, table
-from benchmarks.tracer.live_missions import EFFECTS, HOUR, between, configured, drawn
+from benchmarks.tracer.live_missions import EFFECTS, HOUR_S, between, configured, drawn
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.shadow import COMMANDED_TORQUE, as_run, compare
 from incsvr.errors import BadInput
@@ -28,7 +28,7 @@ from service.config.configuration import Config
 from service.recordings.recording import Streams
 from simulator.missions import play
 
-WINDOW, TRIAL = 600.0, 300.0
+WINDOW_S, TRIAL_S = 600.0, 300.0
 """What a trace sees, and how much is bet on before effects are fitted anew [s]: as in `live_missions`."""
 LEVELS = (0.05, 0.01, 0.001)
 
@@ -53,9 +53,9 @@ def examine(seed: int) -> list[Record]:
 
 def _bet(name: str, streams: Streams, config: Config) -> tuple[float, int]:
     most, earlier, trials = 0.0, 0.0, 0
-    for fresh in np.arange(WINDOW, HOUR - TRIAL + 1.0, TRIAL).tolist():
-        effects = _fitted(name, between(streams, fresh - WINDOW, fresh), config)
-        data = between(streams, fresh - TRIAL, fresh + TRIAL)
+    for fresh in np.arange(WINDOW_S, HOUR_S - TRIAL_S + 1.0, TRIAL_S).tolist():
+        effects = _fitted(name, between(streams, fresh - WINDOW_S, fresh), config)
+        data = between(streams, fresh - TRIAL_S, fresh + TRIAL_S)
         found = compare(data, fresh, config.signal_settings(), config.learner_settings(), None, effects)
         if not found.turned:
             continue

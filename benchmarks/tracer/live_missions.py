@@ -31,11 +31,11 @@ from simulator.missions import Mission, play
 EFFECTS = ("dead_zone", "torque_asymmetry", "torque_saturation", "bias_torque", "inertia", "torque_lag", "torque_delay")
 KINDS = ("survey", "transit", "waypoints", "zigzag", "circles", "pipeline", "day", "station")
 VEHICLES = ("auv", "rov", "leng")
-HOUR, FIRST, LATEST = 3600.0, 1200.0, 2400.0
+HOUR_S, MIN_ONSET_S, MAX_ONSET_S = 3600.0, 1200.0, 2400.0
 """Of a mission, and when an effect comes on at the earliest and at the latest [s]."""
-IN_TIME = 600.0
+IN_TIME_S = 600.0
 """Right within ten minutes of data after the onset."""
-EARLIER = 500_000
+EARLIER_SEED_OFFSET = 500_000
 """Between the seeds of a mission and of the earlier dive of its kind on which the configuration is scaled, as
 `incsvr fit --write` does it: its first minutes alone would call every sharper turn after them implausible."""
 
@@ -44,15 +44,15 @@ def drawn(seed: int, hidden: bool) -> Mission:
     """The mission that a seed draws; with and without an effect it is the same in everything else."""
     random = np.random.default_rng([seed, *b"live"])
     kind, vehicle, effect = (str(random.choice(names)) for names in (KINDS, VEHICLES, EFFECTS))
-    onset = float(round(random.uniform(FIRST, LATEST)))
+    onset = float(round(random.uniform(MIN_ONSET_S, MAX_ONSET_S)))
     if not hidden:
-        return Mission(kind, vehicle, seed, duration=HOUR)
-    return Mission(kind, vehicle, seed, effect, onset=onset, duration=HOUR)
+        return Mission(kind, vehicle, seed, duration=HOUR_S)
+    return Mission(kind, vehicle, seed, effect, onset=onset, duration=HOUR_S)
 
 
 def configured(mission: Mission, mode: str) -> Config:
     """What an operator has who scaled the configuration on an earlier dive of the same kind."""
-    earlier = play(Mission(mission.kind, mission.vehicle, mission.seed + EARLIER, duration=HOUR))
+    earlier = play(Mission(mission.kind, mission.vehicle, mission.seed + EARLIER_SEED_OFFSET, duration=HOUR_S))
     first, inertia = earlier.recording, earlier.inertia
     signals = signals_for([first], inertia, RATE_LIMIT)
     samples, _ = samples_of(first, signals, None)
@@ -83,8 +83,8 @@ def _mission(seed: int, hidden: bool) -> Record:
         record["alone"] = _alone(mission, outcome.recording.streams(), outcome.inertia)
         twin = play(drawn(seed, False))
         knew = watch(configured(mission, "off"), twin.recording)
-        served = seen.error(HOUR - IN_TIME)
-        record["error"] = {"served": served if np.isfinite(served) else None, "sound": knew.error(HOUR - IN_TIME)}
+        served = seen.error(HOUR_S - IN_TIME_S)
+        record["error"] = {"served": served if np.isfinite(served) else None, "sound": knew.error(HOUR_S - IN_TIME_S)}
     return record
 
 
@@ -96,7 +96,7 @@ def between(streams: Streams, begins: float, ends: float) -> Streams:
 def _alone(mission: Mission, streams: Streams, inertia: float) -> bool | None:
     """Whether a trace of the ten minutes after the onset, and of nothing else, names what came on, or has it in its
     class: what the data hold, whatever is made of them live. None where the tracer refuses them."""
-    ten = between(streams, mission.onset, mission.onset + IN_TIME)
+    ten = between(streams, mission.onset, mission.onset + IN_TIME_S)
     try:
         found = trace([as_run(ten)], inertia=inertia)
     except BadInput:
@@ -153,10 +153,10 @@ def report(document: Record) -> str:
 
 
 def _effect_comes(hidden: Sequence[Record]) -> tuple[str, ...]:
-    in_time = sum(each["after"] is not None and each["after"] <= IN_TIME for each in hidden)
+    in_time = sum(each["after"] is not None and each["after"] <= IN_TIME_S for each in hidden)
     return (
         "## An effect comes on",
-        f"Promoted right within {IN_TIME:g} s of data after the onset: {in_time} of {len(hidden)}; within the "
+        f"Promoted right within {IN_TIME_S:g} s of data after the onset: {in_time} of {len(hidden)}; within the "
         f"hour: {sum(each['after'] is not None for each in hidden)}. Something else promoted after the onset: "
         f"{sum(bool(each['wrong']) for each in hidden)}; anything before it: "
         f"{sum(bool(each['before_onset']) for each in hidden)}. A trace of the ten minutes "

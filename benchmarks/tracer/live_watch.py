@@ -23,7 +23,7 @@ from service.live.tracing_state import TracingState
 from service.recordings.recording import Recording
 from service.wire.json_text import json_text
 
-CHUNK = 3.0
+CHUNK_S = 3.0
 """So much of each stream comes at once [s]: less than a batch."""
 
 
@@ -73,9 +73,9 @@ def watch(config: Config, recording: Recording) -> Watched:
     live = LiveTracing(config, None, InPlace) if config.tracing.on else None
     history: list[dict[str, Any]] = []
     time, left = list[float](), list[float]()
-    for start in np.arange(0.0, float(recording.time[-1]) + CHUNK, CHUNK).tolist():
+    for start in np.arange(0.0, float(recording.time[-1]) + CHUNK_S, CHUNK_S).tolist():
         for name, (t, value) in recording.streams().items():
-            here = (t >= start) & (t < start + CHUNK)
+            here = (t >= start) & (t < start + CHUNK_S)
             if here.any():
                 node.push(name, t[here], value[here])
         while (outcome := node.learn()) is not None:

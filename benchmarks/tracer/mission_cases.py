@@ -19,9 +19,9 @@ HIDDEN = {
     "heading_current": ("heading_current",),
 }
 """What is hidden, by what counts as one effect; of two forms each second run has the other."""
-STRIDE = 100
+SEED_STRIDE = 100
 """Between the seeds of a cell's runs; there are fewer cells, so that a new kind of mission moves no other's seeds."""
-IDLE = ("station", "on_deck")
+IDLE_KINDS = ("station", "on_deck")
 """Kinds in which the vehicle is hardly driven: nothing can be found there, and a refusal is right."""
 
 
@@ -36,12 +36,12 @@ class Circumstance:
     gyro_rate: float | None = None
 
 
-USUAL = (
+USUAL_LOGS = (
     Circumstance("10 Hz, the controller's gyro"),
     Circumstance("10 Hz, another gyro", separate_gyro=True),
 )
 """The first two runs of every cell."""
-OTHER = (
+OTHER_LOGS = (
     Circumstance("5 Hz, the controller's gyro", control_rate=5.0),
     Circumstance("20 Hz, the controller's gyro", control_rate=20.0),
     Circumstance("commands at 4 Hz, another gyro at 20 Hz", control_rate=4.0, separate_gyro=True, gyro_rate=20.0),
@@ -53,7 +53,7 @@ def circumstance(mission: Mission) -> str:
     """The name of the circumstance under which a mission is logged."""
     return next(
         one.name
-        for one in USUAL + OTHER
+        for one in USUAL_LOGS + OTHER_LOGS
         if (one.control_rate, one.separate_gyro) == (mission.control_rate, mission.separate_gyro)
     )
 
@@ -65,7 +65,7 @@ def quiet(
     cells = [(kind, vehicle) for kind in KINDS for vehicle in VEHICLES]
     for cell, (kind, vehicle) in enumerate(cells):
         for index in range(runs):
-            seed = first_seed + cell + STRIDE * index
+            seed = first_seed + cell + SEED_STRIDE * index
             if kind in kinds and vehicle in vehicles:
                 yield _logged(Mission(kind, vehicle, seed), index, cell)
 
@@ -74,10 +74,10 @@ def hidden(kind: str, vehicle: str, runs: int, first_seed: int) -> Iterator[Miss
     """`runs` missions of one kind and vehicle for every effect of HIDDEN, each with a seed of its own."""
     for number, forms in enumerate(HIDDEN.values()):
         for index in range(runs):
-            seed = first_seed + number + STRIDE * index
+            seed = first_seed + number + SEED_STRIDE * index
             yield _logged(Mission(kind, vehicle, seed, effect=forms[index % len(forms)]), index, number)
 
 
 def _logged(mission: Mission, index: int, cell: int) -> Mission:
-    how = USUAL[index] if index < len(USUAL) else OTHER[(cell + index) % len(OTHER)]
+    how = USUAL_LOGS[index] if index < len(USUAL_LOGS) else OTHER_LOGS[(cell + index) % len(OTHER_LOGS)]
     return replace(mission, control_rate=how.control_rate, separate_gyro=how.separate_gyro, gyro_rate=how.gyro_rate)

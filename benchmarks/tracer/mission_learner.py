@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from benchmarks.learner.policies import POLICIES
 from benchmarks.study import Record
-from benchmarks.tables import counted, grouped, table
-from benchmarks.tracer.mission_cases import IDLE, circumstance
+from benchmarks.tables import SIGMAS_OF_95, counted, grouped, table
+from benchmarks.tracer.mission_cases import IDLE_KINDS, circumstance
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
 from service.commands.fit_result import Fit
@@ -16,14 +17,11 @@ from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.samples_from_recording import signals_for
 from simulator.missions import Outcome
 
-POLICIES = ("paper", "weighted")
-RELATIVE, OF_THE_WATER = 0.1, 1.5
+NEAR_SHARE, NEAR_WATER_RATIO = 0.1, 1.5
 """A served moment is near the truth if it is off by no more than this share of it, or by so many water's deviations."""
-OUTER = 0.5
+OUTER_RATE_SHARE = 0.5
 """Ratios to the truth are taken beyond this share of the largest driven rate: at rest the truth is zero."""
-WIDTH = 1.96
-"""Half width of a band of 95 %, in standard deviations."""
-RATES = 101
+BAND_RATES = 101
 """Over so many rates of the trained range the band is judged."""
 
 
@@ -61,15 +59,15 @@ def judged(outcome: Outcome, model: Model) -> Record:
     record: Record = {"trained_range": [low, high], "driven_rates": rates.tolist()}
     if rates.size:
         true, served = outcome.damping(rates), model.predict(rates).damping
-        allowed = np.maximum(RELATIVE * np.abs(true), OF_THE_WATER * outcome.water_rms)
-        outer = np.abs(rates) >= OUTER * np.abs(rates).max()
+        allowed = np.maximum(NEAR_SHARE * np.abs(true), NEAR_WATER_RATIO * outcome.water_rms)
+        outer = np.abs(rates) >= OUTER_RATE_SHARE * np.abs(rates).max()
         record["near"] = float(np.mean(np.abs(served - true) <= allowed))
         record["ratios"] = (served[outer] / true[outer]).tolist()
-    everywhere = np.linspace(low, high, RATES)
+    everywhere = np.linspace(low, high, BAND_RATES)
     prediction, true = model.predict(everywhere), outcome.damping(everywhere)
     answered = ~prediction.extrapolated
     if answered.any():
-        served, band = prediction.damping[answered], WIDTH * prediction.curve_sigma[answered]
+        served, band = prediction.damping[answered], SIGMAS_OF_95 * prediction.curve_sigma[answered]
         record["covered"] = float(np.mean(np.abs(served - true[answered]) <= band))
         record["drives"] = float(np.mean(served * np.sign(everywhere[answered]) < -band))
         record["band"] = float(np.median(band))
@@ -83,8 +81,8 @@ def report(records: Sequence[Record]) -> str:
         for kind, own in grouped(records, "kind").items()
         for vehicle, cell in grouped(own, "vehicle").items()
     ]
-    driven = [record for record in records if record["kind"] not in IDLE]
-    idle = [record for record in records if record["kind"] in IDLE]
+    driven = [record for record in records if record["kind"] not in IDLE_KINDS]
+    idle = [record for record in records if record["kind"] in IDLE_KINDS]
     for name, chosen in (("all that drive", driven), ("all that hardly drive", idle)):
         if chosen:
             rows.append([f"**{name}**", "", len(chosen) // len(POLICIES), *_both(chosen)])

@@ -10,7 +10,7 @@ from benchmarks.study import Record
 from benchmarks.tables import counted, grouped, share, table
 from benchmarks.tracer.answer import answer
 from benchmarks.tracer.judge import GOOD, judge
-from benchmarks.tracer.mission_cases import HIDDEN, IDLE, circumstance
+from benchmarks.tracer.mission_cases import HIDDEN, IDLE_KINDS, circumstance
 from simulator.missions import Outcome
 
 
@@ -62,8 +62,8 @@ def report_quiet(records: Sequence[Record]) -> str:
         for kind, own in grouped(records, "kind").items()
         for vehicle, cell in grouped(own, "vehicle").items()
     ]
-    drive = [record for record in records if record["kind"] not in IDLE]
-    hardly = [record for record in records if record["kind"] in IDLE]
+    drive = [record for record in records if record["kind"] not in IDLE_KINDS]
+    hardly = [record for record in records if record["kind"] in IDLE_KINDS]
     for name, chosen in (("all that drive", drive), ("all that hardly drive", hardly), ("all", records)):
         if chosen:
             rows.append(_quiet(chosen, f"**{name}**", ""))

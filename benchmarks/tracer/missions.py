@@ -16,7 +16,7 @@ from benchmarks.study import Record, begin, in_processes, options, publish, revi
 from benchmarks.tables import grouped, page
 from benchmarks.tracer import mission_learner, mission_tracer
 from benchmarks.tracer.judge import VERDICTS
-from benchmarks.tracer.mission_cases import IDLE, hidden, quiet
+from benchmarks.tracer.mission_cases import IDLE_KINDS, hidden, quiet
 from simulator.missions import KINDS, VEHICLES, Mission, play
 
 FIRST_SEED = 600_000
@@ -52,7 +52,7 @@ def cases(args: argparse.Namespace) -> Iterator[Case]:
                 yield Case("surveys", mission)
     if OTHER_VEHICLE in args.vehicles:
         for number, kind in enumerate(KINDS):
-            if kind in args.kinds and kind != TURNING and kind not in IDLE:
+            if kind in args.kinds and kind != TURNING and kind not in IDLE_KINDS:
                 for mission in hidden(kind, OTHER_VEHICLE, args.other_runs, seed + 20_000 + 1_000 * number):
                     yield Case("others", mission)
 
@@ -79,10 +79,11 @@ def report(document: Record) -> str:
         parts += [
             "## The learner, nothing hidden",
             f"Served ÷ truth: smallest, median and largest ratio at the driven rates beyond "
-            f"{mission_learner.OUTER:g} of the largest one. Near: share of the driven rates at which the served moment "
-            f"is off by at most {100 * mission_learner.RELATIVE:g} % of the truth or {mission_learner.OF_THE_WATER:g} "
-            "times the water's own deviation. Covered: share of the trained range where the curve's band of 95 % holds "
-            "the truth. Drives: share of it where the served moment drives the vehicle by more than this band.",
+            f"{mission_learner.OUTER_RATE_SHARE:g} of the largest one. Near: share of the driven rates at which the "
+            f"served moment is off by at most {100 * mission_learner.NEAR_SHARE:g} % of the truth or "
+            f"{mission_learner.NEAR_WATER_RATIO:g} times the water's own deviation. Covered: share of the trained "
+            "range where the curve's band of 95 % holds the truth. Drives: share of it where the served moment "
+            "drives the vehicle by more than this band.",
             mission_learner.report(learned),
             "Least often near:",
             mission_learner.worst(learned),

@@ -21,7 +21,7 @@ NOISE = {
     "residual's noise in the water",
 }
 """What the torque is, and where the noise is (simulator/trial_sensors.py)."""
-INVISIBLE = 20.0
+MIN_VISIBLE_EVIDENCE = 20.0
 """Expected evidence below which the hidden effect is not in the data, for a reader who knows its shape and parameters.
 
 Twice a log-likelihood ratio. Such trials are counted like all others; the last column says how many there are.
@@ -43,8 +43,8 @@ def report(document: Record) -> str:
         "at the paper's scale), residual autocorrelation over 0.05 s as given, in trials with effects 0, 0.5 or 0.9.",
         _summary(groups),
         "\n".join(f"- {name}: {meaning}." for name, meaning in VERDICTS.items()),
-        f"Invisible: trials whose evidence is below {INVISIBLE:g} for a reader who knows the effect's shape and "
-        "parameters and the noise; they count like the others.",
+        f"Invisible: trials whose evidence is below {MIN_VISIBLE_EVIDENCE:g} for a reader who knows the effect's shape "
+        "and parameters and the noise; they count like the others.",
         "## False alarms with nothing hidden",
         _alarms(groups.get("quiet", [])),
         *(
@@ -66,7 +66,7 @@ def _summary(groups: dict[str, list[Record]]) -> str:
         chosen = groups[group]
         counts = Counter(record["judged"] for record in chosen)
         good = sum(counts[verdict] for verdict in GOOD)
-        invisible = sum(record["evidence"] < INVISIBLE for record in chosen) if group != "quiet" else "–"
+        invisible = sum(record["evidence"] < MIN_VISIBLE_EVIDENCE for record in chosen) if group != "quiet" else "–"
         cells = [counts[verdict] for verdict in (*VERDICTS, "failed")]
         shares = share(good, len(chosen)), share(good + counts["joint"], len(chosen))
         rows.append([GROUPS[group], len(chosen), *cells, *shares, invisible])

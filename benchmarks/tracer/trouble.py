@@ -30,13 +30,13 @@ from service.cli import command_line
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 
-INERTIA, LINEAR, QUADRATIC, TOP = 24.0, 9.0, 26.0, 18.0
+INERTIA, LINEAR, QUADRATIC, MAX_TORQUE_NM = 24.0, 9.0, 26.0, 18.0
 """I [kg m²], N_r [N m s/rad], N_r|r| [N m s²/rad²], largest torque [N m]."""
-PERIOD, COUNT, FINE = 0.05, 9600, 5
+SAMPLE_PERIOD_S, SAMPLES, STEPS_PER_SAMPLE = 0.05, 9600, 5
 """Between two samples [s], samples, steps of the integration in a sample."""
-GYRO, SENSOR, WATER, LASTS = 0.002, 0.15, 0.3, 0.5
+GYRO_NOISE, TORQUE_NOISE, WATER_NM, WATER_LASTS_S = 0.002, 0.15, 0.3, 0.5
 """Deviations of the gyro [rad/s], the torque's sensor [N m] and the water [N m]; the water's correlation time [s]."""
-TIME: Array = PERIOD * np.arange(COUNT, dtype=np.float64)
+TIME: Array = SAMPLE_PERIOD_S * np.arange(SAMPLES, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def spells(random: np.random.Generator, count: int, seconds: float) -> NDArray[n
 
 def parted(rate: Array, torque: Array, random: np.random.Generator) -> tuple[Array, Array]:
     """The torque's clock steps back by 0.6 to 1 s somewhere in the middle: its values come later from then on."""
-    at, late = int(random.uniform(0.35, 0.65) * COUNT), round(random.uniform(0.6, 1.0) / PERIOD)
+    at, late = int(random.uniform(0.35, 0.65) * SAMPLES), round(random.uniform(0.6, 1.0) / SAMPLE_PERIOD_S)
     moved = torque.copy()
     moved[at + late :] = torque[at:-late]
     moved[at : at + late] = np.nan
@@ -68,7 +68,7 @@ def parted(rate: Array, torque: Array, random: np.random.Generator) -> tuple[Arr
 
 def stuck(rate: Array, torque: Array, random: np.random.Generator) -> tuple[Array, Array]:
     """One value for half a minute."""
-    at, lasts = int(random.uniform(0.2, 0.8) * COUNT), round(30.0 / PERIOD)
+    at, lasts = int(random.uniform(0.2, 0.8) * SAMPLES), round(30.0 / SAMPLE_PERIOD_S)
     held = rate.copy()
     held[at : at + lasts] = rate[at]
     return held, torque
@@ -87,7 +87,7 @@ KINDS: dict[str, tuple[str, Fault]] = {
     "A4 a gyro that stands still for 30 s": ("", Fault(logged=stuck)),
     "B1 thrust goes with the square of the command": (
         "thrust_curve",
-        Fault(thrust=lambda u, _: np.asarray(TOP * np.sign(u) * (u / TOP) ** 2)),
+        Fault(thrust=lambda u, _: np.asarray(MAX_TORQUE_NM * np.sign(u) * (u / MAX_TORQUE_NM) ** 2)),
     ),
     "B2 thrust falls to 60 %": ("thrust_step", Fault(thrust=lambda u, g: np.where(late(g), 0.6 * u, u))),
     "B3 thrust fades by 28 %": ("thrust_drift", Fault(thrust=lambda u, _: u * (1.0 - 0.28 * TIME / TIME[-1]))),
@@ -101,23 +101,23 @@ def played(kind: str, seed: int) -> Recording:
     """One log; everything follows from the seed."""
     fault, random = KINDS[kind][1], np.random.default_rng([seed, 1])
     ends = np.cumsum(random.uniform(2.0, 10.0, 400))
-    command: Array = random.uniform(-TOP, TOP, 400)[np.searchsorted(ends, TIME)]
+    command: Array = random.uniform(-MAX_TORQUE_NM, MAX_TORQUE_NM, 400)[np.searchsorted(ends, TIME)]
     thrust = fault.thrust(command, random).tolist()
-    kept, water, rate, heading = float(np.exp(-PERIOD / LASTS)), 0.0, 0.0, 0.0
-    rates, headings = np.empty(COUNT), np.empty(COUNT)
-    for k in range(COUNT):
+    kept, water, rate, heading = float(np.exp(-SAMPLE_PERIOD_S / WATER_LASTS_S)), 0.0, 0.0, 0.0
+    rates, headings = np.empty(SAMPLES), np.empty(SAMPLES)
+    for k in range(SAMPLES):
         rates[k], headings[k] = rate, heading
-        water = kept * water + np.sqrt(1.0 - kept**2) * WATER * random.normal()
-        for _ in range(FINE):
+        water = kept * water + np.sqrt(1.0 - kept**2) * WATER_NM * random.normal()
+        for _ in range(STEPS_PER_SAMPLE):
             moment = thrust[k] + water - fault.stiffness * heading - LINEAR * rate - QUADRATIC * rate * abs(rate)
-            rate += PERIOD / FINE * moment / INERTIA
-            heading += PERIOD / FINE * rate
+            rate += SAMPLE_PERIOD_S / STEPS_PER_SAMPLE * moment / INERTIA
+            heading += SAMPLE_PERIOD_S / STEPS_PER_SAMPLE * rate
     seen, torque = fault.logged(
-        rates + random.normal(0.0, GYRO, COUNT), command + random.normal(0.0, SENSOR, COUNT), random
+        rates + random.normal(0.0, GYRO_NOISE, SAMPLES), command + random.normal(0.0, TORQUE_NOISE, SAMPLES), random
     )
     columns = {"yaw_rate": seen, "torque": torque}
     if fault.heading:
-        columns["heading"] = fault.heading * headings + random.normal(0.0, 0.003, COUNT)
+        columns["heading"] = fault.heading * headings + random.normal(0.0, 0.003, SAMPLES)
     return Recording("log.csv", TIME, columns)
 
 

@@ -38,7 +38,7 @@ from service.commands.trace import traced
 from service.recordings.recording import sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
-SETTLING = 30.0
+SETTLING_RATIO = 30.0
 """Time constant of the adaptive identifier's coefficients, in those in which its copy follows, T_c (its own ratio)."""
 
 
@@ -54,7 +54,7 @@ def _baseline(method: Callable[[Material], Baseline]) -> Callable[[Material], Mo
 
 def _adaptive(given: Material) -> AdaptiveIdentifier:
     fast, scale = float(np.quantile(np.abs(given.there.rate), 0.99)), given.there.scale
-    return AdaptiveIdentifier(given.inertia, fast, scale, SETTLING * scale)
+    return AdaptiveIdentifier(given.inertia, fast, scale, SETTLING_RATIO * scale)
 
 
 def _process(given: Material) -> Motion:

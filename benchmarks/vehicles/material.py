@@ -23,9 +23,9 @@ from service.commands.trace import runs_of
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read
 
-BEYOND = 1.5
+TABLE_REACH = 1.5
 """How far the table of a learned curve reaches, in the fastest measured velocities."""
-NODES = 801
+TABLE_NODES = 801
 """Of that table."""
 
 
@@ -71,7 +71,7 @@ class Material:
 
     def curve(self, damping: Callable[[Array], Array]) -> TracedModel:
         """I ṙ + d(r) = τ, as a model that simulates."""
-        fastest = BEYOND * max(float(np.max(np.abs(each.rate))) for each in (self.there, self.here))
-        rates = np.linspace(-fastest, fastest, NODES)
+        fastest = TABLE_REACH * max(float(np.max(np.abs(each.rate))) for each in (self.there, self.here))
+        rates = np.linspace(-fastest, fastest, TABLE_NODES)
         s = self.there
         return TracedModel(self.inertia, rates, damping(rates), (), 0.0, s.block, s.scale, s.origin)

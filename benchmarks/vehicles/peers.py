@@ -29,7 +29,7 @@ THRESHOLDS = np.geomspace(0.01, 1.0, 10)
 """Of pysindy's STLSQ, in deviations."""
 TERMS = (3, 4, 5, 6, 8, 10, 12)
 """Numbers of terms that sysidentpy's FROLS is tried with."""
-AWAY = 10.0
+RUNAWAY_RATIO = 10.0
 """Largest measured velocities beyond which a simulation has run away; it stays there."""
 Candidate = TypeVar("Candidate", Integrated, Narx)
 
@@ -41,7 +41,7 @@ def process(rate: Array, others: Array, damping: Array, inertia: float, names: S
     def acceleration(now: Array, torque: Array, beside: Array) -> Array:
         return np.asarray((torque - drag(np.column_stack([now, beside]))) / inertia)
 
-    return Integrated(acceleration, tuple(names), AWAY * float(np.max(np.abs(rate))))
+    return Integrated(acceleration, tuple(names), RUNAWAY_RATIO * float(np.max(np.abs(rate))))
 
 
 def sindy(signals: Signals, others: Sequence[str]) -> Integrated:
@@ -52,7 +52,7 @@ def sindy(signals: Signals, others: Sequence[str]) -> Integrated:
     inputs = np.column_stack([signals.torque, columns(signals, others)]) / deviation[1:]
     runs = signals.runs()
     window = max(2 * round(0.125 * signals.scale / signals.step) + 1, 5)
-    limit = AWAY * float(np.max(np.abs(signals.rate)))
+    limit = RUNAWAY_RATIO * float(np.max(np.abs(signals.rate)))
 
     def fitted(threshold: float) -> Integrated:
         library = pysindy.CustomLibrary([_same, _square, _product], include_bias=True)
@@ -91,7 +91,7 @@ def frols(signals: Signals, others: Sequence[str]) -> Narx:
     deviation = _deviation(signals, others)
     hop = max(round(0.1 * signals.scale / signals.step), 1)
     blank = Narx(np.zeros((0, 2), dtype=np.intp), np.zeros(0), deviation, tuple(others), hop, 0.0)
-    blank = replace(blank, limit=AWAY * float(np.max(np.abs(signals.rate))) / deviation[0])
+    blank = replace(blank, limit=RUNAWAY_RATIO * float(np.max(np.abs(signals.rate))) / deviation[0])
     inputs = np.column_stack([signals.torque, columns(signals, others)])
     at = np.concatenate([np.arange(run.start, run.stop - hop, hop) for run in signals.runs()])
     pushed = blank.mean_input(inputs, at, np.zeros_like(at), np.full_like(at, len(signals)))

@@ -19,7 +19,7 @@ from benchmarks.learner import (
     slow_commands,
 )
 from benchmarks.learner.policy_cases import ADAPTIVE, FITTED, scenario
-from benchmarks.learner.policy_scenarios import FIRST, RATES, SCENARIOS
+from benchmarks.learner.policy_scenarios import RATES, SAMPLES_BEFORE, SCENARIOS
 from benchmarks.learner.sensor_cases import Case
 from benchmarks.learner.solver import measure
 from benchmarks.vehicles.gaussian_process import gaussian_process
@@ -76,8 +76,8 @@ def test_a_scenario_is_reproducible_and_true(name: str) -> None:
 
 
 def test_the_hull_is_in_the_truth() -> None:
-    np.testing.assert_array_equal(SCENARIOS["hull on"].truth(FIRST), leng.damping(RATES))
-    np.testing.assert_allclose(SCENARIOS["hull on"].truth(FIRST + 1), leng.damping(RATES, True))
+    np.testing.assert_array_equal(SCENARIOS["hull on"].truth(SAMPLES_BEFORE), leng.damping(RATES))
+    np.testing.assert_allclose(SCENARIOS["hull on"].truth(SAMPLES_BEFORE + 1), leng.damping(RATES, True))
 
 
 def test_the_weighted_policy_wins_where_it_should() -> None:

@@ -45,7 +45,7 @@ def test_what_a_learner_survives(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_soak_sees_nothing_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(soak, "EVERY", 0.5)
+    monkeypatch.setattr(soak, "LOOK_PERIOD_S", 0.5)
     soak.main(["--minutes", "0.08", "--out", str(tmp_path)])
     result = json.loads((tmp_path / "soak.json").read_text(encoding="utf-8"))
     assert result["iterations"] > 3

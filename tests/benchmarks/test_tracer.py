@@ -23,7 +23,7 @@ from benchmarks.tracer import (
     trouble,
 )
 from benchmarks.tracer.judge import judge
-from benchmarks.tracer.mission_cases import HIDDEN, OTHER, USUAL, circumstance, hidden, quiet
+from benchmarks.tracer.mission_cases import HIDDEN, OTHER_LOGS, USUAL_LOGS, circumstance, hidden, quiet
 from benchmarks.tracer.trace_cases import AUTOCORRELATIONS, GROUPS, KINDS, case
 from incsvr.learning.model import Model
 from simulator.effects import EFFECTS
@@ -115,7 +115,7 @@ def test_the_missions_cover_every_kind_vehicle_and_effect_with_a_seed_of_its_own
     assert {(mission.kind, mission.vehicle) for mission in still} == {(k, v) for k in MISSIONS for v in VEHICLES}
     assert len({mission.seed for mission in still}) == len(still) == 3 * len(MISSIONS) * len(VEHICLES)
     assert {mission.effect for mission in still} == {None}
-    assert {circumstance(mission) for mission in still} == {one.name for one in USUAL + OTHER}
+    assert {circumstance(mission) for mission in still} == {one.name for one in USUAL_LOGS + OTHER_LOGS}
     surveys = list(hidden("survey", "rov", 3, 0))
     assert set(FULL_SIZE) | {"heading_current"} == {mission.effect for mission in surveys}
     assert len({mission.seed for mission in surveys}) == len(surveys) == 3 * len(HIDDEN)
@@ -131,7 +131,7 @@ def test_the_missions_cover_every_kind_vehicle_and_effect_with_a_seed_of_its_own
 def test_a_live_mission_with_an_effect_is_its_twin_in_everything_else() -> None:
     loud, still = live_missions.drawn(7, True), live_missions.drawn(7, False)
     assert loud.effect in live_missions.EFFECTS
-    assert live_missions.FIRST <= loud.onset <= live_missions.LATEST
+    assert live_missions.MIN_ONSET_S <= loud.onset <= live_missions.MAX_ONSET_S
     assert replace(loud, effect=None, onset=still.onset) == still
 
 

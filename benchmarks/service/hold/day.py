@@ -11,13 +11,13 @@ import psutil
 from benchmarks.service.hold.row import Row
 from benchmarks.service.hold.subject import Subject, fed
 
-PACE = 20.0
+BATCHES_PER_S = 20.0
 """Batches of samples a second: ten minutes of the vehicle each."""
 
 
 def day(hours: float) -> Row:
     """So many hours of the vehicle's time."""
-    with tempfile.TemporaryDirectory() as state, Subject(Path(state)) as subject, fed(subject.endpoint, PACE):
+    with tempfile.TemporaryDirectory() as state, Subject(Path(state)) as subject, fed(subject.endpoint, BATCHES_PER_S):
         assert subject.process is not None
         learner = psutil.Process(subject.process.pid)
         subject.wait_for(1)

@@ -13,7 +13,7 @@ from benchmarks.service.hold.row import Row
 from benchmarks.service.hold.subject import Subject, fed, same
 from service.wire import ModelSnapshot
 
-LATEST = 10
+ASKED_REVISIONS = 10
 """Revisions that are asked for after each start."""
 
 
@@ -35,7 +35,7 @@ def kills(times: int, seed: int) -> Row:
                 lost += 1
             elif served.revision == newest and not same(served, subject.published[newest]):
                 wrong += 1
-            recent = sorted(subject.published)[-LATEST:]
+            recent = sorted(subject.published)[-ASKED_REVISIONS:]
             missing, otherwise = subject.wrong_answers([each for each in recent if each <= newest])
             lost, wrong = lost + missing, wrong + otherwise
         wrong += subject.twice

@@ -13,9 +13,9 @@ import numpy as np
 import psutil
 import zenoh
 
-from benchmarks.service.bus import BLOCK, KEYS, ask
+from benchmarks.service.bus import BLOCK, KEYS, PATIENCE_S, ask
 from benchmarks.service.hold.row import Row
-from benchmarks.service.hold.subject import PATIENCE, Subject, fed, same
+from benchmarks.service.hold.subject import Subject, fed, same
 from service.bus.session import connecting, open_session
 from service.wire import DampingReply, ModelSnapshot, measurement
 
@@ -49,7 +49,7 @@ QUESTIONS = (
     "rate=0.1;revision=-1",
     "x=1",
 )
-LARGE = 45_000
+FLOOD_VALUES = 45_000
 """Values in each message of a flood: 0.8 MB."""
 STOPS = """
 import sys, time
@@ -78,9 +78,9 @@ def junk(messages: int, seed: int) -> Row:
             if number % 10 == 0:
                 key = (KEYS.damping, KEYS.model, KEYS.iteration)[number // 10 % 3]
                 question = QUESTIONS[number // 30 % len(QUESTIONS)]
-                wrong += not list(session.get(f"{key}?{question}", timeout=PATIENCE))
+                wrong += not list(session.get(f"{key}?{question}", timeout=PATIENCE_S))
         while (health := subject.health()).counters["rejected"] - counted < messages:
-            if time.monotonic() - began > PATIENCE:
+            if time.monotonic() - began > PATIENCE_S:
                 break
             time.sleep(0.1)
         missed = messages - (health.counters["rejected"] - counted)
@@ -100,13 +100,13 @@ def _spoilt(random: np.random.Generator) -> bytes:
 
 def flood(seconds: float) -> Row:
     """Arrays of 0.8 MB as fast as one client can send them, beside a stream that is learned."""
-    payload = measurement(tuple((np.arange(LARGE) / 50.0).tolist()), (0.1,) * LARGE)
+    payload = measurement(tuple((np.arange(FLOOD_VALUES) / 50.0).tolist()), (0.1,) * FLOOD_VALUES)
     with tempfile.TemporaryDirectory() as state, Subject(Path(state)) as subject:
         session, _ = _taught(subject)
         assert subject.process is not None
         learner = psutil.Process(subject.process.pid)
         before, sent, peak, waits = subject.health(), 0, 0.0, []
-        with open_session(connecting(subject.endpoint), PATIENCE) as stranger:
+        with open_session(connecting(subject.endpoint), PATIENCE_S) as stranger:
             until = time.monotonic() + seconds
             while time.monotonic() < until:
                 for _ in range(20):
@@ -117,8 +117,8 @@ def flood(seconds: float) -> Row:
         while True:
             health = subject.health()
             lost = health.counters.get("rejected:queue_full", 0)
-            read = health.streams["depth"].received // LARGE
-            if lost + read >= sent or time.monotonic() - until > 2.0 * PATIENCE:
+            read = health.streams["depth"].received // FLOOD_VALUES
+            if lost + read >= sent or time.monotonic() - until > 2.0 * PATIENCE_S:
                 break
             time.sleep(0.2)
     silent = sent - lost - read

@@ -13,14 +13,11 @@ from pathlib import Path
 
 import zenoh
 
-from benchmarks.service.bus import KEYS, PARTNERS, process
+from benchmarks.service.bus import KEYS, PARTNERS, PATIENCE_S, process
 from incsvr.errors import BadInput
 from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
 from service.wire.json_text import json_text
-
-PATIENCE = 30.0
-"""How long anything may take [s] before it counts as never."""
 
 
 class Subject:
@@ -35,7 +32,7 @@ class Subject:
         self.state, self.endpoint = state, router or free_endpoint()
         self._place = f"bus.connect={router}" if router else f"bus.listen={self.endpoint}"
         self.process: subprocess.Popen[bytes] | None = None
-        self.session = open_session(connecting(self.endpoint), PATIENCE) if router else None
+        self.session = open_session(connecting(self.endpoint), PATIENCE_S) if router else None
         self.published: dict[int, ModelSnapshot] = {}
         self.twice = 0
         self.came = threading.Condition()
@@ -63,7 +60,7 @@ class Subject:
             stderr=subprocess.DEVNULL,
         )
         if self.session is None:
-            self.session = open_session(connecting(self.endpoint), PATIENCE)
+            self.session = open_session(connecting(self.endpoint), PATIENCE_S)
         if not self._listening:
             self._listening = True
             self.session.liveliness().declare_subscriber(
@@ -75,7 +72,7 @@ class Subject:
 
     def wait_alive(self, kind: zenoh.SampleKind) -> None:
         """Waits until its liveliness says so: PUT that it is ready, DELETE that it is gone."""
-        while self._alive.get(timeout=PATIENCE) != kind:
+        while self._alive.get(timeout=PATIENCE_S) != kind:
             pass
 
     def kill(self) -> None:
@@ -89,19 +86,19 @@ class Subject:
         assert self.process is not None
         began = time.monotonic()
         self.process.terminate()
-        self.process.wait(PATIENCE)
+        self.process.wait(PATIENCE_S)
         return time.monotonic() - began
 
     def wait_for(self, revision: int) -> None:
         """Waits until a revision as high as this was published."""
         with self.came:
-            if not self.came.wait_for(lambda: max(self.published, default=0) >= revision, PATIENCE):
+            if not self.came.wait_for(lambda: max(self.published, default=0) >= revision, PATIENCE_S):
                 raise RuntimeError(f"revision {revision} never came")
 
     def ask(self, selector: str, form: type[FormType]) -> FormType | None:
         """The answer to a query, asked again until there is one; None for an error reply of the learner."""
         assert self.session is not None
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until:
             for reply in self.session.get(selector, timeout=5.0):
                 if reply.ok is not None:
