@@ -12,12 +12,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 LINE_PERIOD_S = 30.0
 """Between two lines [s], wall time: a log that is read afterwards."""
-Shown = Callable[[int, float], None]
+ShowProgress = Callable[[int, float], None]
 """Called with how many messages were sent, and the vehicle's time since the first [s]."""
 
 
 @contextmanager
-def shown(command: str, name: str, count: int, seconds: float, speed: float) -> Iterator[Shown]:
+def play_progress(command: str, name: str, count: int, seconds: float, speed: float) -> Iterator[ShowProgress]:
     """Shows on standard error how `count` messages are played, which take so long of the vehicle's time [s]."""
     console = Console(stderr=True)
     if not console.is_terminal:
@@ -34,7 +34,7 @@ def shown(command: str, name: str, count: int, seconds: float, speed: float) -> 
         yield lambda sent, t: bar.update(task, completed=sent, t=min(t, seconds))
 
 
-def _lines(head: str, name: str, count: int, seconds: float, speed: float) -> Shown:
+def _lines(head: str, name: str, count: int, seconds: float, speed: float) -> ShowProgress:
     began = time.monotonic()
     last = began
 

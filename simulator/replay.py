@@ -26,7 +26,7 @@ from service.recordings.recording import Recording, Streams, sequence
 from service.wire import Keys
 from simulator.losses import health, loss, sent_to, settled
 from simulator.patience import Patience
-from simulator.play_progress import shown
+from simulator.play_progress import play_progress
 from simulator.player import Played, messages, play, wait_for_learner
 
 
@@ -122,7 +122,7 @@ def _play(
     seconds = float(what.send[-1] - what.send[0]) if len(what) else 0.0
     before, began = [health(session, each) for each in learners], time.monotonic()
     patience = Patience(session, learners[0], config.learner.batch, stop) if args.patient else None
-    with shown(args.command, name, len(what), seconds, args.speed) as progress:
+    with play_progress(args.command, name, len(what), seconds, args.speed) as progress:
         sent = play(session, learners[0], what, speed=args.speed, stop=stop, progress=progress, patience=patience)
     if sent < len(what):
         return 1

@@ -49,11 +49,11 @@ def of_fit(pictures: FitPictures, axis: Axis = YAW) -> Any:
     return figure
 
 
-def of_trace(found: Trace, axis: Axis = YAW) -> Any:
+def of_trace(trace: Trace, axis: Axis = YAW) -> Any:
     """The longest free run on unseen data, before and after."""
-    after = found.pictures.after
+    after = trace.pictures.after
     with pyplot.rc_context(STYLE):
         figure = pyplot.figure(figsize=(8.0, 3.5), layout="constrained")
         longest = int(np.argmax([time.size for time in after.time]))
-        draw_free_run(figure, found.pictures.before, after, longest, found.model.scale, axis)
+        draw_free_run(figure, trace.pictures.before, after, longest, trace.model.scale, axis)
     return figure

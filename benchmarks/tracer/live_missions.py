@@ -19,7 +19,7 @@ from incsvr.compensation.shadow import as_run
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from service.commands import demo_underway
-from service.commands.config_output import scaled
+from service.commands.config_output import scaled_config
 from service.config.configuration import Config
 from service.config.sources import read
 from service.recordings.recording import Streams, sequence
@@ -57,7 +57,7 @@ def configured(mission: Mission, mode: str) -> Config:
     signals = signals_for([first], inertia, RATE_LIMIT)
     samples, _ = samples_of(first, signals, None)
     base = read(None, {"state": None, "tracing": {"live": mode, "window": 600.0, "proof": 60.0}})
-    return scaled(base, first, signals, learner_for(samples))
+    return scaled_config(base, first, signals, learner_for(samples))
 
 
 def examine(case: tuple[str, int]) -> Record:

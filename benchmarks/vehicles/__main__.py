@@ -34,7 +34,7 @@ from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.held_out import HORIZONS
 from service.commands.fit_result import Fit
-from service.commands.trace import traced
+from service.commands.trace import trace_recordings
 from service.recordings.recording import sequence
 from service.recordings.samples_from_recording import samples_of, signals_for
 
@@ -142,7 +142,7 @@ def of_split(split: Split, folder: Path) -> Record:
     found: list[Trace] = []
 
     def tracer(given: Material) -> Motion:
-        found.append(traced(given.fitted, given.unseen, given.inertia))
+        found.append(trace_recordings(given.fitted, given.unseen, given.inertia))
         return found[0].model
 
     rows["incsvr trace"] = judged(tracer, given)

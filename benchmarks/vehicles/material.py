@@ -66,7 +66,7 @@ class Material:
         return Material(
             split.inertia, axis, fitted, unseen, there, replace(here, origin=there.origin),
             tuple(name for name in VELOCITIES if name in there.channels),
-            other_velocities.declared(split.mass_matrix, None, axis, [*fitted, *unseen]),
+            other_velocities.coupled_axis(split.mass_matrix, None, axis, [*fitted, *unseen]),
         )  # fmt: skip
 
     def curve(self, damping: Callable[[Array], Array]) -> TracedModel:

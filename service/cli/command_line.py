@@ -15,7 +15,7 @@ from collections.abc import Collection, Sequence
 from incsvr.errors import BadInput, Failed
 from service.cli.extras import how_to_install
 from service.cli.parser import Parser
-from service.cli.progress import hidden
+from service.cli.progress import without_bars
 
 COMMANDS = {
     "demo": (
@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     args = parser.parse_args(words)
     try:
-        with hidden(getattr(args, "json", None) is not None):
+        with without_bars(getattr(args, "json", None) is not None):
             return int(args.run(args))
     except BadInput as error:
         print(f"incsvr {args.command}: {error}", file=sys.stderr)

@@ -1,6 +1,6 @@
 """A progress bar on standard error: only on a terminal, only for what takes longer than a second, gone when done.
 
-Nothing is shown to programs, which ask with `--json`: the command line calls them within `hidden`.
+Nothing is shown to programs, which ask with `--json`: the command line calls them within `without_bars`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _hidden = ContextVar("hidden", default=False)
 
 
 @contextmanager
-def hidden(hides: bool = True) -> Iterator[None]:
+def without_bars(hides: bool = True) -> Iterator[None]:
     """Within it no bar is shown."""
     before = _hidden.set(hides)
     try:

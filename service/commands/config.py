@@ -9,7 +9,7 @@ from pathlib import Path
 from service.bus.bus_check import check_bus, check_files
 from service.bus.mapped_ingest import mapping
 from service.cli.output import add_json_argument, emit
-from service.config.config_writer import commented
+from service.config.config_writer import commented_yaml
 from service.config.configuration import check_inertia
 from service.config.sources import add_config_arguments, from_arguments, read
 from service.inputs.input_mapper import InputMapper
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
         print(_checked(args.file, args.user))
         return 0
     config = from_arguments(args)
-    emit(args, config.model_dump(mode="json"), commented(config).rstrip())
+    emit(args, config.model_dump(mode="json"), commented_yaml(config).rstrip())
     return 0
 
 

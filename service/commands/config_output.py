@@ -14,7 +14,7 @@ from incsvr.learning.learner import Settings
 from incsvr.signals import TORQUE, SignalSettings
 from incsvr.signals.settings import COMMANDED
 from service.cli.output import writing
-from service.config.config_writer import commented
+from service.config.config_writer import commented_yaml
 from service.config.configuration import Config
 from service.recordings.recording import Recording
 
@@ -24,7 +24,7 @@ MAX_RATE_LIMIT = 50.0
 """The largest rate limit that the configuration takes [rad/s]."""
 
 
-def scaled(base: Config, recording: Recording, signals: SignalSettings, learner: Settings) -> Config:
+def scaled_config(base: Config, recording: Recording, signals: SignalSettings, learner: Settings) -> Config:
     """`base` with the vehicle, the signals and the learner that suit a recording, to three digits."""
     low, high = (_three(end) for end in learner.rate_range)
     torque = float(np.nanmax(np.abs(recording.columns[TORQUE])))
@@ -61,7 +61,7 @@ def write(path: Path, config: Config, head: str) -> None:
     """
     rest = "# What is left out is as `incsvr config show` prints it; `incsvr config check FILE` says what is wrong.\n"
     with writing(path, "--write"):
-        path.write_text(commented(config, head + rest, brief=True), encoding="utf-8")
+        path.write_text(commented_yaml(config, head + rest, brief=True), encoding="utf-8")
 
 
 def _name(recording: Recording) -> str:

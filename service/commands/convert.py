@@ -36,11 +36,11 @@ def run(args: argparse.Namespace) -> int:
     joined = runs[0] if len(runs) == 1 else sequence(runs)
     with writing(out):
         write(out, joined)
-    emit(args, _told(joined, out), _text(joined, out, [note for run in runs for note in run.notes]))
+    emit(args, _result(joined, out), _text(joined, out, [note for run in runs for note in run.notes]))
     return 0
 
 
-def _told(recording: Recording, out: Path) -> dict[str, object]:
+def _result(recording: Recording, out: Path) -> dict[str, object]:
     counts = {name: int(time.size) for name, (time, _) in recording.streams().items()}
     return {"file": str(out), "rows": int(recording.time.size), "values": counts, "notes": list(recording.notes)}
 

@@ -65,7 +65,7 @@ def add_sign_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def declared(
+def judge_declaration(
     runs: Sequence[Recording],
     unseen: Sequence[Recording],
     inertia: float,

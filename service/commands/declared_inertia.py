@@ -84,7 +84,7 @@ def positive(given: str) -> float:
     return value
 
 
-def told(estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str]) -> dict[str, Any]:
+def estimate_in_result(estimate: InertiaEstimate | None, closed_loop: bool, remarks: Sequence[str]) -> dict[str, Any]:
     """What an estimate adds to the result of a fit; in closed loop the standard error would be none."""
     if estimate is None:
         return {}

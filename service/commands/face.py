@@ -20,7 +20,7 @@ from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.words import said
 from incsvr.tracing.findings import Trace
 from service.cli.parser import Parser
-from service.cli.progress import hidden
+from service.cli.progress import without_bars
 from service.commands import fit as fit_command
 from service.commands import trace as trace_command
 from service.commands.trace_text import text as trace_text
@@ -71,20 +71,32 @@ class Log:
 
 
 @dataclass(frozen=True, slots=True)
-class FitResult:
-    """What was learned: `str` is what the command prints."""
+class CommandResult:
+    """What a command answers: `str` is what it prints.
+
+    Attributes:
+        result: what it writes with `--json`.
+        text: what it prints.
+        axis: whose words both are in.
+    """
 
     result: Mapping[str, Any] = field(repr=False)
-    pictures: FitPictures = field(repr=False)
-    axis: Axis
     text: str = field(repr=False)
+    axis: Axis
 
     def __str__(self) -> str:
         return self.text
 
     def to_dict(self) -> dict[str, Any]:
-        """What `incsvr fit --json` writes."""
+        """What the command writes with `--json`."""
         return dict(self.result)
+
+
+@dataclass(frozen=True, slots=True)
+class FitResult(CommandResult):
+    """What was learned."""
+
+    pictures: FitPictures = field(repr=False)
 
     def plot(self) -> Any:
         """The damping curve beside its samples, as a figure of matplotlib."""
@@ -92,24 +104,14 @@ class FitResult:
 
 
 @dataclass(frozen=True, slots=True)
-class TraceResult:
-    """What the declared model lacks: `str` is what the command prints."""
+class TraceResult(CommandResult):
+    """What the declared model lacks."""
 
-    result: Mapping[str, Any] = field(repr=False)
-    found: Trace = field(repr=False)
-    axis: Axis
-    text: str = field(repr=False)
-
-    def __str__(self) -> str:
-        return self.text
-
-    def to_dict(self) -> dict[str, Any]:
-        """What `incsvr trace --json` writes."""
-        return dict(self.result)
+    trace: Trace = field(repr=False)
 
     def plot(self) -> Any:
         """The damping, and a free run, before and after, as a figure of matplotlib."""
-        return _plots().of_trace(self.found, self.axis)
+        return _plots().of_trace(self.trace, self.axis)
 
 
 def read(log: Any, **how: Any) -> Log:
@@ -119,7 +121,7 @@ def read(log: Any, **how: Any) -> Log:
         raise BadInput(f"read takes no {other[0]}; it takes {', '.join(LOG_FLAGS)}")
     path, flags = _path(log), _flags(how)
     args = _parsed("fit", fit_command, [str(path)], flags)
-    with hidden():
+    with without_bars():
         recording = Reading.of(args, read_config(None)).of_one(path)
     return Log(path, recording, tuple(flags))
 
@@ -127,23 +129,23 @@ def read(log: Any, **how: Any) -> Log:
 def fit(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> FitResult:
     """`incsvr fit` by call."""
     args = _arguments("fit", fit_command, recordings, validate, flags)
-    with hidden():
-        axis, found, result, words = fit_command.answer(args)
-    return FitResult(result, found.pictures, axis, words)
+    with without_bars():
+        axis, learned, result, words = fit_command.answer(args)
+    return FitResult(result, words, axis, learned.pictures)
 
 
 def trace(recordings: Any, validate: Any, flags: Mapping[str, Any]) -> TraceResult:
     """`incsvr trace` by call."""
     args = _arguments("trace", trace_command, recordings, validate, flags)
-    with hidden():
+    with without_bars():
         axis, found, result = trace_command.answer(args)
     words = said(axis, trace_text(found))
     if args.manoeuvre is not None:
         words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
-    return TraceResult(result, found, axis, words)
+    return TraceResult(result, words, axis, found)
 
 
-class _Asked(Parser):
+class _RaisingParser(Parser):
     """A command's parser whose refusals are raised: a call must not end the program."""
 
     def error(self, message: str) -> NoReturn:
@@ -171,7 +173,7 @@ def _arguments(
 def _parsed(
     name: str, command: ModuleType, paths: Iterable[str], words: Iterable[str], unseen: Iterable[str] = ()
 ) -> argparse.Namespace:
-    parser = _Asked(prog=f"incsvr {name}", add_help=False, allow_abbrev=False)
+    parser = _RaisingParser(prog=f"incsvr {name}", add_help=False, allow_abbrev=False)
     command.add_arguments(parser)
     args: argparse.Namespace = parser.parse_args([*words, "--", *paths])
     args.validate = [Path(each) for each in unseen]

@@ -20,17 +20,17 @@ from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_unwritable
 from service.commands import config_output, declared_inertia, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
-from service.commands.declaration import add_sign_argument, declared
+from service.commands.declaration import add_sign_argument, judge_declaration
 from service.commands.fit_result import Fit
 from service.commands.fit_text import text
-from service.commands.report_head import REPORT_WRITER, made
+from service.commands.report_head import REPORT_WRITER, provenance
 from service.config.configuration import Config
 from service.config.sources import read as read_config
 from service.config.sources import sections
 from service.live.effects import TracedEffects, configured_effects, read_effects
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, sequence
-from service.recordings.samples_from_recording import narrowed, signals_for
+from service.recordings.samples_from_recording import signals_for, with_smoothing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)
     finally:
         if args.report:
-            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, made(args))
+            import_module(REPORT_WRITER).write_fit(result, fit.pictures, args.report, axis, provenance(args))
     return 0
 
 
@@ -114,15 +114,15 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
     """What was learned, for programs and for people."""
     runs, unseen = reading.of_all(args.recordings), reading.whole.of_all(args.validate)
     of_file = config if args.config else None
-    coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
+    coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, [*runs, *unseen])
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, runs, args.torque, coupled)
     declaration = None
     if coupled is None and args.effects is None:
-        declaration = declared(runs, unseen, inertia, args.torque, args.assume_sign)
+        declaration = judge_declaration(runs, unseen, inertia, args.torque, args.assume_sign)
         runs, unseen = declaration.runs, declaration.unseen
     signals, learner, effects = _settings(args, config, inertia, runs, unseen, coupled)
     if args.smoothing is not None:
-        signals = narrowed(signals, args.smoothing)
+        signals = with_smoothing(signals, args.smoothing)
     fit = Fit.of(
         runs, unseen, signals, learner, args.policy, effects, coupled, config.further_inputs, declaration,
         args.assume_sign,
@@ -132,7 +132,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
         of_body = config if coupled is None else _declared(config, inertia, coupled)
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
-    result = fit.to_dict() | declared_inertia.told(estimate, fit.closed_loop, fit.remarks)
+    result = fit.to_dict() | declared_inertia.estimate_in_result(estimate, fit.closed_loop, fit.remarks)
     result["remarks"] = [said(reading.axis, each) for each in result["remarks"]]
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name}
@@ -151,7 +151,7 @@ def _write(args: argparse.Namespace, config: Config, recording: Recording, fit: 
         learner = config.learner.model_copy(update={"policy": fit.learner.policy})
         config = config.model_copy(update={"vehicle": vehicle, "signals": signals, "learner": learner})
     else:
-        config = config_output.scaled(config, recording, fit.signals, fit.learner)
+        config = config_output.scaled_config(config, recording, fit.signals, fit.learner)
     config_output.write(
         args.write, config.model_copy(update=update), f"# By `incsvr fit` on {fit.name}, {fit.samples} samples.\n"
     )

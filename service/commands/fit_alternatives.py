@@ -13,7 +13,7 @@ from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
 from service.commands.fit_attempt import Terms
 from service.recordings.recording import Recording, sequence
-from service.recordings.samples_from_recording import narrowed, signals_for
+from service.recordings.samples_from_recording import signals_for, with_smoothing
 
 MIN_GAIN_SHARE = 0.03
 """Part of the free run's error by which it must fall before other settings are proposed: less is chance."""
@@ -118,4 +118,4 @@ def _with(
     else:
         scaled = signals_for(runs, signals.inertia, signals.rate_limit, torque)
         other = replace(scaled, channels=signals.channels)
-    return other if smoothing is None else narrowed(other, smoothing)
+    return other if smoothing is None else with_smoothing(other, smoothing)

@@ -82,7 +82,7 @@ def refuse_unlearned(
         raise BadInput(f"{joined.name}: {doubt}")
     undriven_at_all = Excitation(0, excitation.samples, excitation.fastest, None)
     made = (undriven_at_all if idle else excitation).sentence
-    pushed = None if idle or terms.coupled is not None else other_velocities.decoupled(joined, samples, signals)
+    pushed = None if idle or terms.coupled is not None else other_velocities.coupling_sentence(joined, samples, signals)
     besides = "" if pushed is None else f"; or other velocities made it: {pushed}; {other_velocities.VELOCITIES_CURE}"
     doubted = next((each.findings[0] for each in verdicts if each.findings), None)
     why = f"too little motion to learn from: {made}; {EXCITING_MANOEUVRE}"

@@ -53,12 +53,12 @@ def run(args: argparse.Namespace) -> int:
     said = {"preset": args.preset, "system": args.system}
     inputs = inputs.model_copy(update={name: value for name, value in said.items() if value is not None})
     with progress(f"reading {args.files[0].name}"):
-        seen = _read(args, LogDescription(tuple(args.column), inputs))
-    emit(args, _told(seen), _text(args, seen))
+        summary = _read(args, LogDescription(tuple(args.column), inputs))
+    emit(args, _result(summary), _text(args, summary))
     return 0
 
 
-def _read(args: argparse.Namespace, description: LogDescription) -> Seen:
+def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:
     """What is in the files, and what of it would be learned from."""
     dive, cut = one_dive(args.files, description), Cut.of(args)
     log, path = dive.opened(description), dive.path
@@ -90,11 +90,13 @@ def _read(args: argparse.Namespace, description: LogDescription) -> Seen:
         )
     looks = {} if measured is None else in_degrees(proposal.inputs, measured.streams)
     proposal = replace(proposal, notes=(*looks.values(), *dive.notes, *proposal.notes))
-    return Seen(dive.name, log.format, _streams(topics, tables, proposal.inputs), proposal, measured, frozenset(looks))
+    return LogSummary(
+        dive.name, log.format, _streams(topics, tables, proposal.inputs), proposal, measured, frozenset(looks)
+    )
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class LogSummary:
     """What `inspect` shows of a log: its name, format and streams, and what would be learned from.
 
     Attributes:
@@ -124,8 +126,8 @@ def _streams(topics: tuple[Topic, ...], tables: Mapping[str, Table], inputs: Inp
     for topic in topics:
         table = tables.get(topic.name)
         ranges = {} if table is None else {name: _range(values) for name, values in table.columns.items()}
-        seen = () if table is None else tuple(table.columns)
-        fields = tuple(dict.fromkeys((*topic.fields, *seen)))
+        decoded = () if table is None else tuple(table.columns)
+        fields = tuple(dict.fromkeys((*topic.fields, *decoded)))
         span, rate = (0.0, 0.0) if table is None else _pace(writing_times(table, inputs))
         found.append(Stream(Topic(topic.name, topic.type, fields, topic.count), rate, span, ranges))
     return found
@@ -144,12 +146,12 @@ def _range(values: Array) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
 
-def _told(seen: Seen) -> dict[str, Any]:
+def _result(summary: LogSummary) -> dict[str, Any]:
     """The contract's form, and what explains it."""
-    proposal, measured = seen.proposal, seen.measured
+    proposal, measured = summary.proposal, summary.measured
     inputs = proposal.inputs.model_dump(mode="json", exclude_defaults=True)
     return {
-        "format": seen.format,
+        "format": summary.format,
         "streams": [
             {
                 "name": each.topic.name,
@@ -160,7 +162,7 @@ def _told(seen: Seen) -> dict[str, Any]:
                 "span_s": each.span,
                 "ranges": {name: list(ends) for name, ends in each.ranges.items() if np.isfinite(ends).all()},
             }
-            for each in seen.streams
+            for each in summary.streams
         ],
         "armed": None if measured is None else _armed(measured),
         "proposal": inputs | {"notes": list(proposal.sentences), "missing": dict(proposal.missing)},
@@ -184,10 +186,10 @@ def _summary(time: Array, values: Array) -> dict[str, Any]:
     return {"count": int(time.size), "rate_hz": rate, "span_s": span, "low": low, "high": high}
 
 
-def _text(args: argparse.Namespace, seen: Seen) -> str:
+def _text(args: argparse.Namespace, summary: LogSummary) -> str:
     """The same for people, in 80 columns."""
-    streams = seen.streams
-    lines = [f"{seen.name}: {seen.format}, {len(streams)} topic{'' if len(streams) == 1 else 's'}", ""]
+    streams = summary.streams
+    lines = [f"{summary.name}: {summary.format}, {len(streams)} topic{'' if len(streams) == 1 else 's'}", ""]
     if args.topic is not None:
         return "\n".join([lines[0], *_fields(next(each for each in streams if each.topic.name == args.topic))])
     widest = min(max((len(each.topic.name) for each in streams), default=0), 34)
@@ -200,7 +202,7 @@ def _text(args: argparse.Namespace, seen: Seen) -> str:
         shown = shown if len(shown) <= room else f"{shown[: room - 1]}…"
         name = shortened(each.topic.name, widest)
         lines.append(f"{name:<{widest}}  {each.topic.count:8d}  {each.rate:7.4g}  {shown}{more}")
-    return "\n".join([*lines, "", *_proposed(seen)])
+    return "\n".join([*lines, "", *_proposed(summary)])
 
 
 def _fields(stream: Stream) -> list[str]:
@@ -211,8 +213,8 @@ def _fields(stream: Stream) -> list[str]:
     return lines
 
 
-def _proposed(seen: Seen) -> list[str]:
-    proposal, measured = seen.proposal, seen.measured
+def _proposed(summary: LogSummary) -> list[str]:
+    proposal, measured = summary.proposal, summary.measured
     inputs = proposal.inputs
     preset = f" (preset {inputs.preset})" if inputs.preset else ""
     lines = [f"what would be learned from{preset}:"]
@@ -222,7 +224,7 @@ def _proposed(seen: Seen) -> list[str]:
         *inputs.channels.items(),
     ]
     for name, source in named:
-        lines.append(_line(name, source, measured, name in seen.degrees))
+        lines.append(_line(name, source, measured, name in summary.degrees))
     lines += wrapped("  missing: ", proposal.missing.values())
     armed = None if measured is None else _armed(measured)
     if measured is not None:
@@ -240,9 +242,9 @@ def _line(name: str, source: Source | Thrusters | None, measured: MeasuredStream
     spelt = (isinstance(source, Source) and source.unit) or si_unit(name)
     unit = f" [{spelt}{': degrees?' if in_degrees else ''}]" if spelt else ""
     where = f"{'-' if isinstance(source, Source) and source.sign < 0 else ''}{where}"
-    seen = ""
+    figures = ""
     if measured is not None and name in measured.streams:
         summary = _summary(*measured.streams[name])
-        seen = f"{summary['rate_hz']:.3g} Hz, {summary['low']:.3g} to {summary['high']:.3g}"
-    where = shortened(where, WIDTH - 14 - len(seen) - len(unit) - 2)
-    return f"  {name:<11} {where}{unit}  {seen}".rstrip()
+        figures = f"{summary['rate_hz']:.3g} Hz, {summary['low']:.3g} to {summary['high']:.3g}"
+    where = shortened(where, WIDTH - 14 - len(figures) - len(unit) - 2)
+    return f"  {name:<11} {where}{unit}  {figures}".rstrip()

@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 from incsvr.errors import BadInput
 from service.bus.session import client_settings, listener_settings
 from service.cli.output import add_json_argument, emit
-from service.config.core_yaml import shown
+from service.config.core_yaml import quote
 from service.config.section import Prefix
 from service.security.certificates import VALIDITY_SPAN, Pair, authority, load, sign
 from service.security.roles import CLIENTS, LEARNER, ROLES, ROUTER, SHORE_ROLES, access_control, shared_access
@@ -243,7 +243,7 @@ def _prefix(text: str) -> str:
         return TypeAdapter(Prefix).validate_python(text)
     except ValidationError as error:
         reason = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise BadInput(f"--prefix {shown(text)}: {reason}") from None
+        raise BadInput(f"--prefix {quote(text)}: {reason}") from None
 
 
 def _host(endpoint: str) -> str:

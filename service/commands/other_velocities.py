@@ -59,7 +59,7 @@ class OtherVelocities:
     def of(coupled: Coupled | None, joined: Recording, samples: Samples, signals: SignalSettings) -> OtherVelocities:
         """Of the samples of recordings that were joined."""
         if coupled is None:
-            sentence = decoupled(joined, samples, signals)
+            sentence = coupling_sentence(joined, samples, signals)
             return (
                 NO_OTHER_VELOCITIES
                 if sentence is None
@@ -99,7 +99,9 @@ class OtherVelocities:
 NO_OTHER_VELOCITIES = OtherVelocities(None, {}, ())
 
 
-def declared(text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]) -> Coupled | None:
+def coupled_axis(
+    text: str | None, config: Config | None, axis: Axis, recordings: Sequence[Recording]
+) -> Coupled | None:
     """The axis in its body, with the velocities and angles that all recordings hold; None where none is declared.
 
     Args:
@@ -138,7 +140,7 @@ def _entries(text: str) -> tuple[float, ...]:
         ) from None
 
 
-def by_itself(
+def freed_recordings(
     coupled: Coupled, recordings: Sequence[Recording]
 ) -> tuple[list[Recording], dict[str, Array], OtherVelocities]:
     """The recordings with what the body takes taken from the torque, each part at its stamps (n,) [N m], and what is
@@ -162,7 +164,7 @@ def by_itself(
     return freed_of, joined, replace(told, remarks=(*told.remarks, EFFECTS_OF_REMAINDER))
 
 
-def decoupled(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
+def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettings) -> str | None:
     """By how much the axis is not by itself, as far as the recorded velocities show it; None where it hardly is."""
     motion = {}
     for name in _sampled(joined, joined.velocities):
@@ -176,7 +178,7 @@ def decoupled(joined: Recording, samples: Samples, signals: SignalSettings) -> s
     return None if found is None else _sentence(found)
 
 
-def of_recordings(recordings: Sequence[Recording], inertia: float) -> str | None:
+def coupling_of_recordings(recordings: Sequence[Recording], inertia: float) -> str | None:
     """The same of recordings that were not yet made samples of, with a declared inertia [kg m²]."""
     if not any(recording.velocities for recording in recordings):
         return None
@@ -186,7 +188,7 @@ def of_recordings(recordings: Sequence[Recording], inertia: float) -> str | None
         samples, _ = samples_of(joined, signals, None)
     except BadInput:  # too slow or too short for samples of Eq. 5; the tracer needs none
         return None
-    return decoupled(joined, samples, signals)
+    return coupling_sentence(joined, samples, signals)
 
 
 def _sentence(found: Others) -> str:

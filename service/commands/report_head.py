@@ -12,7 +12,7 @@ REPORT_WRITER = "viewer.report"
 """Writes a report; loaded when asked for, so that learning and tracing need no drawing library."""
 
 
-def made(args: argparse.Namespace) -> dict[str, str]:
+def provenance(args: argparse.Namespace) -> dict[str, str]:
     """Recordings, command line, software and date, each by what to call it."""
     named = {"recordings": args.recordings, "validated on": args.validate}
     return {

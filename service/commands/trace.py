@@ -21,11 +21,11 @@ from service.cli.output import add_json_argument, destination, emit
 from service.cli.progress import progress
 from service.commands import declared_inertia, other_velocities
 from service.commands.arguments import add_recordings_arguments, add_report_argument
-from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, declared
+from service.commands.declaration import DOUBT_HEADLINE, add_sign_argument, judge_declaration
 from service.commands.other_velocities import OtherVelocities
-from service.commands.report_head import REPORT_WRITER, made
+from service.commands.report_head import REPORT_WRITER, provenance
 from service.commands.trace_parts import Part, after_steps
-from service.commands.trace_sensors import believed, examined, notes
+from service.commands.trace_sensors import examine_sensors, sensor_notes, with_heading_sign
 from service.commands.trace_text import text
 from service.config.configuration import Config
 from service.config.sources import read as read_config
@@ -33,7 +33,7 @@ from service.recordings.manoeuvre import next_manoeuvre
 from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording
 
-__all__ = ["add_arguments", "answer", "run", "runs_of", "text", "traced"]
+__all__ = ["add_arguments", "answer", "run", "runs_of", "text", "trace_recordings"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         emit(args, result, words)  # before any picture: it is kept whatever becomes of that
     finally:
         if args.report:
-            import_module(REPORT_WRITER).write(found, args.report, axis, made(args))
+            import_module(REPORT_WRITER).write(found, args.report, axis, provenance(args))
     return 0
 
 
@@ -92,14 +92,16 @@ def _traced(
     recordings, fitted = [*runs, *reading.whole.of_all(args.validate)], len(runs)
     distinct(runs_of(recordings))
     of_file = config if args.config else None
-    coupled = other_velocities.declared(args.mass_matrix, of_file, reading.axis, recordings)
+    coupled = other_velocities.coupled_axis(args.mass_matrix, of_file, reading.axis, recordings)
     inertia, estimate = declared_inertia.inertia(args.inertia, of_file, recordings[:fitted], args.torque, coupled)
     parts, others = dict[str, Array](), other_velocities.NO_OTHER_VELOCITIES
     if coupled is not None:
-        recordings, parts, others = other_velocities.by_itself(coupled, recordings)
+        recordings, parts, others = other_velocities.freed_recordings(coupled, recordings)
     asked = (inertia, args.torque, reading.rate_limit, args.assume_sign)
-    found = traced(recordings[:fitted], recordings[fitted:], *asked)
-    after = after_steps(found, recordings[:fitted], lambda part: traced(part, [], *asked).in_terms_of(reading.axis))
+    found = trace_recordings(recordings[:fitted], recordings[fitted:], *asked)
+    after = after_steps(
+        found, recordings[:fitted], lambda part: trace_recordings(part, [], *asked).in_terms_of(reading.axis)
+    )
     if estimate is not None:
         doubt = declared_inertia.doubt(estimate, found.loop == "closed")
         how = (
@@ -111,7 +113,7 @@ def _traced(
     return replace(found, notes=notes, pictures=pictures).in_terms_of(reading.axis), others, after
 
 
-def traced(
+def trace_recordings(
     fitted: Sequence[Recording],
     unseen: Sequence[Recording],
     inertia: float,
@@ -131,12 +133,12 @@ def traced(
     Raises:
         BadInput: where the recordings cannot answer.
     """
-    declaration = declared(fitted, unseen, inertia, torque, assume_sign)
+    declaration = judge_declaration(fitted, unseen, inertia, torque, assume_sign)
     fitted, doubt = declaration.runs, declaration.doubt
     recordings = [*fitted, *declaration.unseen]
     with progress("checking the sensors"):
-        sensors = examined(recordings, inertia, assume_sign)
-    runs = [replace(run, rate_limit=rate_limit) for run in runs_of(believed(recordings, sensors))]
+        sensors = examine_sensors(recordings, inertia, assume_sign)
+    runs = [replace(run, rate_limit=rate_limit) for run in runs_of(with_heading_sign(recordings, sensors))]
     try:
         with progress("tracing what the model lacks"):
             found = trace(runs[: len(fitted)], inertia=inertia, validate=runs[len(fitted) :], torque=torque)
@@ -146,12 +148,12 @@ def traced(
             raise
         # no manoeuvre helps where the inertia, or the torque's unit or sign, is wrong
         raise BadInput(f"{fitted[0].name}: {why}") from error
-    others = other_velocities.of_recordings(fitted, inertia)
+    others = other_velocities.coupling_of_recordings(fitted, inertia)
     beside = (*declaration.sentences, *found.notes, *(() if others is None else (others,)))
     return replace(
         found,
         effects=tuple(advised(finding) for finding in found.effects),
-        notes=(*beside, *notes(recordings, sensors, found.verdict != "none")),
+        notes=(*beside, *sensor_notes(recordings, sensors, found.verdict != "none")),
         doubts=(*found.doubts, *(() if doubt is None else (DOUBT_HEADLINE,))),
     )
 

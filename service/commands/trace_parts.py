@@ -31,7 +31,7 @@ class Part:
     Attributes:
         after: the effects that step there.
         begin, end: from and to [s of the recordings]; infinite where it goes on to their end.
-        found: what it shows by itself; None where it cannot be traced.
+        trace: what it shows by itself; None where it cannot be traced.
         refused: why it cannot be traced; else empty.
         origin: from which `--from` counts [s of the recordings]: their beginning where stamps count since 1970.
     """
@@ -39,7 +39,7 @@ class Part:
     after: tuple[str, ...]
     begin: float
     end: float
-    found: Trace | None
+    trace: Trace | None
     refused: str = ""
     origin: float = 0.0
 
@@ -49,16 +49,16 @@ class Part:
         begin, end = f"{self.begin - self.origin:.6g}", f"{self.end - self.origin:.6g}"
         span = f"from {begin} s on" if self.end == inf else f"from {begin} to {end} s"
         where = f"{span}, after {' and '.join(self.after)}, the recording by itself"
-        if self.found is None:
+        if self.trace is None:
             return f"{where} cannot be traced: {self.refused}"
         cut = f"--from {begin}" if self.end == inf else f"--from {begin} --to {end}"
-        return f"{where} shows: {headline(self.found)} ({cut} traces it alone)"
+        return f"{where} shows: {headline(self.trace)} ({cut} traces it alone)"
 
     def to_dict(self) -> dict[str, Any]:
-        shown = {} if self.found is None else {
-            "headline": headline(self.found),
-            "verdict": self.found.verdict,
-            "effects": [finding.to_dict() for finding in self.found.effects],
+        shown = {} if self.trace is None else {
+            "headline": headline(self.trace),
+            "verdict": self.trace.verdict,
+            "effects": [finding.to_dict() for finding in self.trace.effects],
         }  # fmt: skip
         return {
             "after": list(self.after),
@@ -70,15 +70,15 @@ class Part:
 
 
 def after_steps(
-    found: Trace, recordings: Sequence[Recording], traced: Callable[[Sequence[Recording]], Trace]
+    trace: Trace, recordings: Sequence[Recording], by_itself: Callable[[Sequence[Recording]], Trace]
 ) -> tuple[Part, ...]:
     """The parts after each step that a trace found, each traced by itself.
 
     Args:
-        found: the trace of the recordings.
-        traced: traces recordings as the whole was traced.
+        trace: the trace of the recordings.
+        by_itself: traces recordings as the whole was traced.
     """
-    steps = _steps(found)
+    steps = _steps(trace)
     if not steps:
         return ()
     last = max(float(each.time[-1]) for each in recordings)
@@ -91,7 +91,7 @@ def after_steps(
             before += step.effects  # what follows soon goes with it
         else:
             part = Part((*before, *step.effects), step.over, end, None, origin=origin)
-            parts.append(_traced(part, recordings, traced))
+            parts.append(_traced(part, recordings, by_itself))
             before = ()
     return tuple(parts)
 
@@ -105,11 +105,11 @@ class _Step:
     effects: tuple[str, ...]
 
 
-def _steps(found: Trace) -> list[_Step]:
+def _steps(trace: Trace) -> list[_Step]:
     """The steps that were found, in order; those whose intervals meet are one."""
     spans = sorted(
         (*_certain(finding.interval.get(ONSET_PARAMETER), finding.parameters[ONSET_PARAMETER]), finding.effect)
-        for finding in found.effects
+        for finding in trace.effects
         if ONSET_PARAMETER in finding.parameters
     )
     steps: list[_Step] = []
@@ -128,12 +128,12 @@ def _certain(interval: Sequence[float] | None, at: float) -> tuple[float, float]
     return (low, high) if isfinite(low) and isfinite(high) else (at, at)
 
 
-def _traced(part: Part, recordings: Sequence[Recording], traced: Callable[[Sequence[Recording]], Trace]) -> Part:
+def _traced(part: Part, recordings: Sequence[Recording], by_itself: Callable[[Sequence[Recording]], Trace]) -> Part:
     """The part with what it shows by itself, or why it cannot be traced."""
     cut = [rows for each in recordings if (rows := between(each, part.begin, part.end)).time.size]
     if not cut:
         return replace(part, refused="nothing was recorded in it")
     try:
-        return replace(part, found=traced(cut))
+        return replace(part, trace=by_itself(cut))
     except BadInput as error:
         return replace(part, refused=str(error))

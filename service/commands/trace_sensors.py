@@ -24,7 +24,7 @@ SLOW_TORQUE_PERIODS = 1.6
 """Periods of the yaw rate that one of the torque lasts at least to be called slow."""
 
 
-def examined(recordings: Sequence[Recording], inertia: float, sign_known: bool = False) -> list[Sensors]:
+def examine_sensors(recordings: Sequence[Recording], inertia: float, sign_known: bool = False) -> list[Sensors]:
     """What the checks say of the sensors of each recording, with the settings of `incsvr fit` scaled to it.
 
     Args:
@@ -39,7 +39,7 @@ def examined(recordings: Sequence[Recording], inertia: float, sign_known: bool =
     return [_examined(recording, inertia, sign_known) for recording in recordings]
 
 
-def believed(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> list[Recording]:
+def with_heading_sign(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> list[Recording]:
     """The recordings, each with a heading that counts as its yaw rate does.
 
     Raises:
@@ -57,7 +57,7 @@ def believed(recordings: Sequence[Recording], sensors: Sequence[Sensors]) -> lis
     ]
 
 
-def notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained: bool) -> list[str]:
+def sensor_notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained: bool) -> list[str]:
     """What a reader must know of the sensors.
 
     Args:
@@ -72,7 +72,7 @@ def notes(recordings: Sequence[Recording], sensors: Sequence[Sensors], explained
     return sentences
 
 
-def coupled(recording: Recording) -> bool:
+def has_coriolis_pair(recording: Recording) -> bool:
     """Whether two velocities were recorded whose product pushes along the axis: Coriolis, Munk."""
     recorded = tuple(name for name in (*recording.columns, *recording.displaced) if name != "yaw_rate")
     recorded += ("yaw_rate",) if recording.axis != YAW else ()
@@ -89,7 +89,7 @@ def _examined(recording: Recording, inertia: float, sign_known: bool) -> Sensors
     except BadInput:  # too short, or at rest: the tracer says so itself
         return Sensors((), (), None, False)
     vehicle = Vehicle(inertia, settings.rate_range, signals.smoothing, False, sign_known)
-    sensors = examine(samples, settings, vehicle, coupled(recording))
+    sensors = examine(samples, settings, vehicle, has_coriolis_pair(recording))
     slow = _slow_torque(recording, inertia)
     further = (*remarks_of(recording, signals.smoothing), *(() if slow is None else (slow,)))
     return replace(sensors, remarks=(*sensors.remarks, *further))

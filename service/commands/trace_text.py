@@ -10,19 +10,19 @@ from incsvr.tracing.findings import Trace
 from incsvr.tracing.sentences import chance, headline
 
 
-def text(found: Trace) -> str:
+def text(trace: Trace) -> str:
     """The findings for people."""
-    traced = "" if found.inertia_in_force == found.inertia else f" ({found.inertia_in_force:.3g} kg m² in use)"
-    lines = [f"declared inertia {found.inertia:g} kg m²{traced}: {headline(found)}"]
-    for finding in found.effects:
+    traced = "" if trace.inertia_in_force == trace.inertia else f" ({trace.inertia_in_force:.3g} kg m² in use)"
+    lines = [f"declared inertia {trace.inertia:g} kg m²{traced}: {headline(trace)}"]
+    for finding in trace.effects:
         lines.append(f"  {finding.sentence}")
         if finding.cannot_tell_from:
             rivals = ", ".join(finding.cannot_tell_from)
             lines.append(f"    these recordings cannot tell it from: {rivals} (either, or both at once)")
         if finding.next_manoeuvre:
             lines.append(f"    next: {finding.next_manoeuvre}")
-    lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in found.unexplained]
-    error = found.error
+    lines += [f"  {item.channel} still predicts the residual (p {chance(item.p_value)})" for item in trace.unexplained]
+    error = trace.error
     where = (
         "the validation recordings" if error["validated_on"] == "recordings" else "held-out pieces of the recordings"
     )
@@ -33,9 +33,9 @@ def text(found: Trace) -> str:
             f"    {key:14s} [{unit:5s}]   {_figure(error['before'][key]):>10s}  {_figure(error['after'][key]):>10s}    "
             f"{_change(change['estimate'])} ({_change(change['low'])} to {_change(change['high'])})"
         )
-    lines += _beside(error, found.model.scale)
-    if found.effects or found.loop == "closed":
-        lines.append(f"  {_proof(found)}")
+    lines += _beside(error, trace.model.scale)
+    if trace.effects or trace.loop == "closed":
+        lines.append(f"  {_proof(trace)}")
     lines.append(f"    noise floor of the torque {_figure(error['floor']['torque_rmse'])} N m")
     left = error["disturbance"]
     share = f"{100.0 * left['share_of_torque']:.1f} % of the torque, " if "share_of_torque" in left else ""
@@ -43,9 +43,9 @@ def text(found: Trace) -> str:
         f"    what is left: {left['torque_rmse']:.3g} N m (RMS), {share}"
         f"correlated over {left['correlation_time_s']:.2g} s"
     )
-    lines += [f"  not added: {r.effect}: {r.reason}" for r in found.rejected if "free run" in r.reason]
-    lines += [f"  ignored channel {name}: {reason}" for name, reason in found.ignored_channels.items()]
-    lines += [f"  note: {note}" for note in found.notes]
+    lines += [f"  not added: {r.effect}: {r.reason}" for r in trace.rejected if "free run" in r.reason]
+    lines += [f"  ignored channel {name}: {reason}" for name, reason in trace.ignored_channels.items()]
+    lines += [f"  note: {note}" for note in trace.notes]
     return "\n".join(lines)
 
 
@@ -67,12 +67,12 @@ def _change(value: float) -> str:
     return f"{value:+.3g}" if math.isfinite(value) else "–"
 
 
-def _proof(found: Trace) -> str:
+def _proof(trace: Trace) -> str:
     """What the errors on unseen data are worth."""
-    if not found.beats_zero:
+    if not trace.beats_zero:
         return "a free run that errs more than a rate of zero proves nothing"
-    better = "lower beyond chance" if found.proven else "not lower beyond chance"
-    if found.loop == "closed":
+    better = "lower beyond chance" if trace.proven else "not lower beyond chance"
+    if trace.loop == "closed":
         return (
             "closed loop: the free run is no proof, the torque answers to the water; the predicted torque's error on "
             f"unseen data is {better}"

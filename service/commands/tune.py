@@ -176,7 +176,7 @@ def _recorded(args: argparse.Namespace, config: Config) -> tuple[str, Samples, S
     scaled = learner_for(samples)
     settings = _with_policy(config.learner_settings() if args.config else scaled, args.policy)
     if not args.config:
-        config = config_output.scaled(config, joined, signals, settings)
+        config = config_output.scaled_config(config, joined, signals, settings)
     fastest, largest = np.abs(samples.yaw_rate).max(), np.abs(samples.damping).max()
     grid = Grid().scaled(_round(fastest / PAPER_RATE), _round(largest / PAPER_TORQUE))
     return joined.name, samples, settings, grid, config

@@ -16,7 +16,7 @@ HEAD = """\
 """
 
 
-def commented(config: Config, head: str = HEAD, brief: bool = False) -> str:
+def commented_yaml(config: Config, head: str = HEAD, brief: bool = False) -> str:
     """The configuration as YAML, each value with its meaning, unit and bounds, below some lines that begin it.
 
     `brief` leaves out what is as it is by default, but the inertia: an inertia that nobody says is none.

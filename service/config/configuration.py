@@ -18,7 +18,7 @@ from incsvr.plant.axes import AXES, VELOCITIES, stream_of
 from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import SignalSettings
-from service.config.core_yaml import shown
+from service.config.core_yaml import quote
 from service.config.section import Name, Prefix, Section
 from service.config.sections import Archive, Bus, HealthLimits, Learner, Signals, Simulation, Tracing
 from service.config.vehicle import Vehicle
@@ -143,7 +143,7 @@ class Config(Section):
         base = self.model_dump(exclude={"also"})
         if self.vehicle.mass_matrix is not None or not self.vehicle.inertia_said:
             del base["vehicle"]["inertia"]  # it follows from the matrix, of each axis its own; or nobody said it
-        rest = tuple(validated(merged(base, entry), {}) for entry in self.also)
+        rest = tuple(validate(merge(base, entry), {}) for entry in self.also)
         if any(config.also for config in rest):
             raise BadInput("an entry of `also` has an `also` of its own; list all learners in the first one")
         prefixes = [self.prefix, *(config.prefix for config in rest)]
@@ -179,16 +179,16 @@ def check_inertia(config: Config) -> None:
             )
 
 
-def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """`base` with the values of `over` in their places."""
     both = dict(base)
     for name, value in over.items():
         below = both.get(name)
-        both[name] = merged(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
+        both[name] = merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
     return both
 
 
-def validated(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -> Config:
+def validate(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -> Config:
     """The configuration with these values; `where` says of the place of a value where it came from.
 
     Raises:
@@ -199,7 +199,7 @@ def validated(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = tuple(str(part) for part in first["loc"])
-        named = shown(".".join(place))
+        named = quote(".".join(place))
         source = next((where[place[:end]] for end in range(len(place), 0, -1) if place[:end] in where), None)
         if first["type"] == "extra_forbidden":
             reason = f"there is no {named}; `incsvr config show` lists all names"
@@ -214,4 +214,4 @@ def validated(values: Mapping[str, Any], where: Mapping[tuple[str, ...], str]) -
 
 def _written(given: Any) -> str:
     """A refused value as it is written in YAML."""
-    return shown(json_text(given) if given is None or isinstance(given, bool) else repr(given))
+    return quote(json_text(given) if given is None or isinstance(given, bool) else repr(given))

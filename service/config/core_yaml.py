@@ -46,7 +46,7 @@ class Document(NamedTuple):
     lines: Mapping[tuple[str, ...], int]
 
 
-def parsed(text: str, name: str) -> Document:
+def parse(text: str, name: str) -> Document:
     """The one document of a text; `name` is what a sentence calls it.
 
     Raises:
@@ -137,7 +137,7 @@ class _Reader:
             if name == "<<" and key.implicit[0]:
                 raise self._wrong(key, "sections are not merged by <<; write out what differs from the defaults")
             if name in below:
-                raise self._wrong(key, f"{shown(name)} is given here and in line {below[name][0]}; keep one of them")
+                raise self._wrong(key, f"{quote(name)} is given here and in line {below[name][0]}; keep one of them")
             below[name] = line, self._value(next(self._events), depth + 1)
         return _node({name: node.value for name, (_, node) in below.items()}, start, below)
 
@@ -151,7 +151,7 @@ class _Reader:
         if not event.implicit[0]:  # in quotes
             return event.value
         try:
-            return resolved(event.value)
+            return resolve(event.value)
         except ValueError:
             raise self._wrong(event, "this number has too many digits") from None
 
@@ -164,7 +164,7 @@ class _Reader:
         return BadInput(f"{self._name}, line {_line(event)}: {sentence}")
 
 
-def resolved(text: str) -> Any:
+def resolve(text: str) -> Any:
     """What a plain scalar means by the core schema of YAML 1.2.
 
     Raises:
@@ -184,7 +184,7 @@ def resolved(text: str) -> Any:
     return float("nan") if text in _NOT_A_NUMBER else text
 
 
-def shown(text: str) -> str:
+def quote(text: str) -> str:
     """A text of somebody as a sentence quotes it: on one line, cut where it is long."""
     line = "".join(each if each.isprintable() else "�" for each in text[:MAX_QUOTED_CHARACTERS])
     return line if len(text) <= MAX_QUOTED_CHARACTERS else f"{line}…"

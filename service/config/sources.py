@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from incsvr.errors import BadInput
-from service.config.configuration import Config, merged, validated
-from service.config.core_yaml import MAX_CHARACTERS, Document, parsed
+from service.config.configuration import Config, merge, validate
+from service.config.core_yaml import MAX_CHARACTERS, Document, parse
 from service.inputs.presets.defaults import defaults
 
 
@@ -37,12 +37,12 @@ def from_arguments(args: argparse.Namespace) -> Config:
         name, equals, value = text.partition("=")
         if not equals:
             raise BadInput(f"--set {text}: write NAME=VALUE, such as learner.policy=paper")
-        given.append((name, parsed(value, f"--set {name}").value, f"--set {name}"))
+        given.append((name, parse(value, f"--set {name}").value, f"--set {name}"))
     for name, value, flag in given:
         if value is not None or flag.startswith("--set"):
             path = tuple(name.split("."))
             origin[path] = flag
-            flags = merged(flags, _nested(path, value))
+            flags = merge(flags, _nested(path, value))
     return read(args.config, flags, origin)
 
 
@@ -64,13 +64,13 @@ def read(
     variables = _variables()
     for place in _places(variables):
         where[place] = "the variable INCSVR_" + "__".join(place).upper()
-    values = merged(merged(values, variables), flags or {})
-    values = merged(defaults(values), values)
+    values = merge(merge(values, variables), flags or {})
+    values = merge(defaults(values), values)
     where |= origin or {}
-    config = validated(values, where)
+    config = validate(values, where)
     for index, entry in enumerate(config.also):
         below = {place[2:]: source for place, source in where.items() if place[:2] == ("also", str(index))}
-        validated(merged(values | {"also": ()}, entry), where | below)
+        validate(merge(values | {"also": ()}, entry), where | below)
     config.each()
     return config
 
@@ -93,7 +93,7 @@ def _from_file(path: Path) -> Document:
         raise BadInput(f"{path}: there is no such file; `incsvr config show` prints one to begin with") from None
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: cannot be read as text ({error})") from None
-    found = parsed(text, str(path))
+    found = parse(text, str(path))
     if found.value is None:
         return Document({}, {})
     if not isinstance(found.value, dict):
@@ -119,7 +119,7 @@ def _variables() -> dict[str, Any]:
 
     class Source(EnvSettingsSource):
         def decode_complex_value(self, field_name: str, field: FieldInfo, value: Any) -> Any:
-            return parsed(value, f"an INCSVR_ variable, {field_name}").value
+            return parse(value, f"an INCSVR_ variable, {field_name}").value
 
     try:
         return Source(Variables)()

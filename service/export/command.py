@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         learned = _learned(args, config)
     except NoAnswer as error:
         raise NoAnswer(f"{error}; or name a state directory or a trace's JSON") from error
-    text = written(learned, args.format, args.link, args.dry_inertia, args.inertia_xy)
+    text = in_format(learned, args.format, args.link, args.dry_inertia, args.inertia_xy)
     if args.out is None:
         sys.stdout.write(text)
         return 0
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def written(
+def in_format(
     learned: Learned, format_: str, link: str, dry: float | None = None, across: tuple[float, float] | None = None
 ) -> str:
     """What was learned in the form of a tool.

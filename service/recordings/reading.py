@@ -30,7 +30,7 @@ from service.logs.reading import NO_DESCRIPTION, LogDescription
 from service.recordings.axis_columns import of_axis, put_back, with_own_columns
 from service.recordings.cut_recordings import cut_recording
 from service.recordings.log_refusals import refuse_fraction, stillness
-from service.recordings.recording import Recording, continued, from_streams
+from service.recordings.recording import Recording, continuation, from_streams
 from service.recordings.recording_csv import RATE_LIMIT
 from service.recordings.recording_csv import read as read_recording
 
@@ -121,7 +121,7 @@ class Reading:
                 found.append(reading.of_one(part.path))
         if not found:
             raise EmptyCut(f"{dive.path}: {empty_cut(self.cut, whole)}")
-        recording = continued(found)
+        recording = continuation(found)
         return _armed_alone(dive.path, recording, self.ours_whole) if self.learns else recording
 
     def of_one(self, path: Path, log: Log | None = None) -> Recording:

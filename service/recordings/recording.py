@@ -96,7 +96,7 @@ def sequence(runs: Sequence[Recording]) -> Recording:
     return _one_after_the_other(runs, np.concatenate(times))
 
 
-def continued(runs: Sequence[Recording]) -> Recording:
+def continuation(runs: Sequence[Recording]) -> Recording:
     """Runs of one clock that follow one another, as one recording that keeps their time."""
     joined = _one_after_the_other(runs, np.concatenate([run.time for run in runs]))
     new = np.concatenate(([True], np.diff(joined.time) > 0.0))  # a row that ends one run and begins the next

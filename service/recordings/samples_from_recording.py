@@ -108,7 +108,7 @@ def signals_for(
     )
 
 
-def narrowed(signals: SignalSettings, smoothing: float) -> SignalSettings:
+def with_smoothing(signals: SignalSettings, smoothing: float) -> SignalSettings:
     """The settings with a filter of another width [s], which bridges no longer pauses than it may."""
     gap = None if signals.gap is None else min(signals.gap, 2.0 * smoothing)
     return replace(signals, smoothing=smoothing, gap=gap)

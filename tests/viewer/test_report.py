@@ -56,7 +56,7 @@ def found() -> Trace:
 def report(found: Trace, tmp_path_factory: pytest.TempPathFactory) -> str:
     """Its page."""
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write(found, path, made=MADE)
+    write(found, path, provenance=MADE)
     return path.read_text(encoding="utf-8")
 
 
@@ -186,7 +186,7 @@ def test_a_coefficient_whose_interval_holds_a_negative_drag_is_flagged(found: Tr
 
 @pytest.mark.slow
 def test_the_same_trace_gives_the_same_report(found: Trace, report: str, tmp_path: Path) -> None:
-    write(found, tmp_path / "again.html", made=MADE)
+    write(found, tmp_path / "again.html", provenance=MADE)
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == report
 
 

@@ -16,18 +16,18 @@ from service.cli.extras import how_to_install
 __all__ = ["write", "write_fit"]
 
 
-def write(found: Trace, path: Path, axis: Axis = YAW, made: Mapping[str, str] | None = None) -> None:
+def write(trace: Trace, path: Path, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> None:
     """Writes the report of a trace to `path`, in the words and units of an axis.
 
     Args:
-        made: what it was made of and how, by what to call it: recordings, command, software, date.
+        provenance: what it was made of and how, by what to call it: recordings, command, software, date.
 
     Raises:
         BadInput: the drawing library is not installed, or the file cannot be written.
     """
     with _needs_libraries():
         from viewer.report.page import page
-    _write(path, page(found, axis, made))
+    _write(path, page(trace, axis, provenance))
 
 
 def write_fit(
@@ -35,12 +35,12 @@ def write_fit(
     pictures: FitPictures,
     path: Path,
     axis: Axis = YAW,
-    made: Mapping[str, str] | None = None,
+    provenance: Mapping[str, str] | None = None,
 ) -> None:
     """Writes the report of a fit: `result` is what `incsvr fit --json` writes; otherwise as `write`."""
     with _needs_libraries():
         from viewer.report.fit_page import fit_page
-    _write(path, fit_page(result, pictures, axis, made))
+    _write(path, fit_page(result, pictures, axis, provenance))
 
 
 @contextmanager

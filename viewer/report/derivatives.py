@@ -30,14 +30,14 @@ class Derivative(NamedTuple):
     unit: str
 
 
-def derivatives(found: Trace, axis: Axis = YAW) -> tuple[list[Derivative], tuple[float, float]]:
+def derivatives(trace: Trace, axis: Axis = YAW) -> tuple[list[Derivative], tuple[float, float]]:
     """The derivatives, and the rates that they hold for [rad/s].
 
     N_r and N_{r|r|} are those of the least squares d(r) = N_r r + N_{r|r|} r|r| on the damping that the fitted
     recordings show, d(r) and what the model leaves; their intervals are a moving-block bootstrap's (H. R. Künsch, Ann.
     Stat. 17, 1989).
     """
-    pictures, model = found.pictures, found.model
+    pictures, model = trace.pictures, trace.model
     rate = pictures.depends["yaw_rate"]
     kept = np.isfinite(rate) & np.isfinite(pictures.residual_after)
     rate = rate[kept]
@@ -51,8 +51,8 @@ def derivatives(found: Trace, axis: Axis = YAW) -> tuple[list[Derivative], tuple
     spread = np.array([_solved(normal[each].sum(axis=0), score[each].sum(axis=0)) for each in drawn])
     value = _solved(terms.T @ terms, terms.T @ damping)
     low, high = np.quantile(spread, [0.025, 0.975], axis=0)
-    inertia = next((each for each in found.effects if each.effect == "inertia"), None)
-    total, between = found.inertia, None
+    inertia = next((each for each in trace.effects if each.effect == "inertia"), None)
+    total, between = trace.inertia, None
     if inertia is not None:
         (total, *_), (between, *_) = inertia.parameters.values(), inertia.interval.values()
     force, velocity = axis.force_symbol, axis.symbol

@@ -30,10 +30,10 @@ def capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
 
 
-def rendered(template: str, axis: Axis, made: Mapping[str, str] | None, **values: Any) -> str:
-    """A page of one of the report's templates, in the words and units of an axis; `made` says what it was made of."""
+def rendered(template: str, axis: Axis, provenance: Mapping[str, str] | None, **values: Any) -> str:
+    """A page of one of the report's templates, in an axis's words and units; `provenance` is what it was made of."""
     environment = Environment(
         loader=PackageLoader("viewer.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["told"] = lambda text: said(axis, text)
-    return environment.get_template(template).render(made=made or {}, number=number, **values)
+    return environment.get_template(template).render(provenance=provenance or {}, number=number, **values)

@@ -28,14 +28,14 @@ UNITS = {"N_r": "N m s/rad", "N_r|r|": "N m s²/rad²"}
 
 
 def fit_page(
-    result: Mapping[str, Any], pictures: FitPictures, axis: Axis = YAW, made: Mapping[str, str] | None = None
+    result: Mapping[str, Any], pictures: FitPictures, axis: Axis = YAW, provenance: Mapping[str, str] | None = None
 ) -> str:
     """The whole document, in the words and units of an axis.
 
     Args:
         result: what `incsvr fit --json` writes.
         pictures: what is drawn.
-        made: what it was made of, and how.
+        provenance: what it was made of, and how.
     """
 
     def told(text: str) -> str:
@@ -46,7 +46,7 @@ def fit_page(
     return rendered(
         "fit.html.j2",
         axis,
-        made,
+        provenance,
         title="Fit",
         kicker=told(f"Yaw damping, declared inertia {declared:g} kg m²{in_use}"),
         headline=[told(clause) for clause in _headline(result, pictures)],

@@ -34,41 +34,41 @@ ERRORS = (
 )
 
 
-def page(found: Trace, axis: Axis = YAW, made: Mapping[str, str] | None = None) -> str:
-    """The whole document, in the words and units of an axis; `made` says what it was made of, and how."""
+def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = None) -> str:
+    """The whole document, in the words and units of an axis; `provenance` says what it was made of, and how."""
 
     def told(text: str) -> str:
         return said(axis, text)
 
-    pictures, error = found.pictures, found.error
-    coefficients, driven = derivatives(found, axis)
+    pictures, error = trace.pictures, trace.error
+    coefficients, driven = derivatives(trace, axis)
     before, after = pictures.residual_before, pictures.residual_after
     seen, flat = told_apart(pictures.depends, before, after)
     left = left_of_torque(error)
-    in_use = "" if found.inertia_in_force == found.inertia else f", {found.inertia_in_force:.3g} kg m² in use"
+    in_use = "" if trace.inertia_in_force == trace.inertia else f", {trace.inertia_in_force:.3g} kg m² in use"
     return rendered(
         "trace.html.j2",
         axis,
-        made,
+        provenance,
         title="Trace",
-        kicker=told(f"Yaw motion model, declared inertia {found.inertia:g} kg m²{in_use}"),
-        headline=[capital(told(clause).replace("_", " ")) for clause in headline_clauses(found)],
-        found=found,
+        kicker=told(f"Yaw motion model, declared inertia {trace.inertia:g} kg m²{in_use}"),
+        headline=[capital(told(clause).replace("_", " ")) for clause in headline_clauses(trace)],
+        trace=trace,
         summary=told(_summary(error)),
-        findings=[_finding(finding, axis) for finding in found.effects],
+        findings=[_finding(finding, axis) for finding in trace.effects],
         errors=_error_rows(error, axis),
         trivial={name: number(errors["free_run_rmse"]) for name, errors in error["trivial"].items()},
         horizons=[
             (
                 horizon,
-                f"{float(horizon) * found.model.scale:.2g}",
+                f"{float(horizon) * trace.model.scale:.2g}",
                 *(number(errors[name]) for name in ("before", "after", "hold", "zero")),
             )
             for horizon, errors in error["horizons"].items()
         ],
         floor=number(error["floor"]["torque_rmse"]),
         left=None if left is None else f"{number(100.0 * left)} %",
-        validated_on=_validated_on(found),
+        validated_on=_validated_on(trace),
         derivatives=[
             (each.symbol, number(each.value), between(each.interval), told(each.unit)) for each in coefficients
         ],
@@ -78,8 +78,8 @@ def page(found: Trace, axis: Axis = YAW, made: Mapping[str, str] | None = None) 
         residuals=[
             (Markup(residual_against(name, x, before, after, axis)), told(hint(name))) for name, x in seen.items()
         ],
-        free_runs=[Markup(each) for each in free_runs(pictures.before, pictures.after, found.model.scale, axis)],
-        damping=Markup(damping_curves(found.declared_model, found.model, pictures, axis)),
+        free_runs=[Markup(each) for each in free_runs(pictures.before, pictures.after, trace.model.scale, axis)],
+        damping=Markup(damping_curves(trace.declared_model, trace.model, pictures, axis)),
         split=Markup(torque_split(pictures.ledger, axis)),
         chance=chance,
         probability=probability,
@@ -96,8 +96,8 @@ def probability(p_value: float) -> str:
     return chance(p_value, 3).removeprefix("= ").replace("-", "−")
 
 
-def _validated_on(found: Trace) -> str:
-    if found.error["validated_on"] == "recordings":
+def _validated_on(trace: Trace) -> str:
+    if trace.error["validated_on"] == "recordings":
         return "recordings that were not used for the fit"
     return "held-out pieces of the recordings, each predicted by a fit without it"
 

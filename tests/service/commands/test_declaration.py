@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from service.commands.declaration import declared
+from service.commands.declaration import judge_declaration
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import read, write
 from simulator import leng, slow_commands
@@ -69,7 +69,7 @@ def rov() -> Recording:
 def test_an_inertia_or_a_unit_that_is_wrong_by_a_factor_is_said_with_the_flag(
     rov: Recording, scale: float, inertia: float, says: str
 ) -> None:
-    doubt = declared([scaled(rov, scale)], [], inertia, None, False).doubt
+    doubt = judge_declaration([scaled(rov, scale)], [], inertia, None, False).doubt
     assert doubt is not None
     assert doubt.startswith(says)
     for part in ("times the torque in this log", f"{inertia:.4g} kg m² declared", FLAG, "--inertia"):
@@ -78,7 +78,7 @@ def test_an_inertia_or_a_unit_that_is_wrong_by_a_factor_is_said_with_the_flag(
 
 def test_a_servos_pulse_is_no_torque(rov: Recording) -> None:
     with pytest.raises(BadInput, match="looks like a servo's pulse in µs"):
-        declared([scaled(rov, 50.0, 1500.0)], [], 0.6, None, False)
+        judge_declaration([scaled(rov, 50.0, 1500.0)], [], 0.6, None, False)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_a_servos_pulse_is_no_torque(rov: Recording) -> None:
 )
 def test_of_what_is_declared_right_nothing_is_said(outcome: Callable[[], tuple[Recording, float]]) -> None:
     recording, inertia = outcome()
-    found = declared([recording], [], inertia, None, False)
+    found = judge_declaration([recording], [], inertia, None, False)
     assert (found.sentences, found.sign) == ((), None)
     assert found.runs == [recording]
 
@@ -116,7 +116,7 @@ def test_a_torque_that_acts_late_is_put_on_time_and_not_turned() -> None:
     unseen = replace(
         late, name="unseen", columns={**late.columns, "depth": np.arange(late.time.size, dtype=np.float64)}
     )
-    found = declared([late], [unseen], 16.7, None, False)
+    found = judge_declaration([late], [unseen], 16.7, None, False)
     assert found.note is not None
     assert "the torque acts 0.6 s after its stamps" in found.note
     for recording in (*found.runs, *found.unseen):
@@ -157,7 +157,7 @@ def test_where_sign_and_delay_cannot_be_told_apart_whoever_knows_the_sign_goes_o
 @pytest.mark.slow
 def test_the_measured_rov_with_five_times_its_inertia(measured: Path, capsys: pytest.CaptureFixture[str]) -> None:
     runs = [measured / "bluerov" / f"run_{number:02d}.csv" for number in (4, 5)]
-    assert declared([read(run) for run in runs], [], 1.125, None, False).doubt is None
+    assert judge_declaration([read(run) for run in runs], [], 1.125, None, False).doubt is None
     for command in ("fit", "trace"):
         main([command, *map(str, runs), "--inertia", "5"])
         printed = capsys.readouterr()

@@ -16,7 +16,7 @@ from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
-from service.commands.other_velocities import declared
+from service.commands.other_velocities import coupled_axis
 from service.config.sources import read
 from service.live.tracing_job import answer
 from service.recordings.recording import of_axis, sequence
@@ -66,7 +66,7 @@ def test_a_declared_mass_matrix_takes_coriolis_out_of_the_damping(
 
 def test_the_parts_of_a_sample_add_up_to_its_force() -> None:
     run = of_axis(vehicle(900_300), AXES["sway"])
-    coupled = declared(MATRIX, None, run.axis, [run])
+    coupled = coupled_axis(MATRIX, None, run.axis, [run])
     assert coupled is not None
     assert coupled.velocities == ("surge", "yaw_rate")
     assert BODY_YAW_RATE in run.streams()
@@ -121,7 +121,7 @@ def test_a_trace_looks_at_what_the_body_leaves_of_the_force(
 
 def test_live_tracing_looks_at_the_same(files: list[str]) -> None:
     run = of_axis(vehicle(900_300), AXES["sway"])
-    body = declared(MATRIX, None, run.axis, [run])
+    body = coupled_axis(MATRIX, None, run.axis, [run])
     assert body is not None
     smoothing = signals_for([run], MASS, 20.0).smoothing
     job = {

@@ -11,7 +11,7 @@ import pytest
 
 from incsvr.numerics import Array
 from service.cli.command_line import main
-from service.commands.trace_sensors import examined, notes
+from service.commands.trace_sensors import examine_sensors, sensor_notes
 from service.recordings.recording import Recording
 from service.recordings.recording_csv import write
 from simulator import slow_commands
@@ -86,7 +86,9 @@ def test_a_gyros_zero_is_noted_where_the_heading_contradicts_it() -> None:
     columns = recording()
     time = columns.pop("t")
     run = Recording("run.csv", time, columns | {"yaw_rate": columns["yaw_rate"] + 0.03})
-    assert any("rad/s more than the heading turns" in note for note in notes([run], examined([run], 24.0), False))
+    assert any(
+        "rad/s more than the heading turns" in note for note in sensor_notes([run], examine_sensors([run], 24.0), False)
+    )
 
 
 @pytest.mark.slow
@@ -102,7 +104,7 @@ def test_a_compass_that_counts_clockwise_is_turned_and_noted(
 
 def test_commands_that_come_too_slowly_are_told_beside_whatever_is_found() -> None:
     slow, quick = slow_commands.recording(14, 0.5), slow_commands.recording(14, 0.05)
-    sensors = examined([slow, quick], slow_commands.INERTIA)
-    (told,) = notes([slow, quick], sensors, explained=False)
+    sensors = examine_sensors([slow, quick], slow_commands.INERTIA)
+    (told,) = sensor_notes([slow, quick], sensors, explained=False)
     assert told.startswith(f"{slow.name}: torque comes every 0.5 s")
     assert told.endswith("that nothing is found proves nothing here, log the torque every 0.05 s")

@@ -14,7 +14,7 @@ from incsvr.plant.axes import BODY_YAW_RATE
 from incsvr.signals import SignalSettings
 from service.bus.session import from_file
 from service.cli.command_line import main
-from service.config.config_writer import commented
+from service.config.config_writer import commented_yaml
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments, read
 from tests.conftest import ROOT
@@ -26,12 +26,12 @@ def test_the_defaults_are_those_of_the_mathematics() -> None:
 
 
 def test_the_file_of_the_repository_holds_the_defaults_commented() -> None:
-    assert (ROOT / "config.yaml").read_text(encoding="utf-8") == commented(Config())
+    assert (ROOT / "config.yaml").read_text(encoding="utf-8") == commented_yaml(Config())
     assert read(ROOT / "config.yaml") == Config()
 
 
 def test_every_value_says_what_it_is() -> None:
-    values = yaml.safe_load(commented(Config()))
+    values = yaml.safe_load(commented_yaml(Config()))
     assert values == Config().model_dump(mode="json")
 
 
@@ -193,7 +193,7 @@ def test_a_mass_matrix_says_the_inertia_of_each_axis(tmp_path: Path) -> None:
     coupled = sway.coupled()
     assert coupled is not None
     assert (coupled.coupled_to, coupled.missing) == (("yaw_rate",), ("heave", "roll_rate"))
-    assert read_text(commented(yaw, brief=True), tmp_path).vehicle == yaw.vehicle
+    assert read_text(commented_yaml(yaw, brief=True), tmp_path).vehicle == yaw.vehicle
 
 
 def read_text(text: str, folder: Path) -> Config:

@@ -10,7 +10,7 @@ import yaml
 
 from incsvr.errors import BadInput
 from service.config import core_yaml
-from service.config.core_yaml import parsed
+from service.config.core_yaml import parse
 from service.config.sources import read
 
 LAUGHS = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
@@ -29,7 +29,7 @@ DEEP = "nested more than 20 deep"
     ],
 )  # fmt: skip
 def test_a_value_means_what_yaml_1_2_says(text: str, means: object) -> None:
-    found = parsed(text, "a text").value
+    found = parse(text, "a text").value
     assert (found, type(found)) == (means, type(means))
 
 
@@ -92,7 +92,7 @@ def test_what_has_no_end_is_refused_within_a_second(
     monkeypatch.setattr(core_yaml, "_LOADER", parser)
     began = time.process_time()
     with pytest.raises(BadInput, match=sentence):
-        parsed(text, "a text")
+        parse(text, "a text")
     assert time.process_time() - began < 1.0
 
 

@@ -21,7 +21,7 @@ from incsvr.tracing.findings import Finding
 from incsvr.tracing.model import TracedModel
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
-from service.export.command import written
+from service.export.command import in_format
 from service.export.learned import Learned, of_file
 from service.recordings.recording_csv import write
 from simulator import leng
@@ -68,7 +68,7 @@ def opposes(moment: Any, learned: Learned) -> None:
 
 def test_gazebo_reads_derivatives(traced: Path) -> None:
     learned = of_file(traced)
-    text = written(learned, "gazebo", "base_link", dry=15.0)
+    text = in_format(learned, "gazebo", "base_link", dry=15.0)
     (plugin,) = elements(text)
     assert plugin.attrib == {"filename": "gz-sim-hydrodynamics-system", "name": "gz::sim::systems::Hydrodynamics"}
     told = {child.tag: child.text for child in plugin}
@@ -82,7 +82,7 @@ def test_gazebo_reads_derivatives(traced: Path) -> None:
 
 def test_uuv_simulator_reads_six_and_thirty_six_numbers(traced: Path) -> None:
     learned = of_file(traced)
-    text = written(learned, "uuv", "rov/base_link", dry=15.0)
+    text = in_format(learned, "uuv", "rov/base_link", dry=15.0)
     (link,) = elements(text)
     model = link.find("hydrodynamic_model")
     assert link.attrib == {"name": "rov/base_link"}
@@ -102,7 +102,7 @@ def test_uuv_simulator_reads_six_and_thirty_six_numbers(traced: Path) -> None:
 
 def test_stonefish_gets_what_it_can_hold_and_is_told_the_rest(traced: Path) -> None:
     learned = of_file(traced)
-    text = written(learned, "stonefish", "", across=(2.0, 21.0))
+    text = in_format(learned, "stonefish", "", across=(2.0, 21.0))
     inertia, rotor = elements(text)
     assert inertia.attrib == {"xyz": "2 21 24"}
     assert rotor.attrib == {"type": "first_order"}
@@ -115,7 +115,7 @@ def test_stonefish_gets_what_it_can_hold_and_is_told_the_rest(traced: Path) -> N
 def test_python_vehicle_simulator_gets_a_module_that_its_vehicles_take(traced: Path) -> None:
     learned = of_file(traced)
     module: dict[str, Any] = {}
-    exec(written(learned, "python-vehicle-simulator", ""), module)
+    exec(in_format(learned, "python-vehicle-simulator", ""), module)
     vehicle = SimpleNamespace(M=np.eye(6), Minv=np.eye(6), D=np.eye(6), T_n=1.0)
     module["put_into"](vehicle)
     # As its vehicles have it: tau_damp = −D ν, and what is quadratic beside it.
