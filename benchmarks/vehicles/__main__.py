@@ -32,7 +32,7 @@ from incsvr.plant.inertia import products
 from incsvr.plant.words import said
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.tracing.findings import Trace
-from incsvr.tracing.held_out import HORIZONS
+from incsvr.tracing.thresholds import HORIZON_SCALES
 from service.commands.fit_result import Fit
 from service.commands.trace import trace_recordings
 from service.recordings.recording import sequence
@@ -108,12 +108,12 @@ def judged(learn: Callable[[Material], Motion], given: Material) -> Record:
         seconds = time.process_time() - begun
         here = given.here
         _, simulated = model.simulate(here)
-        steps = [_ahead(model, here, horizon * given.there.scale) for horizon in HORIZONS]
+        steps = [_ahead(model, here, horizon * given.there.scale) for horizon in HORIZON_SCALES]
     except BadInput as error:
         return {"failed": said(given.axis, str(error)), "seconds": time.process_time() - begun}
     except Exception as error:  # whatever a library says of a split that it cannot fit is the row's result
         return {"failed": f"{type(error).__name__}: {error}", "seconds": time.process_time() - begun}
-    errors = zip(HORIZONS, steps, strict=True)
+    errors = zip(HORIZON_SCALES, steps, strict=True)
     return {
         "free_run": root_mean_square(simulated - here.rate),
         "ahead": {f"{horizon:g}": root_mean_square(error) if error.size else None for horizon, error in errors},

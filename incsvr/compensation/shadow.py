@@ -31,6 +31,7 @@ from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.model import TracedModel, model_of
 from incsvr.tracing.run import Run, stream
 from incsvr.tracing.statistics import change_of_rms, rms
+from incsvr.tracing.thresholds import INDEPENDENT_BLOCK_SCALES
 from incsvr.tracing.torque_nature import TorqueNature
 
 MIN_CELLS_BEFORE = 100
@@ -38,8 +39,6 @@ MIN_CELLS_BEFORE = 100
 How well they are known the bets show; a count of time scales would refuse a vehicle in circles."""
 MIN_TURN_SHARE = 0.2
 """Part of how much it turned before by which a vehicle turns at least that tells anything of its effects."""
-BOOTSTRAP_BLOCK_SCALES = 4.0
-"""Time scales of the motion in a block of the bootstrap: well above the errors' correlation time."""
 FREE_RUN_BLOCK_SCALES = 1.0
 """Time scales of the motion in a block of the bets on free runs, whose errors last as long as the motion does."""
 BET_BLOCK_SCALES = 0.5
@@ -86,7 +85,7 @@ def compare(
     better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
         raise BadInput("a channel that the effects read did not come with the fresh data")
-    length = max(round(BOOTSTRAP_BLOCK_SCALES * effects.model.scale / step), 4)
+    length = max(round(INDEPENDENT_BLOCK_SCALES * effects.model.scale / step), 4)
     turned = float(np.std(stream(run, run.yaw_rate)[1])) >= MIN_TURN_SHARE * float(np.std(before[YAW_RATE][1]))
     change = change_of_rms(plain, better, length)
     torque_without, torque_with = (

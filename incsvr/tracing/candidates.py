@@ -16,13 +16,7 @@ from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.hypothesis import Part, starts
-from incsvr.tracing.thresholds import MIN_GAIN, PAIR_GAIN
-
-TIED = (0.5, 1.5)
-"""Parts of a start within which its effect is believed to go on as it begins: a lag of half a second says nothing of a
-longer one."""
-FORMS = 2
-"""Forms of one effect that are tried."""
+from incsvr.tracing.thresholds import MAX_LEADING_FORMS, MIN_LEAD_GAIN, MIN_PAIR_GAIN, TIED_STEP_RANGE
 
 
 def admissible(names: Sequence[str], cells: Cells) -> tuple[Effect, ...]:
@@ -61,10 +55,10 @@ def leads(problem: Problem, fitted: Fit, effects: Sequence[Effect], alone: int, 
     for lead in sorted(found.values(), key=lambda each: -each.gain):
         same = [each for each in chosen if len(each.parts) == len(lead.parts)]
         more = lead.gain - max(singly[part.effect.key] for part in lead.parts)
-        if lead.gain < MIN_GAIN or (len(lead.parts) > 1 and more < PAIR_GAIN):
+        if lead.gain < MIN_LEAD_GAIN or (len(lead.parts) > 1 and more < MIN_PAIR_GAIN):
             continue
         forms = sum(each.part.name == lead.part.name for each in same)
-        if forms < FORMS and len(same) < (alone if len(lead.parts) == 1 else pairs):
+        if forms < MAX_LEADING_FORMS and len(same) < (alone if len(lead.parts) == 1 else pairs):
             chosen.append(lead)
     return chosen
 
@@ -159,7 +153,7 @@ class _Beside:
         left = square - cross.T @ solved[:, :-1] + np.diag(1e-9 * np.diag(square) + 1e-300)
         slope = self.slope[which] - cross.T @ solved[:, -1]
         if tied:
-            part = float(np.clip(-slope[0] / left[0, 0], *TIED))
+            part = float(np.clip(-slope[0] / left[0, 0], *TIED_STEP_RANGE))
             return -part * float(slope[0] + 0.5 * part * left[0, 0]), np.ones(1)
         step = -np.linalg.lstsq(left, slope)[0]
         return -0.5 * float(slope @ step), np.asarray(step, dtype=np.float64)

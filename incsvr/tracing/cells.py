@@ -17,12 +17,8 @@ from incsvr.numerics import Array, cell_means, integral_at
 from incsvr.signals import scales
 from incsvr.tracing.interpolation import snapped, without_spikes
 from incsvr.tracing.run import Run, pieces, sample_period, stream
+from incsvr.tracing.thresholds import MIN_PIECE_CELLS, USUAL_QUANTILES
 from incsvr.tracing.torque_nature import TorqueNature
-
-MIN_CELLS = 6
-"""Cells of a piece below which it is left out."""
-OUTER = (0.02, 0.98)
-"""Quantiles of rate and torque beyond which values say nothing of their spread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +102,7 @@ def settling_time(runs: Sequence[Run], inertia: float) -> float:
     """I σ(r)/σ(τ) [s]: in about that time the vehicle follows a slow command; infinite without a torque."""
     rates = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
     torques = np.concatenate([stream(run, run.torque)[1] for run in runs])
-    rate, torque = (float(np.std(np.clip(x, *np.quantile(x, OUTER)))) for x in (rates, torques))
+    rate, torque = (float(np.std(np.clip(x, *np.quantile(x, USUAL_QUANTILES)))) for x in (rates, torques))
     return inertia * rate / torque if torque > 0.0 else np.inf
 
 
@@ -178,7 +174,7 @@ def _piece(run: Run, inertia: float, names: Sequence[str], how: Cut, parts: int)
     if clock is not None:
         begin = clock[min(int(np.searchsorted(clock, begin)), clock.size - 1)]
     count = int((end - begin) / how.step + 1e-9)
-    if count < MIN_CELLS:
+    if count < MIN_PIECE_CELLS:
         return None
     edges = begin + how.step * np.arange(count + 1)
     if clock is not None:

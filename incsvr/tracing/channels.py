@@ -9,12 +9,7 @@ import numpy as np
 from incsvr.numerics import Array
 from incsvr.plant.axes import EFFORTS
 from incsvr.tracing.run import Run, stream
-
-COPY = 0.995
-"""Correlation beyond which two channels are copies."""
-
-FUNCTION = 0.95
-"""R² beyond which a channel is a function of torque or yaw rate: it would put one side of the equation on both."""
+from incsvr.tracing.thresholds import COPY_CORRELATION, FUNCTION_R2
 
 
 def usable(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
@@ -38,12 +33,14 @@ def usable(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
         values = np.concatenate([np.interp(a, *s) for a, s in zip(at, streams, strict=True)])
         if np.ptp(values) <= 1e-9 * max(1.0, float(np.max(np.abs(values)))):
             refused[name] = "it is constant"
-        elif _explained(values, torque) > FUNCTION:
+        elif _explained(values, torque) > FUNCTION_R2:
             refused[name] = "it is a function of the torque"
-        elif _explained(values, rate) > FUNCTION:
+        elif _explained(values, rate) > FUNCTION_R2:
             refused[name] = "it is a function of the yaw rate"
         else:
-            twin = next((other for other, x in kept.items() if abs(np.corrcoef(x, values)[0, 1]) > COPY), None)
+            twin = next(
+                (other for other, x in kept.items() if abs(np.corrcoef(x, values)[0, 1]) > COPY_CORRELATION), None
+            )
             if twin is None:
                 kept[name] = values
             else:

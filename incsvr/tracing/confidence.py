@@ -12,7 +12,7 @@ from incsvr.tracing.folds import slopes
 from incsvr.tracing.hypothesis import Part
 from incsvr.tracing.statistics import NORMAL_95
 
-SLOPE = 0.1
+SLOPE_DEVIATIONS = 0.1
 """Deviations of a free number over which the slope of a parameter is taken."""
 
 
@@ -54,7 +54,7 @@ def _of_part(part: Part, covariance: Array, declared: float) -> dict[str, tuple[
     for name, value in values.items():
         slope = np.zeros(vector.size)
         for k, deviation in enumerate(deviations):
-            step = SLOPE * float(deviation) or 1e-9
+            step = SLOPE_DEVIATIONS * float(deviation) or 1e-9
             slope[k] = (moved(k, step)[name] - moved(k, -step)[name]) / (2.0 * step)
         half = NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
         found[name] = (value - half, value + half)

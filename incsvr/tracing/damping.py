@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from incsvr.numerics import Array
-from incsvr.tracing.thresholds import KNOTS, SLOPE_PRIOR
+from incsvr.tracing.thresholds import KNOT_RATE_SHARES, SLOPE_PRIOR_DEVIATION
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +32,11 @@ class DampingBasis:
     @property
     def size(self) -> int:
         """Number of the functions."""
-        return 3 + 2 * len(KNOTS)
+        return 3 + 2 * len(KNOT_RATE_SHARES)
 
     def columns(self, rate: Array) -> Array:
         """(size, …) the functions at `rate` (…)."""
-        knots = [part * self.fastest for part in KNOTS]
+        knots = [part * self.fastest for part in KNOT_RATE_SHARES]
         rows = [np.maximum(rate, 0.0) ** 2, -(np.minimum(rate, 0.0) ** 2), np.clip(rate, -knots[0], knots[0])]
         for begin, end in zip(knots, [*knots[1:], np.inf], strict=True):
             rows += [np.clip(rate - begin, 0.0, end - begin), np.clip(rate + begin, begin - end, 0.0)]
@@ -55,5 +55,5 @@ class DampingBasis:
         for side in (0, 1):
             chain = [2, *range(3 + side, self.size, 2)]
             rows += [unit[after] - unit[before] for before, after in pairwise(chain)]
-        differences = np.array(rows) / (SLOPE_PRIOR * self.torque / self.fastest)
+        differences = np.array(rows) / (SLOPE_PRIOR_DEVIATION * self.torque / self.fastest)
         return np.asarray(differences.T @ differences)

@@ -24,14 +24,16 @@ from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.hypothesis import Part
 
-FASTEST = 5.0
-"""A simulation is held within so many times the fastest rate of the recordings: divergence stays finite."""
-TABLE_CELLS = 1000
+MAX_RATE_FACTOR = 5.0
+"""Fastest rates of the recordings within which a simulation is held: divergence stays finite."""
+DRAG_TABLE_CELLS = 1000
 """Cells of the table of d(r), to either side."""
-NUDGE = 1e-4
+RATE_NUDGE_SHARE = 1e-4
 """Part of the fastest rate over which slopes are taken."""
-MAX_EXPONENT, MIN_EXPONENT = 50.0, 1e-6
-"""Of one step of the integrator: beyond, a simulation diverges anyway; below, eᶻ − 1 has lost its digits."""
+MAX_EXPONENT = 50.0
+"""Exponent of one step of the integrator at most: beyond, a simulation diverges anyway."""
+MIN_EXPONENT = 1e-6
+"""Exponent of one step at least: below, eᶻ − 1 has lost its digits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +127,7 @@ class Dynamics:
         s = cells.signals
         self.step, self.drag = cells.step, model.drag
         self.limit = -model.drag.first
-        self.nudge = NUDGE * self.limit / FASTEST
+        self.nudge = RATE_NUDGE_SHARE * self.limit / MAX_RATE_FACTOR
         self.inertia = model.inertia + sum(p.term.coefficients[0] for p in model.parts if p.effect.acts == "inertia")
         self.thrust, self.thrust_slope = self._thrust()
         self.seen = replace(
@@ -252,8 +254,8 @@ def taken(part: Part, seen: Signals | Instant) -> Array:
 
 def table(function: Callable[[Array], Array], limit: float) -> EvenTable:
     """d(r) [N m] as a table over rates within ± limit [rad/s]."""
-    even = np.linspace(-limit, limit, 2 * TABLE_CELLS + 1)
-    return EvenTable(-limit, limit / TABLE_CELLS, function(even))
+    even = np.linspace(-limit, limit, 2 * DRAG_TABLE_CELLS + 1)
+    return EvenTable(-limit, limit / DRAG_TABLE_CELLS, function(even))
 
 
 def _twice(values: Array | NDArray[np.intp]) -> NDArray:  # type: ignore[type-arg]

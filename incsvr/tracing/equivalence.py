@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.search import Search, Tried
-from incsvr.tracing.thresholds import ALTERNATIVES
+from incsvr.tracing.thresholds import MAX_ALTERNATIVES
 
 
 def alternatives(search: Search, best: Tried, k: int) -> list[Tried]:
     """Hypotheses with another effect, their last, in the k-th one's place, that predict unseen data as well."""
     part, rest = best.hypothesis.parts[k], search.tried(best.hypothesis.without(k), best.fitted)
     found: dict[str, Tried] = {}
-    for lead in leads(search.problem, rest.fitted, search.effects, ALTERNATIVES, 0):
+    for lead in leads(search.problem, rest.fitted, search.effects, MAX_ALTERNATIVES, 0):
         if lead.part.name == part.name:
             continue
         tried = search.tried(rest.hypothesis.with_part(lead.part), rest.fitted)

@@ -18,13 +18,13 @@ from scipy.signal import lfilter
 
 from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
-from incsvr.tracing.dynamics import FASTEST, Dynamics, MotionModel, Windows, table
+from incsvr.tracing.dynamics import MAX_RATE_FACTOR, Dynamics, MotionModel, Windows, table
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
 
 MAX_LOGIT = 9.0
 """Largest of the unbounded numbers: a memory of ten thousand cells, and a reflection of one but for as much."""
-NUDGE = 1e-3
+LOGIT_NUDGE = 1e-3
 """Change of an unbounded number over which a slope is taken."""
 
 
@@ -72,9 +72,9 @@ class Colour:
         vector, found = self.vector, list[Array]()
         for k in range(vector.size):
             low, high = vector.copy(), vector.copy()
-            low[k], high[k] = low[k] - NUDGE, high[k] + NUDGE
+            low[k], high[k] = low[k] - LOGIT_NUDGE, high[k] + LOGIT_NUDGE
             change = self.moved(high).whiten(errors) - self.moved(low).whiten(errors)
-            found.append((change / (2.0 * NUDGE))[None])
+            found.append((change / (2.0 * LOGIT_NUDGE))[None])
         return found
 
 
@@ -124,7 +124,7 @@ class Problem:
 
 def motion_model(cells: Cells, hypothesis: Hypothesis) -> MotionModel:
     """What a simulation over these cells needs of the hypothesis."""
-    limit = FASTEST * max(float(np.max(np.abs(cells.signals.rate))), hypothesis.basis.fastest)
+    limit = MAX_RATE_FACTOR * max(float(np.max(np.abs(cells.signals.rate))), hypothesis.basis.fastest)
     drag = table(lambda rate: hypothesis.damping @ hypothesis.basis.columns(rate), limit)
     return MotionModel(drag, cells.signals.inertia, hypothesis.parts, hypothesis.offset)
 

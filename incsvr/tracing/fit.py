@@ -15,17 +15,23 @@ from incsvr.numerics import Array
 from incsvr.tracing.errors import Colour, Problem
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
-from incsvr.tracing.thresholds import DEGREES
+from incsvr.tracing.thresholds import STUDENT_DEGREES
 
-MAX_ROUNDS, REFIT_ROUNDS = 12, 2
-"""Gauss–Newton steps of a fit, and of one without a fold, which begins at the whole."""
-TOLERANCE = 1e-4
+MAX_ROUNDS = 12
+"""Gauss–Newton steps of a fit at most."""
+REFIT_ROUNDS = 2
+"""Gauss–Newton steps of a fit without a fold, which begins at the whole."""
+SETTLED_FALL = 1e-4
 """Fall of the objective a window below which a fit has settled."""
-ATTEMPTS, FIRST_DAMPING, LEAST_DAMPING = 6, 1e-3, 1e-6
-"""Steps that are tried in a round, and Levenberg and Marquardt's damping."""
+STEP_ATTEMPTS = 6
+"""Steps that are tried in a round."""
+FIRST_STEP_DAMPING = 1e-3
+"""Levenberg and Marquardt's damping of the first step."""
+MIN_STEP_DAMPING = 1e-6
+"""Levenberg and Marquardt's damping at least."""
 MAX_COLOUR_STEP = 2.0
 """Change of the colour's unbounded numbers in a step at most."""
-COLOUR_PRIOR = 1e-6
+COLOUR_PRECISION = 1e-6
 """Precision of the colour's numbers: keeps the equations solvable where there is no colour to find."""
 
 
@@ -80,7 +86,7 @@ def fit(
     prior = precision(problem, hypothesis, colour)
     errors, response = problem.errors(hypothesis, windows)
     errors = problem.looked_at(errors)
-    white, damping = colour.whiten(errors), FIRST_DAMPING
+    white, damping = colour.whiten(errors), FIRST_STEP_DAMPING
     for _ in range(rounds):
         theta, squares = hypothesis.vector, mean_squares(white)
         sigma = scale_of(squares[used])
@@ -90,7 +96,7 @@ def fit(
         information = flat @ flat.T + wide
         pull = flat @ (white * root).ravel() + wide[:, :size] @ theta
         before = _objective(squares[used], sigma, float(theta @ prior[:size, :size] @ theta))
-        for _ in range(ATTEMPTS):
+        for _ in range(STEP_ATTEMPTS):
             diagonal = np.diag(information)
             step = -np.linalg.solve(information + np.diag(damping * diagonal + 1e-12 * diagonal.max()), pull)
             moved = np.clip(theta + step[:size], low, high)
@@ -106,9 +112,9 @@ def fit(
             damping = 10.0 * max(damping, 1e-2)
         else:
             break
-        damping = max(0.1 * damping, LEAST_DAMPING)
+        damping = max(0.1 * damping, MIN_STEP_DAMPING)
         hypothesis, colour, errors, white, response = tried, tried_colour, tried_errors, tried_white, tried_response
-        if before - after < TOLERANCE * white.shape[1]:
+        if before - after < SETTLED_FALL * white.shape[1]:
             break
     squares = mean_squares(white)
     sigma = scale_of(squares[used])
@@ -146,7 +152,7 @@ def precision(problem: Problem, hypothesis: Hypothesis, colour: Colour) -> Array
     found = np.zeros((count + more, count + more))
     found[:size, :size] = hypothesis.basis.precision
     found[size, size] = problem.offset_deviation**-2.0
-    found[count:, count:] = COLOUR_PRIOR * np.eye(more)
+    found[count:, count:] = COLOUR_PRECISION * np.eye(more)
     return found
 
 
@@ -168,13 +174,17 @@ def scale_of(squares: Array) -> float:
 
 def student_weight(squares: Array, sigma: float) -> Array:
     """(w,) by which Student's t weighs windows."""
-    return np.asarray((DEGREES + 1.0) / (DEGREES + squares / sigma**2))
+    return np.asarray((STUDENT_DEGREES + 1.0) / (STUDENT_DEGREES + squares / sigma**2))
 
 
 def log_densities(squares: Array, sigma: float) -> Array:
     """(w,) log density of windows under Student's t of scale σ."""
-    constant = gammaln(0.5 * (DEGREES + 1.0)) - gammaln(0.5 * DEGREES) - 0.5 * np.log(np.pi * DEGREES)
-    return np.asarray(constant - np.log(sigma) - 0.5 * (DEGREES + 1.0) * np.log1p(squares / (sigma**2 * DEGREES)))
+    constant = (
+        gammaln(0.5 * (STUDENT_DEGREES + 1.0)) - gammaln(0.5 * STUDENT_DEGREES) - 0.5 * np.log(np.pi * STUDENT_DEGREES)
+    )
+    return np.asarray(
+        constant - np.log(sigma) - 0.5 * (STUDENT_DEGREES + 1.0) * np.log1p(squares / (sigma**2 * STUDENT_DEGREES))
+    )
 
 
 def _objective(squares: Array, sigma: float, penalty: float) -> float:

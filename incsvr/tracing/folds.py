@@ -11,10 +11,7 @@ from scipy.special import ndtri, stdtr
 from incsvr.numerics import Array
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
-from incsvr.tracing.thresholds import FOLDS, MIN_RUNS
-
-TURNS = 8
-"""Turns in which each fold is visited: a fold is in so many places of a recording."""
+from incsvr.tracing.thresholds import FOLD_TURNS, FOLDS, MIN_RUNS
 
 
 def folds_of(problem: Problem) -> NDArray[np.intp]:
@@ -22,7 +19,7 @@ def folds_of(problem: Problem) -> NDArray[np.intp]:
     run = problem.cells.cell_run[problem.windows.first]
     if np.unique(run).size >= MIN_RUNS:
         return run
-    part = max(1, run.size // (TURNS * FOLDS))
+    part = max(1, run.size // (FOLD_TURNS * FOLDS))
     return np.asarray((np.arange(run.size) // part) % FOLDS, dtype=np.intp)
 
 

@@ -10,9 +10,7 @@ import numpy as np
 
 from incsvr.numerics import Array, root_mean_square
 from incsvr.tracing.statistics import rms
-
-HORIZONS = (0.5, 1.0, 2.0, 5.0)
-"""In time scales of the motion: how far ahead the multi-step errors look."""
+from incsvr.tracing.thresholds import HORIZON_SCALES
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +37,7 @@ class Errors:
         measured: yaw rate there [rad/s].
         simulated: free run [rad/s].
         torque: what the model lacks of the torque, means over blocks [N m].
-        ahead: multi-step predictions, for each of HORIZONS.
+        ahead: multi-step predictions, for each of HORIZON_SCALES.
     """
 
     time: tuple[Array, ...]
@@ -80,7 +78,7 @@ def horizons(before: Sequence[Ahead], after: Sequence[Ahead]) -> dict[str, Any]:
             "hold": rms([traced.change]),
             "zero": rms([traced.rate]),
         }
-        for horizon, declared, traced in zip(HORIZONS, before, after, strict=True)
+        for horizon, declared, traced in zip(HORIZON_SCALES, before, after, strict=True)
         if declared.error.size
     }
 

@@ -15,24 +15,25 @@ from incsvr.tracing.cells import Cut, cut, settling_time, time_scale
 from incsvr.tracing.dynamics import Windows
 from incsvr.tracing.errors import Colour, Problem, pieces_of
 from incsvr.tracing.run import Run, sample_period
-from incsvr.tracing.thresholds import BLOCK_SCALES, MAX_INNOVATIONS, MAX_SUBSTEPS, OFFSET_PRIOR, SUBSTEP
+from incsvr.tracing.thresholds import (
+    ALIKE_PERIOD_RANGE,
+    MAX_INNOVATIONS,
+    MAX_SUBSTEPS,
+    OFFSET_PRIOR_PERIODS,
+    START_REFLECTIONS,
+    STRETCH_SCALES,
+    SUBSTEP_SETTLINGS,
+)
 from incsvr.tracing.torque_nature import TorqueNature
 from incsvr.tracing.windows import nothing
-
-ALIKE = (0.6, 1.6)
-"""Period of the torque over that of the gyro between which cells begin with commands, else with samples of the gyro."""
-STRETCH_SCALES = 10.0 * BLOCK_SCALES
-"""Length in time scales of the stretches that are kept of long recordings."""
-GYRO_NOISE = (-0.8, 0.0)
-"""Reflections from which the colour is searched: much of the gyro's noise."""
 
 
 def cutting(runs: Sequence[Run], inertia: float, nature: TorqueNature) -> Cut:
     """Cells between two commands, cut once more where the vehicle settles far in one."""
     period, commands = sample_period(runs, "yaw_rate"), sample_period(runs, "torque")
-    by_command = ALIKE[0] < commands / period < ALIKE[1]
+    by_command = ALIKE_PERIOD_RANGE[0] < commands / period < ALIKE_PERIOD_RANGE[1]
     step, scale = commands if by_command else period, time_scale(runs)
-    divide = int(np.clip(np.ceil(step / (SUBSTEP * settling_time(runs, inertia))), 1, MAX_SUBSTEPS))
+    divide = int(np.clip(np.ceil(step / (SUBSTEP_SETTLINGS * settling_time(runs, inertia))), 1, MAX_SUBSTEPS))
     return Cut(step, nature, scale, "torque" if by_command else "yaw_rate", divide)
 
 
@@ -56,10 +57,12 @@ def pose(
         slices = _spread(slices, length, MAX_INNOVATIONS / total)
     windows = Windows.tiled(slices, how.divide)
     starts = np.cumsum([0, *((s.stop - s.start) // how.divide for s in slices)])
-    colour = Colour(tuple(starts.tolist()), float(np.exp(-how.step / how.scale)), GYRO_NOISE)
+    colour = Colour(tuple(starts.tolist()), float(np.exp(-how.step / how.scale)), START_REFLECTIONS)
     ahead = Windows.tiled(pieces_of(cells), max(round(how.scale / cells.step), how.divide))
     share = windows.first.size / total if thinned and total > MAX_INNOVATIONS else 1.0
-    return Problem(cells, windows, 0.5 * OFFSET_PRIOR * cells.torque_period, nothing(cells), colour, ahead, share)
+    return Problem(
+        cells, windows, 0.5 * OFFSET_PRIOR_PERIODS * cells.torque_period, nothing(cells), colour, ahead, share
+    )
 
 
 def _spread(slices: Sequence[slice], length: int, share: float) -> list[slice]:

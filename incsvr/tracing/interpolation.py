@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.numerics import Array
-
-SPIKE_RATIO, SPIKE_BEND = 6.0, 12.0
-"""A single sample is a spike beyond so many times what its neighbours differ, and so many usual bends of the stream."""
-EVEN = 0.25
-"""Part of a period that stamps may be off an even grid before they are no longer taken for its edges."""
+from incsvr.tracing.thresholds import MAX_STAMP_ERROR_PERIODS, SPIKE_BENDS, SPIKE_NEIGHBOURS
 
 
 def without_spikes(values: Array) -> Array:
@@ -24,7 +20,7 @@ def without_spikes(values: Array) -> Array:
     slope = 0.5 * (values[3:-1] - values[1:-3])
     beside = np.maximum(np.abs(values[1:-3] - values[:-4] - slope), np.abs(values[4:] - values[3:-1] - slope))
     usual = float(np.median(away))
-    spike = (away > SPIKE_RATIO * beside) & (away > SPIKE_BEND * usual) & (usual > 0.0)
+    spike = (away > SPIKE_NEIGHBOURS * beside) & (away > SPIKE_BENDS * usual) & (usual > 0.0)
     out = values.copy()
     out[2:-2][spike] = middle[spike]
     return out
@@ -33,4 +29,4 @@ def without_spikes(values: Array) -> Array:
 def snapped(edges: Array, stamps: Array, step: float) -> Array:
     """(m,) the edges, or the stamps (n,) themselves where these are as even as a grid of `step` [s]."""
     nearest = stamps[np.clip(np.searchsorted(stamps, edges - 0.5 * step), 0, stamps.size - 1)]
-    return nearest if float(np.max(np.abs(nearest - edges))) < EVEN * step else edges
+    return nearest if float(np.max(np.abs(nearest - edges))) < MAX_STAMP_ERROR_PERIODS * step else edges

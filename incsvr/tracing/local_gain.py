@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array, robust_deviation
-from incsvr.tracing.spells import LEVEL, MOST_NAMED, PERMUTATIONS, WINDOW
-
-RELEVANT = 0.1
-"""Deviation of the gain over the recording from which it matters: a thrust table is no better known than to 5 %."""
-
-STANDS_OUT = 3.0
-"""Standard errors by which the gain in a window must differ for the window to be named."""
+from incsvr.tracing.thresholds import (
+    GAIN_STANDARD_ERRORS,
+    MAX_NAMED_SPELLS,
+    PERMUTATIONS,
+    RELEVANT_GAIN_DEVIATION,
+    SPELL_P_VALUE,
+    SPELL_WINDOW_SCALES,
+)
 
 
 def uneven(innovation: Array, torque: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
@@ -34,7 +35,7 @@ def uneven(innovation: Array, torque: Array, per_scale: float, seed: int = 0) ->
         per_scale: innovations in a time scale of the motion.
     """
     nowhere = np.zeros(innovation.size, dtype=bool)
-    length = max(round(0.5 * WINDOW * per_scale), 8)
+    length = max(round(0.5 * SPELL_WINDOW_SCALES * per_scale), 8)
     count = innovation.size // length
     if count < 8 or not np.any(torque):
         return nowhere
@@ -54,21 +55,21 @@ def uneven(innovation: Array, torque: Array, per_scale: float, seed: int = 0) ->
     found, random = gains(e), np.random.default_rng(seed)
     shifts = random.integers(length, e.size - length, PERMUTATIONS)
     chance = np.array([spread(gains(np.roll(e, shift))) for shift in shifts])
-    if (1 + np.sum(chance >= spread(found))) / (PERMUTATIONS + 1) > LEVEL:
+    if (1 + np.sum(chance >= spread(found))) / (PERMUTATIONS + 1) > SPELL_P_VALUE:
         return nowhere
     deviation = np.sqrt(max(spread(found) - float(np.mean(chance)), 0.0) / float(information.sum()))
-    if deviation < RELEVANT:
+    if deviation < RELEVANT_GAIN_DEVIATION:
         return nowhere
     error = np.sqrt(float(np.mean(chance)) / max(int(known.sum()), 1) / np.maximum(information, 1e-300))
     inside = nowhere.copy()
-    inside[: count * length] = np.repeat(known & (np.abs(found) > STANDS_OUT * error), length)
+    inside[: count * length] = np.repeat(known & (np.abs(found) > GAIN_STANDARD_ERRORS * error), length)
     return inside
 
 
 def sentence(found: Sequence[tuple[float, float]]) -> str:
     """What an uneven gain means, for people."""
-    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MOST_NAMED])
-    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
+    more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
     return (
         f"the thrust does not answer its command with one gain: it differs at {where}{more}; look there at thrusters "
         "that drop out, at the supply voltage, and at what else draws power"

@@ -21,19 +21,15 @@ from incsvr.tracing.errors import Colour, Problem, motion_model, pieces_of
 from incsvr.tracing.fit import fit
 from incsvr.tracing.run import Run
 from incsvr.tracing.search import Tried
+from incsvr.tracing.thresholds import (
+    ENOUGH_EVIDENCE,
+    MANOEUVRE_SCALES,
+    MAX_MANOEUVRE_RATE,
+    NO_EVIDENCE,
+    STAIR_TORQUE_SHARES,
+    USUAL_QUANTILES,
+)
 from incsvr.tracing.torque_nature import TorqueNature
-
-ENOUGH = 10.0
-"""Expected logarithm of the likelihood ratio with which a manoeuvre is worth driving."""
-LITTLE = 0.5
-"""The same below which it tells nothing."""
-LENGTHS = (12.0, 48.0)
-"""Time scales of the motion that a manoeuvre lasts."""
-STAIRS = (0.25, 0.0, -0.25, 0.5, 0.0, -0.5, 1.0, 0.0, -1.0, 0.75, 0.1, -0.75, -0.1)
-"""Parts of the largest torque, one after the other."""
-BEYOND = 1.3
-"""Times the fastest rate that was driven, beyond which nothing is known of the damping."""
-
 
 Rows = tuple[tuple[float, float], ...]
 """A manoeuvre as a vehicle plays it: from when [s] which torque [N m] is asked, until the next row."""
@@ -61,7 +57,7 @@ def separate(problem: Problem, found: Tried, alternative: Tried) -> tuple[str, R
     most, best = 0.0, Manoeuvre("", np.empty(0))
     for manoeuvre in manoeuvres(problem):
         expected = _evidence(problem, found, alternative, manoeuvre)
-        if expected >= ENOUGH:
+        if expected >= ENOUGH_EVIDENCE:
             read = sorted(
                 {c for p in (*found.hypothesis.parts, *alternative.hypothesis.parts) for c in p.effect.channels}
             )
@@ -70,7 +66,7 @@ def separate(problem: Problem, found: Tried, alternative: Tried) -> tuple[str, R
             return f"to tell it from {other}, drive {words}", manoeuvre.rows(step)
         if expected > most:
             most, best = expected, manoeuvre
-    if most < LITTLE:
+    if most < NO_EVIDENCE:
         return hopeless((other,)), ()
     words = f"{best.words}, several times: expected evidence 2Δℓ ≈ {2 * most:.1f} each"
     return f"to tell it from {other}, drive {words}", best.rows(step)
@@ -89,17 +85,19 @@ def hopeless(others: Sequence[str]) -> str:
 def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
     """Candidates within the torque that the recordings held, shortest first."""
     s, step = problem.cells.signals, problem.cells.resolution
-    top = float(np.quantile(np.abs(s.torque), 0.98))
-    for scales in LENGTHS:
+    top = float(np.quantile(np.abs(s.torque), USUAL_QUANTILES[1]))
+    for scales in MANOEUVRE_SCALES:
         length = scales * s.scale
         t = np.arange(0.0, length, step)
         for period in (2.0 * s.scale, 8.0 * s.scale):
             turning = np.where(np.mod(t, period) < 0.5 * period, 1.0, -1.0)
             words = f"steps between ±{top:.3g} N m every {0.5 * period:.3g} s for {length:.0f} s"
             yield Manoeuvre(words, top * turning)
-        hold = length / len(STAIRS)
+        hold = length / len(STAIR_TORQUE_SHARES)
         words = f"stairs of 25, 50, 75 and 100 % of {top:.3g} N m both ways, with rests, {hold:.3g} s each"
-        yield Manoeuvre(words, top * np.array(STAIRS)[np.minimum((t / hold).astype(int), len(STAIRS) - 1)])
+        yield Manoeuvre(
+            words, top * np.array(STAIR_TORQUE_SHARES)[np.minimum((t / hold).astype(int), len(STAIR_TORQUE_SHARES) - 1)]
+        )
         sweep = 0.5 * t**2 / length * (1.95 / s.scale) + 0.05 / s.scale * t
         words = (
             f"a sweep of {top:.3g} N m from {20.0 * s.scale:.3g} s to {0.5 * s.scale:.3g} s period in {length:.0f} s"
@@ -109,7 +107,7 @@ def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
 
 def _evidence(problem: Problem, found: Tried, alternative: Tried, manoeuvre: Manoeuvre) -> float:
     run = _driven(problem, found, manoeuvre)
-    if float(np.max(np.abs(run.yaw_rate))) > BEYOND * float(np.max(np.abs(problem.cells.signals.rate))):
+    if float(np.max(np.abs(run.yaw_rate))) > MAX_MANOEUVRE_RATE * float(np.max(np.abs(problem.cells.signals.rate))):
         return 0.0
     s = problem.cells.signals
     how = replace(windows.cutting([run], s.inertia, TorqueNature(held=True, noisy=False)), scale=s.scale)
@@ -141,7 +139,7 @@ def _driven(problem: Problem, found: Tried, manoeuvre: Manoeuvre) -> Run:
     s, step, n = problem.cells.signals, problem.cells.resolution, manoeuvre.torque.size
     channels = {}
     for k, (name, values) in enumerate(sorted(s.channels.items())):
-        low, high = (float(q) for q in np.quantile(values, [0.02, 0.98]))
+        low, high = (float(q) for q in np.quantile(values, USUAL_QUANTILES))
         phase = 2.0 * np.pi * np.arange(n) / n * (1.37 + 0.61 * k)
         channels[name] = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase)
     time: Array = s.origin[1] + step * np.arange(n, dtype=np.float64)

@@ -15,14 +15,13 @@ from incsvr.effects import Effect, Signals, Term, catalogue
 from incsvr.effects.even_table import EvenTable
 from incsvr.numerics import Array
 from incsvr.tracing.cells import plain
-from incsvr.tracing.dynamics import FASTEST, Dynamics, MotionModel, Windows, table
+from incsvr.tracing.dynamics import MAX_RATE_FACTOR, Dynamics, MotionModel, Windows, table
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.hypothesis import Part
+from incsvr.tracing.thresholds import TABLED_RATE_QUANTILES
 
-TABLED = (0.002, 0.998)
-"""Quantiles of the rates between which the damping was learned."""
-RATES = 101
+TABLE_RATES = 101
 """Rates of the table to either side."""
 
 
@@ -68,7 +67,7 @@ class TracedModel:
 
     def drag(self) -> EvenTable:
         """d [N m] over all rates of a free run [rad/s]."""
-        return table(self.damping_at, FASTEST * float(np.max(np.abs(self.rate))))
+        return table(self.damping_at, MAX_RATE_FACTOR * float(np.max(np.abs(self.rate))))
 
     def motion(self) -> MotionModel:
         """What a simulation needs of it."""
@@ -140,8 +139,8 @@ class TracedModel:
 def model_of(problem: Problem, fitted: Fit, sigma: float) -> TracedModel:
     """A fitted hypothesis as a model; `sigma` is the deviation of a block residual [N m]."""
     s, hypothesis = problem.cells.signals, fitted.hypothesis
-    low, high = (float(q) for q in np.quantile(s.rate, TABLED))
-    sides = [np.linspace(min(low, -1e-6), 0.0, RATES), np.linspace(0.0, max(high, 1e-6), RATES)]
+    low, high = (float(q) for q in np.quantile(s.rate, TABLED_RATE_QUANTILES))
+    sides = [np.linspace(min(low, -1e-6), 0.0, TABLE_RATES), np.linspace(0.0, max(high, 1e-6), TABLE_RATES)]
     rate = np.unique(np.concatenate(sides))
     damping = np.asarray(hypothesis.damping @ hypothesis.basis.columns(rate))
     terms = tuple(part.term for part in hypothesis.parts)

@@ -10,10 +10,13 @@ from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit, precision
 from incsvr.tracing.hypothesis import starts
 from incsvr.tracing.search import Search
-from incsvr.tracing.thresholds import IDLE_SHARE, MAX_GAIN_ERROR, MIN_IDLE_TURN, MIN_TURN
-
-NEXT_TO_NOTHING = 0.02
-"""Part of the largest torque below which a torque is next to nothing."""
+from incsvr.tracing.thresholds import (
+    IDLE_TORQUE_SHARE,
+    MAX_GAIN_ERROR,
+    MAX_IDLE_SHARE,
+    MIN_IDLE_TURN_DEVIATIONS,
+    MIN_TURN_DEVIATIONS,
+)
 
 
 def refuse_too_little_motion(search: Search) -> None:
@@ -30,8 +33,8 @@ def refuse_too_little_motion(search: Search) -> None:
     if unsure > MAX_GAIN_ERROR and inertia is not None:  # a wrong inertia leaves errors that are no lack of motion
         wider = problem.start.with_part(next(starts(inertia, s)))
         unsure = _gain_error(problem, search.tried(wider).fitted)
-    idle = float(np.mean(np.abs(s.torque) < NEXT_TO_NOTHING * max(float(np.max(np.abs(s.torque))), 1e-300)))
-    least = MIN_IDLE_TURN if idle > IDLE_SHARE else MIN_TURN
+    idle = float(np.mean(np.abs(s.torque) < IDLE_TORQUE_SHARE * max(float(np.max(np.abs(s.torque))), 1e-300)))
+    least = MIN_IDLE_TURN_DEVIATIONS if idle > MAX_IDLE_SHARE else MIN_TURN_DEVIATIONS
     if unsure > MAX_GAIN_ERROR or fastest < least * scatter:
         raise BadInput(
             f"too little motion: 99 % of the yaw rates are below {fastest:.2g} rad/s where the gyro scatters by "

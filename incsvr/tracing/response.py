@@ -17,14 +17,20 @@ from incsvr.numerics import Array
 from incsvr.tracing.dynamics import Dynamics, Instant, Trajectory, Windows, flowed, taken
 from incsvr.tracing.hypothesis import Hypothesis, Part
 
-OF_HEADING = ("heading_current", "tether", "unexplained:heading")
+HEADING_EFFECTS = ("heading_current", "tether", "unexplained:heading")
 """Effects that look at the heading."""
-MAX_DECAY, MAX_GROWTH, MIN_EXPONENT = 50.0, 5.0, 1e-6
-"""Exponents of one step within which a change decays or grows; below the least, eᶻ − 1 has lost its digits."""
-HEADING_NUDGE = 1e-4
+MAX_DECAY = 50.0
+"""Exponent of one step by which a change decays at most."""
+MAX_GROWTH = 5.0
+"""Exponent of one step by which a change grows at most."""
+MIN_EXPONENT = 1e-6
+"""Exponent of one step at least: below, eᶻ − 1 has lost its digits."""
+HEADING_NUDGE_RAD = 1e-4
 """Turn over which the slope with the heading is taken [rad]."""
-RELATIVE_NUDGE, LEAST_NUDGE = 1e-3, 1e-6
-"""Part of a free number over which a slope is taken, and the least."""
+RELATIVE_NUDGE = 1e-3
+"""Part of a free number over which a slope is taken."""
+MIN_NUDGE = 1e-6
+"""Change of a free number over which a slope is taken, at least."""
 
 
 class Response:
@@ -43,9 +49,9 @@ class Response:
         z = np.where(np.abs(z) < MIN_EXPONENT, MIN_EXPONENT, z)
         self.keep, self.gain = np.exp(z), dynamics.step * np.expm1(z) / z
         self.by_heading: Array | None = None
-        if any(part.name in OF_HEADING for part in dynamics.motions):
-            turned = self._at(self.rate, self.heading + HEADING_NUDGE, self.water)
-            self.by_heading = ((turned - base) / HEADING_NUDGE).reshape(self.shape)
+        if any(part.name in HEADING_EFFECTS for part in dynamics.motions):
+            turned = self._at(self.rate, self.heading + HEADING_NUDGE_RAD, self.water)
+            self.by_heading = ((turned - base) / HEADING_NUDGE_RAD).reshape(self.shape)
         self.by_water = {}
         for constant, values in self.water.items():
             moved = self._at(self.rate, self.heading, {**self.water, constant: values + nudge})
@@ -127,7 +133,7 @@ class Response:
             found = [-column / d.inertia for column in columns.T]
         vector = part.vector
         for k in range(len(found), vector.size):
-            nudge = effect.nudge(d.cells.signals, k) or max(RELATIVE_NUDGE * abs(float(vector[k])), LEAST_NUDGE)
+            nudge = effect.nudge(d.cells.signals, k) or max(RELATIVE_NUDGE * abs(float(vector[k])), MIN_NUDGE)
             moved = vector.copy()
             moved[k] += nudge
             found.append(self.push(part.moved(moved), part) / nudge)

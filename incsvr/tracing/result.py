@@ -21,11 +21,9 @@ from incsvr.tracing.model import model_of
 from incsvr.tracing.search import Search, Tried
 from incsvr.tracing.sentences import of_clocks, of_loop, of_share, sentence, streams
 from incsvr.tracing.statistics import p_value
+from incsvr.tracing.thresholds import MAX_REJECTED
 from incsvr.tracing.torque_nature import Loop
 from incsvr.tracing.validation import block_means, block_size, validate
-
-MAX_REJECTED = 12
-"""Candidates that are listed as looked at and not added."""
 
 
 def result_of(

@@ -12,9 +12,7 @@ from incsvr.errors import BadInput
 from incsvr.numerics import Array, running_integral
 from incsvr.plant.axes import YAW, of_rate
 from incsvr.tracing.gyro import check_gyro
-
-SHORTEST = 200
-"""Fewest samples of each stream, over all runs, from which anything is concluded."""
+from incsvr.tracing.thresholds import MIN_SAMPLES
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,9 +153,9 @@ def _check_together(runs: Sequence[Run]) -> None:
             [run.torque for run in runs],
         )
     )
-    if samples < SHORTEST:
+    if samples < MIN_SAMPLES:
         raise BadInput(
-            f"{samples} samples are too few to trace anything; record at least {SHORTEST}, better ten minutes"
+            f"{samples} samples are too few to trace anything; record at least {MIN_SAMPLES}, better ten minutes"
         )
     rate = np.concatenate([stream(run, run.yaw_rate)[1] for run in runs])
     if np.ptp(rate) <= 1e-9:

@@ -19,18 +19,18 @@ from incsvr.tracing.folds import Difference, difference, folds_of, inflation
 from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.response import Response
 from incsvr.tracing.thresholds import (
-    ALIKE,
+    ALIKE_EVIDENCE,
     BLOCK_WINDOWS,
-    EVIDENCE_INNOVATIONS,
-    EVIDENCE_WINDOWS,
-    LEADS,
+    FITTED_LEADS,
+    FITTED_PAIRS,
+    INNOVATION_EVIDENCE,
     MAX_EFFECTS,
     MIN_BLOCKS,
-    PAIRS,
-    RELEVANT_ERROR,
-    RELEVANT_TORQUE,
-    STEADY,
-    VERY_STEADY,
+    RELEVANT_ERROR_SHARE,
+    RELEVANT_TORQUE_SHARE,
+    STEADY_STANDARD_ERRORS,
+    VERY_STEADY_STANDARD_ERRORS,
+    WINDOW_EVIDENCE,
 )
 
 
@@ -120,23 +120,23 @@ class Search:
     def alike(self, better: Tried, worse: Tried) -> bool:
         """Whether unseen data hardly tell the two apart; each free number more asks as much again of the better."""
         more = max(better.size - worse.size, 0)
-        return self.better(better, worse).evidence < ALIKE * (1 + more)
+        return self.better(better, worse).evidence < ALIKE_EVIDENCE * (1 + more)
 
     def why_not(self, new: Tried, old: Tried) -> str:
         """Why what the new hypothesis has more than the old one is not to be named; empty if it is."""
         found = self.better(new, old)
         added = [part for part in new.hypothesis.parts if part.name not in old.names]
-        each = EVIDENCE_INNOVATIONS if self.problem.of_innovations else EVIDENCE_WINDOWS
+        each = INNOVATION_EVIDENCE if self.problem.of_innovations else WINDOW_EVIDENCE
         asked = each * max(len(added), 1) + sum(math.log(part.effect.looks) for part in added)
-        if found.evidence < asked or found.deviations < STEADY:
+        if found.evidence < asked or found.deviations < STEADY_STANDARD_ERRORS:
             if self.problem.of_innovations:
                 return f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked"
-            if found.deviations < VERY_STEADY:
+            if found.deviations < VERY_STEADY_STANDARD_ERRORS:
                 return (
                     f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked, or "
-                    f"{found.deviations:.2g} of {VERY_STEADY:g} standard errors"
+                    f"{found.deviations:.2g} of {VERY_STEADY_STANDARD_ERRORS:g} standard errors"
                 )
-        if not self.problem.of_innovations and found.share < RELEVANT_ERROR:
+        if not self.problem.of_innovations and found.share < RELEVANT_ERROR_SHARE:
             return f"it takes away {found.share:.2%} of the unseen squared error, less than matters"
         return self.objection(new)
 
@@ -157,8 +157,11 @@ class Search:
             if part.effect.lingers and part.effect.acts == "thrust" and part.vector[0] < cells.resolution:
                 yield k, "it is less than a sample of the streams"
             moved = float(np.mean(_moment(response, part) ** 2))
-            if part.effect.acts != "inertia" and moved < RELEVANT_TORQUE**2 * usual:
-                yield k, f"it moves less than {RELEVANT_TORQUE:.0%} of the torque, less than a thrust table is known"
+            if part.effect.acts != "inertia" and moved < RELEVANT_TORQUE_SHARE**2 * usual:
+                yield (
+                    k,
+                    f"it moves less than {RELEVANT_TORQUE_SHARE:.0%} of the torque, less than a thrust table is known",
+                )
 
     def _grown(self, best: Tried) -> Tried | None:
         """With the one candidate more that predicts best; None where none may be named.
@@ -166,7 +169,7 @@ class Search:
         What is not told apart from the best is no worse for having fewer free numbers.
         """
         passed = list[Tried]()
-        for lead in leads(self.problem, best.fitted, self.effects, LEADS, PAIRS):
+        for lead in leads(self.problem, best.fitted, self.effects, FITTED_LEADS, FITTED_PAIRS):
             hypothesis = best.hypothesis
             for part in lead.parts:
                 hypothesis = hypothesis.with_part(part)

@@ -8,6 +8,7 @@ from typing import Any
 
 from incsvr.effects import Effect, Signals
 from incsvr.tracing.findings import Finding, Trace
+from incsvr.tracing.thresholds import MUCH_LEFT_SHARE
 from incsvr.tracing.torque_nature import Loop
 
 LABELS = {
@@ -125,10 +126,6 @@ def of_share(share: float) -> tuple[str, ...]:
     return (f"{share:.0%} of the recordings were fitted, in stretches spread evenly over them: they are long enough",)
 
 
-MUCH_LEFT = 0.25
-"""Part of the torque that a model leaves from which the headline says so: a thrust table is known to about a tenth."""
-
-
 def headline(found: Trace) -> str:
     """What a trace comes to, with everything that limits it: the one sentence above it, wherever it is read.
 
@@ -162,7 +159,7 @@ def _verdict(found: Trace) -> str:
         of = f", the residual follows {follows}" if follows else ""
         return f"something is missing that no known effect explains{of}"
     left = left_of_torque(found.error)
-    if left is not None and left >= MUCH_LEFT:
+    if left is not None and left >= MUCH_LEFT_SHARE:
         return f"no known effect is proven, but the model does not explain the motion: what it leaves is {_share(left)}"
     return "nothing is missing that these recordings could show"
 
@@ -170,7 +167,7 @@ def _verdict(found: Trace) -> str:
 def _limits(found: Trace) -> list[str]:
     """What a reader of the verdict must know beside it."""
     limits, left = list(found.doubts), left_of_torque(found.error)
-    if found.verdict != "none" and left is not None and left >= MUCH_LEFT:
+    if found.verdict != "none" and left is not None and left >= MUCH_LEFT_SHARE:
         limits.append(f"what the model leaves is {_share(left)}")
     other = "free_run_rmse" if found.loop == "closed" else "torque_rmse"
     if found.verdict != "none" and found.error["change"][other]["low"] > 0.0:
@@ -202,10 +199,10 @@ def _before_and_after(error: Mapping[str, Any], key: str) -> str:
     return f"{called} {moves} from {before:.3g} to {after:.3g} {unit}"
 
 
-SMALLEST = 1e-300
+MIN_SAID_P_VALUE = 1e-300
 """p-value below which a number no longer says how small it is: floating point ends at 1e-308."""
 
 
 def chance(p_value: float, digits: int = 2) -> str:
     """A p-value behind its p: "= 0.012", or "< 1e-300" where it has become zero, as no chance is."""
-    return f"< {SMALLEST:g}" if p_value < SMALLEST else f"= {p_value:.{digits}g}"
+    return f"< {MIN_SAID_P_VALUE:g}" if p_value < MIN_SAID_P_VALUE else f"= {p_value:.{digits}g}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.tracing.search import Search, Tried
-from incsvr.tracing.thresholds import RELEVANT_FREE_RUN
+from incsvr.tracing.thresholds import RELEVANT_FREE_RUN_SHARE
 from incsvr.tracing.validation import free_runs
 
 
@@ -21,7 +21,7 @@ def shown_by_free_run(search: Search, best: Tried) -> Tried:
         without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
         gains = [1.0 - float(np.median(whole / free_runs(search.problem, each.fitted))) for each in without]
         least = min(range(len(gains)), key=gains.__getitem__)
-        if gains[least] >= RELEVANT_FREE_RUN:
+        if gains[least] >= RELEVANT_FREE_RUN_SHARE:
             return best
         search.refused[best.names[least]] = (
             f"it lowers the free run's error on held-out pieces by {gains[least]:.1%}, less than a reader would see"

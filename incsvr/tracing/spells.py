@@ -13,30 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array, robust_deviation
-
-DEGREES = 6.0
-"""Of freedom of the innovations' law, Student's t: one spike must not look like a spell."""
-
-WINDOW = 6.0
-"""Time scales over which loudness is averaged to see whether it comes in spells: shorter than a pause of the thrusters,
-longer than what the noise's own correlation leaves."""
-
-TOGETHER = 4
-"""Neighbouring innovations that a permutation keeps together: what is left of their correlation."""
-
-PERMUTATIONS = 999
-
-MOST = 4000
-"""Innovations that are looked at; of more, means over neighbours."""
-
-LEVEL = 0.005
-"""Largest p-value of a residual that is called one disturbance no more."""
-
-MOST_NAMED = 5
-"""Spells that a sentence names."""
-
-LOUDER = 1.5
-"""Deviation within the spells over that outside from which they matter; a sea that is a little rougher does not."""
+from incsvr.tracing.thresholds import (
+    MAX_NAMED_SPELLS,
+    MAX_PERMUTED,
+    MIN_LOUDER_DEVIATION,
+    PERMUTATIONS,
+    PERMUTED_NEIGHBOURS,
+    SPELL_P_VALUE,
+    SPELL_WINDOW_SCALES,
+    STUDENT_DEGREES,
+)
 
 
 def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
@@ -53,22 +39,22 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
     """
     nowhere = np.zeros(innovation.size, dtype=bool)
     usual = robust_deviation(innovation)
-    many = max(innovation.size // MOST, 1)
-    n, length = innovation.size // many, max(round(WINDOW * per_scale / many), 2 * TOGETHER)
+    many = max(innovation.size // MAX_PERMUTED, 1)
+    n, length = innovation.size // many, max(round(SPELL_WINDOW_SCALES * per_scale / many), 2 * PERMUTED_NEIGHBOURS)
     if n < 4 * length or usual <= 0.0:
         return nowhere
-    loudness = np.log1p((innovation / usual) ** 2 / DEGREES)
+    loudness = np.log1p((innovation / usual) ** 2 / STUDENT_DEGREES)
     usual_moves = np.median(np.abs(moves), axis=0) + 1e-300
     design = np.column_stack([np.ones(innovation.size), np.log1p(np.abs(moves) / usual_moves)])
     loudness = loudness - design @ np.linalg.lstsq(design, loudness)[0]
     loudness = loudness[: n * many].reshape(n, many).mean(axis=1)
     loudness = loudness / max(float(np.std(loudness)), 1e-300)
     random = np.random.default_rng(seed)
-    folded = loudness[: n // TOGETHER * TOGETHER].reshape(-1, TOGETHER)
+    folded = loudness[: n // PERMUTED_NEIGHBOURS * PERMUTED_NEIGHBOURS].reshape(-1, PERMUTED_NEIGHBOURS)
     chance = [_variance(folded[random.permutation(len(folded))].ravel(), length) for _ in range(PERMUTATIONS)]
-    if (1 + np.sum(np.array(chance) >= _variance(loudness, length))) / (PERMUTATIONS + 1) > LEVEL:
+    if (1 + np.sum(np.array(chance) >= _variance(loudness, length))) / (PERMUTATIONS + 1) > SPELL_P_VALUE:
         return nowhere
-    short = max(length // 3, TOGETHER)
+    short = max(length // 3, PERMUTED_NEIGHBOURS)
     local = np.convolve(loudness, np.full(short, 1.0 / np.sqrt(short)), "same")
     in_spell = nowhere.copy()
     # a spell is where the loudness is above half its height
@@ -77,13 +63,13 @@ def spells(innovation: Array, moves: Array, per_scale: float, seed: int = 0) -> 
     inside, outside = innovation[in_spell], innovation[~in_spell]
     if not inside.size or not outside.size:  # what comes and goes all the time is no spell
         return nowhere
-    return in_spell if float(np.std(inside)) > LOUDER * float(np.std(outside)) else nowhere
+    return in_spell if float(np.std(inside)) > MIN_LOUDER_DEVIATION * float(np.std(outside)) else nowhere
 
 
 def sentence(found: Sequence[tuple[float, float]]) -> str:
     """What spells mean, for people."""
-    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MOST_NAMED])
-    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    where = ", ".join(f"{a:.4g}–{b:.4g} s" for a, b in found[:MAX_NAMED_SPELLS])
+    more = f" and {len(found) - MAX_NAMED_SPELLS} more" if len(found) > MAX_NAMED_SPELLS else ""
     return (
         f"what the model leaves is no one disturbance: it is louder at {where}{more}; look there at the clocks of the "
         "two streams, at whether the thrusters were armed, and at the gyro"

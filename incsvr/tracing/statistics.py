@@ -1,4 +1,4 @@
-"""The statistics that both forms share: p-values, and the bootstrap of a change in error."""
+"""The statistics that both forms share: whitening, p-values, and the bootstrap of a change in error."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from incsvr.numerics import Array
+from incsvr.tracing.thresholds import WHITENING_LAGS
 
 NORMAL_95 = 1.959964
 """Half width of a 95 % interval in deviations."""
@@ -24,6 +26,26 @@ class Change:
 
     def to_dict(self) -> dict[str, float]:
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
+
+
+def whitened(values: Array, starts: NDArray[np.intp], by: Array | None = None) -> Array:
+    """(n,) values less what their own past tells; zero at the beginning of pieces, where there is none.
+
+    Args:
+        values: (n,) of cells.
+        starts: (pieces + 1,) first cell of each piece, and the end.
+        by: (n,) whose autoregression whitens them, in place of their own.
+    """
+    by = values if by is None else by
+
+    def past(of: Array) -> Array:
+        return np.stack([np.roll(of, k) for k in range(1, WHITENING_LAGS + 1)], axis=1)
+
+    usable = np.ones(values.size, dtype=bool)
+    for k in range(WHITENING_LAGS):
+        usable[np.minimum(starts[:-1] + k, values.size - 1)] = False
+    theta = np.linalg.lstsq(past(by)[usable], by[usable])[0]
+    return np.where(usable, values - past(values) @ theta, 0.0)
 
 
 def p_value(gain: float, freedom: int, looks: float) -> float:

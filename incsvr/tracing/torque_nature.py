@@ -16,17 +16,19 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from incsvr.numerics import Array, robust_deviation
+from incsvr.signals.holding import REPEATED_SHARE
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from incsvr.tracing.run import Run, stream
-from incsvr.tracing.thresholds import LOOP_DEVIATIONS, OTHER_GYRO, REPEATED
-
-PAST, RUNNING, WHITENING = 9, (20.0, 100.0), 3
-"""Cells of the torque's past, and lengths of its running means, from which it is predicted; past residuals
-that whiten the present one."""
-SAMPLES, MIN_CHANGES = 6, 200
-"""Samples of the gyro that tell whether a controller reads it, and changes of the torque at least."""
-CLIP = 3.0
-"""Usual deviations at which a surprise is cut: a turn that was asked for is no answer."""
+from incsvr.tracing.statistics import whitened
+from incsvr.tracing.thresholds import (
+    GYRO_SIGHT_SAMPLES,
+    LOOP_DEVIATIONS,
+    MIN_TORQUE_CHANGES,
+    OTHER_GYRO_SURPRISE,
+    RUNNING_MEAN_CELLS,
+    SURPRISE_CLIP_DEVIATIONS,
+    TORQUE_PAST_CELLS,
+)
 
 
 class Loop(Enum):
@@ -61,7 +63,7 @@ def as_told(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
     if kind is not None:
         return TorqueNature(held=kind == COMMANDED, noisy=kind != COMMANDED)
     same = [np.diff(stream(run, run.torque)[1]) == 0.0 for run in runs]
-    held = float(np.mean(np.concatenate(same))) > REPEATED
+    held = float(np.mean(np.concatenate(same))) > REPEATED_SHARE
     return TorqueNature(held=held, noisy=not held)
 
 
@@ -85,13 +87,15 @@ def answers(residual: Array, torque: Array, starts: NDArray[np.intp]) -> float:
     """
     if float(np.ptp(torque)) == 0.0:
         return 0.0
-    surprise = _whitened(residual, starts)
+    surprise = _clipped(whitened(residual, starts))
     past = np.stack([
-        *(np.roll(torque, k) for k in range(PAST)),
+        *(np.roll(torque, k) for k in range(TORQUE_PAST_CELLS)),
         np.abs(torque), torque * np.abs(torque), torque**3, np.ones(torque.size),
-        *(lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], torque) for length in RUNNING),
+        *(lfilter([1.0 / length], [1.0, 1.0 / length - 1.0], torque) for length in RUNNING_MEAN_CELLS),
     ], axis=1)  # fmt: skip
-    inside = [np.arange(a + PAST, b - 1) for a, b in pairwise(starts.tolist()) if b - a > 2 * PAST]
+    inside = [
+        np.arange(a + TORQUE_PAST_CELLS, b - 1) for a, b in pairwise(starts.tolist()) if b - a > 2 * TORQUE_PAST_CELLS
+    ]
     at = np.concatenate(inside) if inside else np.empty(0, dtype=np.intp)
     if at.size < 3 * past.shape[1]:
         return 0.0
@@ -108,7 +112,7 @@ def of_this_gyro(runs: Sequence[Run]) -> bool:
     Not so where the controller has another gyro, and where the torque is measured with noise of its own.
     """
     ratios = [ratio for run in runs if (ratio := _unforeseen_share(run)) is not None]
-    return bool(ratios) and float(np.median(ratios)) < OTHER_GYRO
+    return bool(ratios) and float(np.median(ratios)) < OTHER_GYRO_SURPRISE
 
 
 def _unforeseen_share(run: Run) -> float | None:
@@ -117,19 +121,19 @@ def _unforeseen_share(run: Run) -> float | None:
     (at, rate), (when, torque) = stream(run, run.yaw_rate), stream(run, run.torque)
     changed = np.flatnonzero(np.diff(torque)) + 1
     latest = np.searchsorted(at, when[changed], side="right") - 1
-    which = np.arange(SAMPLES, changed.size)
-    which = which[latest[which] >= SAMPLES]
-    if which.size < MIN_CHANGES:
+    which = np.arange(GYRO_SIGHT_SAMPLES, changed.size)
+    which = which[latest[which] >= GYRO_SIGHT_SAMPLES]
+    if which.size < MIN_TORQUE_CHANGES:
         return None
-    before = [torque[changed[which - k]] for k in range(1, SAMPLES)]
+    before = [torque[changed[which - k]] for k in range(1, GYRO_SIGHT_SAMPLES)]
     past = np.stack([*before, before[0] * np.abs(before[0]), np.ones(which.size)], axis=1)
-    seen = np.stack([rate[latest[which] - k] for k in range(SAMPLES)], axis=1)
+    seen = np.stack([rate[latest[which] - k] for k in range(GYRO_SIGHT_SAMPLES)], axis=1)
     if "heading" in run.channels:
         stamps, heading = stream(run, run.channels["heading"])
         angle = np.interp(when[changed[which]], stamps, np.unwrap(heading)) if stamps.size else np.zeros(which.size)
         past = np.column_stack([past, np.sin(angle), np.cos(angle)])
     wanted = torque[changed[which]]
-    sights = [np.column_stack([past, seen[:, first:]]) for first in (0, SAMPLES // 2, SAMPLES)]
+    sights = [np.column_stack([past, seen[:, first:]]) for first in (0, GYRO_SIGHT_SAMPLES // 2, GYRO_SIGHT_SAMPLES)]
     full, late, none = (robust_deviation(_robust_residual(sight, wanted)) for sight in sights)
     return full / max(min(late, none), 1e-300)
 
@@ -138,27 +142,22 @@ def _robust_residual(columns: Array, values: Array) -> Array:
     """(n,) values less a linear fit to those that are no outliers."""
     left, usual = values, 0.0
     for _ in range(3):
-        kept = np.abs(left) <= CLIP * usual if usual > 0.0 else np.ones(values.size, dtype=bool)
+        kept = np.abs(left) <= SURPRISE_CLIP_DEVIATIONS * usual if usual > 0.0 else np.ones(values.size, dtype=bool)
         left = values - columns @ np.linalg.lstsq(columns[kept], values[kept])[0]
         usual = robust_deviation(left)
     return np.asarray(left)
 
 
-def _whitened(residual: Array, starts: NDArray[np.intp]) -> Array:
-    """(n,) the residual less what its own past tells, cut where it is an outlier."""
-    past = np.stack([np.roll(residual, k) for k in range(1, WHITENING + 1)], axis=1)
-    usable = np.ones(residual.size, dtype=bool)
-    for k in range(WHITENING):
-        usable[np.minimum(starts[:-1] + k, residual.size - 1)] = False
-    white = np.where(usable, residual - past @ np.linalg.lstsq(past[usable], residual[usable])[0], 0.0)
+def _clipped(white: Array) -> Array:
+    """(n,) white values, cut where they are outliers."""
     usual = robust_deviation(white)
-    return np.clip(white, -CLIP * usual, CLIP * usual) if usual > 0.0 else white
+    return np.clip(white, -SURPRISE_CLIP_DEVIATIONS * usual, SURPRISE_CLIP_DEVIATIONS * usual) if usual > 0.0 else white
 
 
 def _unforeseen(change: Array, past: Array) -> Array:
     """(n,) the change of the torque less what its past tells, fitted robustly, cut where it is an outlier."""
     left = _robust_residual(past, change)
     usual = robust_deviation(left) or float(np.std(left))
-    cut = np.clip(left, -CLIP * usual, CLIP * usual)
+    cut = np.clip(left, -SURPRISE_CLIP_DEVIATIONS * usual, SURPRISE_CLIP_DEVIATIONS * usual)
     # a jump that was cut leads away from the level before it: that is its past, too
     return np.asarray(cut - past @ np.linalg.lstsq(past, cut)[0])

@@ -21,13 +21,10 @@ from incsvr.tracing.result import result_of
 from incsvr.tracing.run import Run, check
 from incsvr.tracing.search import Search
 from incsvr.tracing.shown import shown_by_free_run
-from incsvr.tracing.thresholds import LOOP_CORRELATION, OTHER_GYRO_CORRELATION
+from incsvr.tracing.thresholds import LOOP_CORRELATION, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
 from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, of_this_gyro, stands_for
 
 __all__ = ["Run", "Trace", "trace"]
-
-MIN_HEADINGS = 5
-"""Samples of a heading that is looked at."""
 
 
 def trace(
@@ -49,7 +46,7 @@ def trace(
         check(validate)
     names, ignored = usable([*runs, *(validate or [])])
     headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
-    heading = ["heading"] * all(np.isfinite(values).sum() > MIN_HEADINGS for values in headings)
+    heading = ["heading"] * all(np.isfinite(values).sum() > MIN_HEADING_SAMPLES for values in headings)
     try:
         nature, loop = nature_of(runs, inertia, [*names, *heading], torque)
         problem, how = posed(runs, inertia, [*names, *heading], nature)

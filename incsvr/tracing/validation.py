@@ -15,17 +15,17 @@ from incsvr.tracing.cells import Cells
 from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Problem, motion_model, pieces_of
 from incsvr.tracing.fit import Fit, fit
-from incsvr.tracing.held_out import HORIZONS, Ahead, Errors, horizons, joined, trivial
+from incsvr.tracing.held_out import Ahead, Errors, horizons, joined, trivial
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.statistics import change_of_rms, rms
-from incsvr.tracing.thresholds import MIN_RUNS
-
-PIECES, MIN_PIECE_SCALES = 8, 20.0
-"""Pieces of a recording that are held out in turns at most, and how many time scales each lasts at least."""
-BLOCK_SCALES = 0.25
-"""Time scales in a block of the torque's error: within one the gyro's noise would be most of it."""
-BOOTSTRAP_SCALES = 4.0
-"""Time scales in a block of the bootstrap: well above the errors' correlation time."""
+from incsvr.tracing.thresholds import (
+    HORIZON_SCALES,
+    INDEPENDENT_BLOCK_SCALES,
+    MAX_HELD_OUT_PIECES,
+    MIN_PIECE_SCALES,
+    MIN_RUNS,
+    TORQUE_BLOCK_SCALES,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +47,9 @@ class Validation:
 
     def to_dict(self, floor: float) -> dict[str, Any]:
         """The contract's `error`; `floor` is the torque's error on the fitted data [N m]."""
-        blocks = max(round(BOOTSTRAP_SCALES / BLOCK_SCALES), 4)
+        blocks = max(round(INDEPENDENT_BLOCK_SCALES / TORQUE_BLOCK_SCALES), 4)
         torque = change_of_rms(self.before.torque, self.after.torque, blocks)
-        length = max(round(BOOTSTRAP_SCALES * self.scale / self.step), 4)
+        length = max(round(INDEPENDENT_BLOCK_SCALES * self.scale / self.step), 4)
         free = change_of_rms(self.before.free_run, self.after.free_run, length)
         return {
             "before": self.before.to_dict(),
@@ -120,13 +120,13 @@ def errors(cells: Cells, hypothesis: Hypothesis, slices: Sequence[slice], fitted
     left = residual(dynamics)
     size = block_size(cells)
     torque = [block_means(left[each], size) for each in slices]
-    ahead = [_ahead(dynamics, slices, horizon * s.scale) for horizon in HORIZONS]
+    ahead = [_ahead(dynamics, slices, horizon * s.scale) for horizon in HORIZON_SCALES]
     return Errors(tuple(time), tuple(measured), tuple(simulated), tuple(torque), tuple(ahead))
 
 
 def block_size(cells: Cells) -> int:
     """Cells in a block of the torque's error."""
-    return max(round(BLOCK_SCALES * cells.signals.scale / cells.step), 1)
+    return max(round(TORQUE_BLOCK_SCALES * cells.signals.scale / cells.step), 1)
 
 
 def block_means(values: Array, size: int) -> Array:
@@ -161,7 +161,7 @@ def _halves(cells: Cells) -> tuple[list[slice], list[slice]]:
     slices = []
     for piece in pieces_of(cells):
         longest = (piece.stop - piece.start) * cells.step / (MIN_PIECE_SCALES * cells.signals.scale)
-        count = min(max(int(longest), 1), PIECES)
+        count = min(max(int(longest), 1), MAX_HELD_OUT_PIECES)
         slices += [
             slice(a, b) for a, b in pairwise(np.linspace(piece.start, piece.stop, count + 1).astype(int).tolist())
         ]

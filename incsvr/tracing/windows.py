@@ -13,18 +13,16 @@ from incsvr.tracing.errors import Colour, Problem, pieces_of
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.run import Run, sample_period
 from incsvr.tracing.thresholds import (
-    CELLS_A_SETTLING,
-    MAX_STEPS,
+    CELLS_PER_SETTLING,
+    MAX_WINDOW_CELLS,
     MAX_WINDOWS,
-    MIN_SETTLINGS,
-    MIN_STEPS,
+    MIN_WINDOW_CELLS,
+    MIN_WINDOW_SETTLINGS,
     MIN_WINDOWS,
-    OFFSET_PRIOR,
+    OFFSET_PRIOR_PERIODS,
+    USUAL_QUANTILES,
 )
 from incsvr.tracing.torque_nature import TorqueNature
-
-USUAL = 0.98
-"""Quantile of rates and torques that counts as the largest usual one."""
 
 
 def cutting(runs: Sequence[Run], inertia: float, nature: TorqueNature) -> Cut:
@@ -32,8 +30,8 @@ def cutting(runs: Sequence[Run], inertia: float, nature: TorqueNature) -> Cut:
     scale, period = time_scale(runs), sample_period(runs, "yaw_rate")
     settling = min(settling_time(runs, inertia), scale)
     duration = sum(float(run.time[-1] - run.time[0]) for run in runs)
-    length = min(scale, max(duration / MIN_WINDOWS, MIN_SETTLINGS * settling))
-    steps = int(np.clip(round(length / max(settling / CELLS_A_SETTLING, period)), MIN_STEPS, MAX_STEPS))
+    length = min(scale, max(duration / MIN_WINDOWS, MIN_WINDOW_SETTLINGS * settling))
+    steps = int(np.clip(round(length / max(settling / CELLS_PER_SETTLING, period)), MIN_WINDOW_CELLS, MAX_WINDOW_CELLS))
     return Cut(max(length / steps, period), nature, scale, steps=steps)
 
 
@@ -50,13 +48,13 @@ def pose(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: Torq
     if count > MAX_WINDOWS:
         windows = windows.take(np.unique(np.linspace(0, count - 1, MAX_WINDOWS).astype(np.intp)))
     share = windows.first.size / max(count, 1)
-    return Problem(cells, windows, OFFSET_PRIOR * cells.resolution, nothing(cells), Colour(), share=share)
+    return Problem(cells, windows, OFFSET_PRIOR_PERIODS * cells.resolution, nothing(cells), Colour(), share=share)
 
 
 def nothing(cells: Cells) -> Hypothesis:
     """The hypothesis of no effect, from which fits begin."""
     s = cells.signals
-    fastest = max(float(np.quantile(np.abs(s.rate), USUAL)), 1e-9)
-    largest = float(np.quantile(np.abs(s.torque), USUAL)) or s.inertia * fastest / s.scale
+    fastest = max(float(np.quantile(np.abs(s.rate), USUAL_QUANTILES[1])), 1e-9)
+    largest = float(np.quantile(np.abs(s.torque), USUAL_QUANTILES[1])) or s.inertia * fastest / s.scale
     basis = DampingBasis(fastest, largest)
     return Hypothesis(basis, basis.start(), 0.0, (), cells.resolution)

@@ -7,7 +7,8 @@ import pytest
 
 from incsvr.numerics import Array
 from incsvr.tracing.disturbance import disturbance
-from incsvr.tracing.spells import LEVEL, sentence, spans, spells
+from incsvr.tracing.spells import sentence, spans, spells
+from incsvr.tracing.thresholds import SPELL_P_VALUE
 
 N = 2000
 STILL = np.zeros((N, 1))
@@ -22,7 +23,7 @@ def noise(seed: int) -> Array:
 def test_steady_noise_has_no_spell_more_often_than_the_level_says() -> None:
     named = sum(bool(spells(noise(seed), STILL, 20.0).any()) for seed in range(60))
     assert named <= 3  # of 60 at 0.005: a fourth would come once in 3,700 times
-    assert LEVEL == 0.005
+    assert SPELL_P_VALUE == 0.005
 
 
 @pytest.mark.parametrize("seed", range(3))
