@@ -51,6 +51,7 @@ def test_the_judge_tells_a_wide_band_from_a_narrow_one_and_a_wrong_curve_from_a_
     assert wrong[1:].max() < 0.2
 
 
+@pytest.mark.slow
 def test_the_study_of_the_bands(tmp_path: Path) -> None:
     coverage.main(["--seeds", "2", "--first-seed", "5", "--out", str(tmp_path)])
     document = json.loads((tmp_path / "coverage.json").read_text(encoding="utf-8"))
@@ -87,6 +88,7 @@ def test_the_weighted_policy_wins_where_it_should() -> None:
             assert weighted[figure] < value
 
 
+@pytest.mark.slow
 def test_the_study_of_the_policies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,6 +119,7 @@ def test_the_rivals_of_several_velocities_follow_what_they_can() -> None:
         assert np.abs(predict(velocity[80:]) - damping[80:]).mean() < allowed
 
 
+@pytest.mark.slow
 def test_the_study_of_several_velocities(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The decoupled learner is worse than any that knows the other velocities, and every figure is in the table."""
     monkeypatch.setattr(several, "VECTORS", (60,))
@@ -152,6 +155,7 @@ def test_the_study_of_slow_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (told[-1], measured[-1]) == ("0 of 1", "1 of 1")
 
 
+@pytest.mark.slow
 def test_the_study_of_forecasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In open loop the learner's intervals are narrower than those of who holds the last rate, and hold the truth."""
     monkeypatch.setattr(forecast, "MISSIONS", ())
@@ -164,6 +168,7 @@ def test_the_study_of_forecasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert of["learner"]["rate_covered"] >= 0.8 * of["learner"]["forecasts"] > 0
 
 
+@pytest.mark.slow
 def test_the_study_of_sensors_that_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fault = "torque stuck at zero"
     one = Case(fault, heading=False, more=True, seed=11)

@@ -46,6 +46,7 @@ def test_the_signs_as_printed_leave_the_solution_and_the_right_ones_reach_it(thr
     assert dual(small) == pytest.approx(dual(own.weight), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_study_of_the_differences(three: list[Step], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = [figures(one) for one in three]
     assert not np.isnan([each["continued"] for each in found[:2]]).any()

@@ -11,6 +11,7 @@ from benchmarks.service import bus, fleet, soak
 from benchmarks.service.hold import __main__ as hold
 
 
+@pytest.mark.slow
 def test_what_is_sent_at_a_steady_pace_arrives_whole() -> None:
     found = bus._stream_at(pace=4000, size=10, seconds=0.5)
     assert found["lost"] == found["lost_as_health_says"] == 0
@@ -18,6 +19,7 @@ def test_what_is_sent_at_a_steady_pace_arrives_whole() -> None:
     assert 20 < found["resident_mb"] < 500
 
 
+@pytest.mark.slow
 def test_the_learner_is_asked_in_turn_with_the_echo(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bus, "QUESTIONS", 200)
     found = bus.latency()
@@ -29,6 +31,7 @@ def test_the_learner_is_asked_in_turn_with_the_echo(monkeypatch: pytest.MonkeyPa
     assert found["query_us"]["iterations_per_second_while_training"] > 1.0
 
 
+@pytest.mark.slow
 def test_a_fleet_is_heard_ashore(tmp_path: Path) -> None:
     fleet.main(["--vehicles", "2", "--speed", "200", "--out", str(tmp_path)])
     result = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))
@@ -37,6 +40,7 @@ def test_a_fleet_is_heard_ashore(tmp_path: Path) -> None:
     assert "| 2 learners, 14 iterations each: heard ashore |" in (tmp_path / "fleet.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_what_a_learner_survives(capsys: pytest.CaptureFixture[str]) -> None:
     hold.main(["--only", "kills", "junk", "--part", "0.005"])
     kills, junk = capsys.readouterr().out.splitlines()[-2:]
@@ -44,6 +48,7 @@ def test_what_a_learner_survives(capsys: pytest.CaptureFixture[str]) -> None:
     assert junk.startswith("| junk on every key | 50 | 0 | 0 |")
 
 
+@pytest.mark.slow
 def test_a_soak_sees_nothing_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soak, "LOOK_PERIOD_S", 0.5)
     soak.main(["--minutes", "0.08", "--out", str(tmp_path)])

@@ -173,6 +173,7 @@ def test_the_judge_of_curves(outcome: Outcome) -> None:
     assert turned["drives"] > 0.7
 
 
+@pytest.mark.slow
 def test_the_tracer_is_judged_by_what_was_hidden(outcome: Outcome) -> None:
     biased = mission_tracer.examine("surveys", play(replace(outcome.mission, effect="bias_torque")))
     assert biased["judged"] == "right"
@@ -184,6 +185,7 @@ def test_the_tracer_is_judged_by_what_was_hidden(outcome: Outcome) -> None:
     assert carried["refused"] in mission_tracer.sentences([carried], "refused")
 
 
+@pytest.mark.slow
 def test_the_missions_of_the_learner(tmp_path: Path) -> None:
     words = ["--only", "learner", "--runs", "1", "--kinds", "rate_control", "station", "--vehicles", "auv"]
     missions.main([*words, "--first-seed", "2000", "--processes", "1", "--out", str(tmp_path)])
@@ -196,6 +198,7 @@ def test_the_missions_of_the_learner(tmp_path: Path) -> None:
     assert document["command"] in text
 
 
+@pytest.mark.slow
 def test_the_real_tracer_finds_what_is_hidden_and_nothing_where_nothing_is() -> None:
     for effects in (("coupling:sway",), ()):
         trial = Trial(seed=41, effects=effects, excitation="multisine", duration=300.0)
@@ -204,6 +207,7 @@ def test_the_real_tracer_finds_what_is_hidden_and_nothing_where_nothing_is() -> 
         assert record["judged"] in ("right", "class"), record["named"]
 
 
+@pytest.mark.slow
 def test_the_table_of_trials(tmp_path: Path) -> None:
     counts = ["--one", "1", "--half", "0", "--two", "0", "--quiet", "1"]
     words = ["--processes", "1", "--first-seed", "50", "--minutes", "2", "--noise", "measured", "--out", str(tmp_path)]
@@ -219,6 +223,7 @@ def test_the_table_of_trials(tmp_path: Path) -> None:
     assert "a torque that is measured" in text
 
 
+@pytest.mark.slow
 def test_the_table_of_the_second_simulator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(second_table, "case", partial(second_cases.case, duration=180.0))
     words = ["--one", "1", "--half", "0", "--quiet", "1", "--first-seed", "20", "--processes", "1"]
@@ -232,6 +237,7 @@ def test_the_table_of_the_second_simulator(tmp_path: Path, monkeypatch: pytest.M
     assert document["command"] in text
 
 
+@pytest.mark.slow
 def test_a_log_with_a_fault_is_what_its_seed_says_and_the_command_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
