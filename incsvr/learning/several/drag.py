@@ -85,7 +85,9 @@ def fitted(phi: Array, damping: Array, count: Array, sigma: float) -> Array:
         count: (n,) how many samples each stands for.
         sigma: noise of one sample, were it independent of the others [N m]; NaN where nobody knows it yet.
     """
-    largest = max(float(np.abs(damping).max()), 1e-300)
+    if not damping.any():
+        return np.zeros(phi.shape[1])
+    largest = float(np.abs(damping).max())
     noise = PRIOR_NOISE_SHARE if np.isnan(sigma) else max(sigma / largest, 1e-6)
     prior = noise**2 * np.eye(phi.shape[1])
     weight = count

@@ -56,6 +56,8 @@ class Vectors:
             np.array(data[name], dtype=np.float64) for name in ("time", "yaw_rate", "damping", "information")
         )
         others = {name: np.array(values, dtype=np.float64) for name, values in data["others"].items()}
+        if not time.size:  # of no vectors the terms do not say how many they are
+            return Vectors.empty(data["own"], tuple(others))
         terms = np.array(data["terms"], dtype=np.float64).reshape(time.size, -1)
         return Vectors(data["own"], tuple(others), Samples(time, rate, damping, others), terms, information)
 

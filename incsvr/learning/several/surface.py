@@ -67,7 +67,7 @@ class Several:
     @cached_property
     def _limit(self) -> Array:
         """(d,) how fast each velocity may be in an answer."""
-        return np.concatenate(([np.inf], np.abs(self.velocity[:, 1:]).max(axis=0)))
+        return np.concatenate(([np.inf], np.abs(self.velocity[:, 1:]).max(axis=0, initial=0.0)))
 
     @property
     def usual(self) -> Array:

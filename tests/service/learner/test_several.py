@@ -16,11 +16,12 @@ from incsvr.errors import BadInput
 from service import wire
 from service.commands.query import table, velocities
 from service.config.sources import read
+from service.learner.node import LearnerNode
 from service.recordings.recording import Recording
 from service.wire import DampingReply
 from simulator import planar
 from tests.service.commands.test_processes import KEYS, client_after, command, endpoint, following, next_model, serving
-from tests.service.conftest import PATIENCE, StartBench
+from tests.service.conftest import PATIENCE, StartBench, configured
 
 __all__ = ["endpoint"]
 
@@ -125,6 +126,24 @@ def test_questions_over_several_velocities(start: StartBench, run: Recording) ->
     _, error = bench.get(bench.keys.forecast)
     assert error is not None
     assert "further velocities" in error.error
+
+
+@pytest.mark.parametrize("policy", ["paper", "weighted"])
+def test_a_learner_that_was_stopped_before_its_first_batch_goes_on(policy: str, run: Recording) -> None:
+    config = configured(**told(), learner__policy=policy)
+    node = LearnerNode(config, boot="")
+    for name, (t, value) in run.streams().items():
+        node.push(name, t[t < 10.0], value[t < 10.0])
+    memory = json.loads(json.dumps(node.memory(whole=True)))
+    resumed = LearnerNode(config, boot="", memory=memory)
+    first: list[wire.ModelSnapshot] = []
+    for each in (node, resumed):
+        for name, (t, value) in run.streams().items():
+            each.push(name, t[t >= 10.0], value[t >= 10.0])
+        outcome = each.learn()
+        assert outcome is not None
+        first.append(outcome.snapshot)
+    assert first[0] == first[1]
 
 
 def test_over_one_velocity_a_second_is_refused(start: StartBench, run: Recording) -> None:
