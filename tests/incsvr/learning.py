@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
+import pytest
 
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
 HULL = 0.12
+OTHERS = ("sway", "surge")
+MUNK = 300.0
+"""Moment of surge times sway [N m s²/m²]."""
+Policy = Literal["paper", "weighted"]
+POLICIES: tuple[Policy, ...] = ("paper", "weighted")
+policies = pytest.mark.parametrize("policy", POLICIES)
+kinds = pytest.mark.parametrize(
+    "settings",
+    [Settings(policy=policy, others=others) for others in ((), OTHERS) for policy in POLICIES],
+    ids=["paper", "weighted", "paper-several", "weighted-several"],
+)
+"""Both policies over one velocity and over several: what holds of a learner holds of these four."""
 
 
 def drag(rate: Array) -> Array:
@@ -27,6 +42,17 @@ def stream(seed: int, n: int, *, hull_from: int | None = None, sigma: float = 4.
     damping = drag(rate) * factor + sigma * rng.normal(size=n)
     damping += (rng.random(n) < wild) * rng.choice([-1.0, 1.0], n) * rng.uniform(20.0, 60.0, n)
     return Samples(0.6 * k, rate, damping)
+
+
+def among_others(samples: Samples) -> Samples:
+    """The same beside a surge and a sway, whose product turns the vehicle, too."""
+    surge, sway = 0.6 + 0.3 * np.sin(samples.time / 23.0), 0.2 * np.sin(samples.time / 9.0 + 1.0)
+    return replace(samples, damping=samples.damping + MUNK * surge * sway, channels={"surge": surge, "sway": sway})
+
+
+def of(settings: Settings, samples: Samples) -> Samples:
+    """The samples that these settings learn of: over several velocities among others."""
+    return among_others(samples) if settings.others else samples
 
 
 def batches(samples: Samples, size: int = 50) -> Iterator[Samples]:

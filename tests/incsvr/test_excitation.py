@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import cache
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -16,10 +15,7 @@ from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, synchronise
 from incsvr.signals.samples import Samples
 from simulator import leng
-from tests.incsvr.learning import batches, run
-
-Policy = Literal["paper", "weighted"]
-both = pytest.mark.parametrize("policy", ["paper", "weighted"])
+from tests.incsvr.learning import Policy, batches, policies, run
 
 INERTIA, PERIOD = 350.0, 0.1
 WATER = 3.0
@@ -73,14 +69,14 @@ def driven(iterations: list[Iteration]) -> float:
     return 1.0 - undriven / (50 * len(iterations))
 
 
-@both
+@policies
 def test_a_vehicle_that_holds_its_heading_teaches_nothing(policy: Policy) -> None:
     state, iterations = run(Settings(policy=policy), holding())
     assert not state.model.is_trained
     assert not any(iteration.trained for iteration in iterations)
 
 
-@both
+@policies
 def test_motion_that_the_water_makes_leaves_the_curve_as_it_was(policy: Policy) -> None:
     settings = Settings(policy=policy)
     learned, _ = run(settings, surveying())
@@ -92,7 +88,7 @@ def test_motion_that_the_water_makes_leaves_the_curve_as_it_was(policy: Policy) 
     assert np.abs(moved).max() < 0.5 * WATER
 
 
-@both
+@policies
 def test_a_survey_teaches_its_turns_and_no_leg_drives_the_vehicle(policy: Policy) -> None:
     state, iterations = run(Settings(policy=policy), surveying())
     assert driven(iterations) < 0.5
@@ -120,7 +116,7 @@ def test_a_wrong_inertia_makes_no_motion_the_waters(wrong: float) -> None:
     assert not run(Settings(), holding(declared=wrong * INERTIA))[0].model.is_trained
 
 
-@both
+@policies
 def test_turns_that_are_held_for_long_are_learned_each_at_its_rate(policy: Policy) -> None:
     """Six rates, each held for 150 s by a stiff control: all that the rate does about them is the water's."""
     held = (0.1, -0.15, 0.2, -0.05, 0.15, -0.1)
@@ -140,7 +136,7 @@ def test_the_loop_is_told_from_what_the_water_moves() -> None:
     assert not torque_answers(undriven(drifting))
 
 
-@both
+@policies
 def test_samples_that_wait_survive_a_restart_to_the_bit(policy: Policy) -> None:
     """Few samples of each batch are driven here, so that they wait from one to the next."""
 

@@ -1,10 +1,10 @@
-"""One iteration as a value, under both policies."""
+"""One iteration as a value, under both policies, over one velocity and over several."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import hypothesis
 import numpy as np
@@ -14,11 +14,9 @@ from hypothesis import strategies as st
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.signals.samples import Samples
-from tests.incsvr.learning import HULL, batches, drag, rms, run, stream
+from tests.incsvr.learning import HULL, Policy, batches, drag, kinds, of, policies, rms, run, stream
 
 RATES = np.linspace(-0.24, 0.24, 49)
-both = pytest.mark.parametrize("policy", ["paper", "weighted"])
-Policy = Literal["paper", "weighted"]
 
 
 def plain(value: Any) -> str:
@@ -27,7 +25,7 @@ def plain(value: Any) -> str:
 
 
 def columns(samples: Samples) -> list[Any]:
-    return [samples.time, samples.yaw_rate, samples.damping]
+    return [samples.time, samples.yaw_rate, samples.damping, *samples.channels.values()]
 
 
 def as_text(iteration: Iteration) -> str:
@@ -38,12 +36,8 @@ def as_text(iteration: Iteration) -> str:
     return plain([model, samples, rest])
 
 
-@both
-@pytest.mark.parametrize("solver", ["exact", "passes"])
-def test_a_state_from_a_file_goes_on_to_the_bit(policy: Policy, solver: Literal["exact", "passes"]) -> None:
-    settings = Settings(policy=policy, solver=solver)
-    # With a hull, so that the evidence, the open correction and the vectors from before it are in the state as well.
-    samples = stream(3, 700, hull_from=400) if solver == "exact" else stream(3, 100)
+def goes_on_to_the_bit(settings: Settings, samples: Samples) -> None:
+    """A state that is written and read before every batch gives the same iterations as one that is not."""
     straight, resumed = start(settings), start(settings)
     for batch in batches(samples):
         straight, expected = step(settings, straight, batch)
@@ -52,47 +46,66 @@ def test_a_state_from_a_file_goes_on_to_the_bit(policy: Policy, solver: Literal[
         assert plain(resumed.to_dict()) == plain(straight.to_dict())
 
 
-@both
-def test_a_step_changes_nothing_that_it_was_given(policy: Policy) -> None:
-    settings = Settings(policy=policy)
-    state, _ = run(settings, stream(4, 800, hull_from=600))
-    batch = stream(5, 50)
+@kinds
+def test_a_state_from_a_file_goes_on_to_the_bit(settings: Settings) -> None:
+    """With a hull, so that evidence, open correction and the vectors from before it are in the state as well."""
+    goes_on_to_the_bit(settings, of(settings, stream(3, 700, hull_from=400)))
+
+
+@policies
+def test_a_state_of_the_passes_of_eq_8_goes_on_to_the_bit(policy: Policy) -> None:
+    goes_on_to_the_bit(Settings(policy=policy, solver="passes"), stream(3, 100))
+
+
+@kinds
+def test_a_step_changes_nothing_that_it_was_given(settings: Settings) -> None:
+    state, _ = run(settings, of(settings, stream(4, 800, hull_from=600)))
+    batch = of(settings, stream(5, 50))
     before, samples = plain(state.to_dict()), plain(columns(batch))
     step(settings, state, batch)
     assert plain(state.to_dict()) == before
     assert plain(columns(batch)) == samples
 
 
-@both
-def test_memory_is_bounded(policy: Policy) -> None:
-    settings = Settings(policy=policy)
-    state, iterations = run(settings, stream(6, 3000, hull_from=1500))
+@kinds
+def test_memory_is_bounded(settings: Settings) -> None:
+    long = 1800 if settings.others else 3000
+    state, iterations = run(settings, of(settings, stream(6, long, hull_from=long // 2)))
     assert max(iteration.model.weight.size for iteration in iterations) <= settings.capacity
-    sizes = [len(json.dumps(state.to_dict())) for state in (run(settings, stream(6, 1000))[0], state)]
+    sizes = [len(json.dumps(each.to_dict())) for each in (run(settings, of(settings, stream(6, long // 3)))[0], state)]
     assert sizes[1] < 2 * sizes[0]
 
 
-@both
-def test_every_sample_of_a_batch_is_accounted_for(policy: Policy) -> None:
-    for iteration in run(Settings(policy=policy), stream(7, 600, wild=0.1))[1]:
+@kinds
+def test_every_sample_of_a_batch_is_accounted_for(settings: Settings) -> None:
+    for iteration in run(settings, of(settings, stream(7, 600, wild=0.1)))[1]:
         parts = [iteration.new, iteration.discarded_tube, iteration.discarded_near, iteration.undriven]
-        if policy == "weighted":  # the paper's outliers are support vectors, new or old
+        if settings.policy == "weighted":  # the paper's outliers are support vectors, new or old
             parts.append(iteration.outliers)
         assert sum(len(part) for part in parts) == 50
         assert len(np.unique(np.concatenate([part.time for part in parts]))) == 50
 
 
-@both
-def test_the_progressive_error_is_the_error_before_learning(policy: Policy) -> None:
-    settings = Settings(policy=policy)
-    state, _ = run(settings, stream(8, 400))
-    batch = stream(9, 50)
-    expected = float(np.abs(state.model.predict(batch.yaw_rate).damping - batch.damping).mean())
+@kinds
+def test_the_progressive_error_is_the_error_before_learning(settings: Settings) -> None:
+    state, _ = run(settings, of(settings, stream(8, 400)))
+    batch = of(settings, stream(9, 50))
+    expected = float(np.abs(state.model.at(batch).damping - batch.damping).mean())
     assert step(settings, state, batch)[1].progressive_mae == pytest.approx(expected, rel=1e-12)
     assert step(settings, start(settings), batch)[1].progressive_mae is None
 
 
-@both
+@kinds
+def test_an_outlier_is_thrown_out(settings: Settings) -> None:
+    state, _ = run(settings, of(settings, stream(8, 600)))
+    batch = of(settings, stream(9, 50, wild=0.0))
+    far = int(np.argmax(np.abs(batch.yaw_rate)))  # where the torque, not the water, turns it
+    wild = replace(batch, damping=batch.damping + np.where(np.arange(50) == far, 150.0, 0.0))
+    _, iteration = step(settings, state, wild)
+    assert batch.time[far] in iteration.outliers.time
+
+
+@policies
 def test_the_hull_is_learned(policy: Policy) -> None:
     _, iterations = run(Settings(policy=policy), stream(10, 1400, hull_from=700))
     bare = rms(iterations[13].model.evaluate(RATES) - drag(RATES))
@@ -103,21 +116,22 @@ def test_the_hull_is_learned(policy: Policy) -> None:
     assert stale > 4.0  # so that the two lines above could fail
 
 
-@both
-def test_the_certificate_is_in_every_model(policy: Policy) -> None:
+@kinds
+def test_the_certificate_is_in_every_model(settings: Settings) -> None:
     for seed in range(3):
-        for iteration in run(Settings(policy=policy), stream(20 + seed, 900, hull_from=450, wild=0.05))[1]:
+        samples = of(settings, stream(20 + seed, 900, hull_from=450, wild=0.05))
+        for iteration in run(settings, samples)[1]:
             assert 0.0 <= iteration.model.certified_error <= 0.01
 
 
-@both
-def test_the_noise_level_is_found(policy: Policy) -> None:
+@kinds
+def test_the_noise_level_is_found(settings: Settings) -> None:
     for sigma in (1.0, 4.0):
-        state, _ = run(Settings(policy=policy), stream(30, 1000, sigma=sigma, wild=0.03))
+        state, _ = run(settings, of(settings, stream(30, 1000, sigma=sigma, wild=0.03)))
         assert state.model.sigma == pytest.approx(sigma, rel=0.25)
 
 
-@both
+@policies
 @pytest.mark.parametrize(
     "samples",
     [
@@ -151,7 +165,7 @@ odd_batches = st.lists(
 )
 
 
-@both
+@policies
 @hypothesis.settings(max_examples=40)
 @hypothesis.given(parts=odd_batches)
 def test_whatever_comes_is_learned_within_bounds(policy: Policy, parts: list[list[tuple[int, int]]]) -> None:
@@ -217,8 +231,8 @@ def test_settings_that_make_no_sense_are_refused(wrong: dict[str, Any], cure: st
         Settings(**wrong)
 
 
-@both
-def test_more_vectors_than_the_papers_may_be_kept(policy: str) -> None:
-    settings = Settings(policy=policy, capacity=150, epsilon=0.0)  # type: ignore[arg-type]
+@policies
+def test_more_vectors_than_the_papers_may_be_kept(policy: Policy) -> None:
+    settings = Settings(policy=policy, capacity=150, epsilon=0.0)
     state, _ = run(settings, stream(77, 1000))
     assert 60 < state.model.weight.size <= 150

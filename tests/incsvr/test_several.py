@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -25,11 +24,9 @@ from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 from service.recordings.samples_from_recording import samples_of
 from simulator import leng, planar
-from tests.incsvr.learning import batches, rms, run, stream
+from tests.incsvr.learning import Policy, batches, policies, rms, run, stream
 
 OTHERS = ("surge", "sway")
-Policy = Literal["paper", "weighted"]
-POLICIES: tuple[Policy, ...] = ("paper", "weighted")
 
 
 @cache
@@ -142,16 +139,7 @@ def test_a_sample_is_near_where_it_is_near_in_every_velocity() -> None:
     assert iteration.new.time.tolist() == [901.0]
 
 
-@pytest.mark.parametrize("policy", POLICIES)
-def test_an_outlier_is_thrown_out(policy: Policy) -> None:
-    state, _ = learned(policy)
-    batch = vehicle()[2].take(slice(100, 150))
-    wild = replace(batch, damping=batch.damping + np.where(np.arange(50) == 20, 150.0, 0.0))
-    _, iteration = step(Settings(policy=policy, others=OTHERS), state, wild)
-    assert batch.time[20] in iteration.outliers.time
-
-
-@pytest.mark.parametrize("policy", POLICIES)
+@policies
 def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: Policy) -> None:
     unseen = vehicle()[2]
     surface, curve = (learned(policy, others)[0].model for others in (OTHERS, ()))
@@ -165,7 +153,7 @@ def test_coupled_damping_is_learned_that_one_velocity_cannot_tell(policy: Policy
     assert 0.0 < said.extrapolated.mean() < 0.5
 
 
-@pytest.mark.parametrize("policy", POLICIES)
+@policies
 def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) -> None:
     model = learned(policy)[0].model
     assert model.several is not None
@@ -177,18 +165,6 @@ def test_where_nothing_was_driven_it_extrapolates_and_is_unsure(policy: Policy) 
     assert (said.curve_sigma > 2.0 * model.over(known).curve_sigma.max()).all()
     assert np.isfinite(said.damping).all()
     assert np.abs(said.damping[:2]).max() < 5.0 * np.abs(model.support_damping).max()
-
-
-@pytest.mark.parametrize("policy", POLICIES)
-def test_a_state_goes_on_through_json_to_the_bit(policy: Policy) -> None:
-    settings, samples = Settings(policy=policy, others=("sway", "surge")), vehicle()[1]
-    state, _ = run(settings, samples.take(slice(0, 200)))
-    read = State.from_dict(json.loads(json.dumps(state.to_dict(), allow_nan=False)))
-    for batch in batches(samples.take(slice(200, 350))):
-        state, ours = step(settings, state, batch)
-        read, theirs = step(settings, read, batch)
-        assert ours.model.to_dict() == theirs.model.to_dict()
-    assert state.to_dict() == read.to_dict()
 
 
 def test_of_one_velocity_nothing_has_changed() -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pytest
 
 from incsvr.learning.learner import Settings
 from incsvr.learning.spread import Spread
-from tests.incsvr.learning import drag, run, stream
+from tests.incsvr.learning import Policy, drag, policies, run, stream
 
 FASTEST = 0.25
 
@@ -47,12 +46,12 @@ def test_what_nobody_has_seen_is_as_loud_as_the_level() -> None:
     assert Spread.from_dict(json.loads(json.dumps(spread.to_dict()))) == spread
 
 
-@pytest.mark.parametrize("policy", ["paper", "weighted"])
-def test_a_served_sigma_follows_the_rate(policy: str) -> None:
+@policies
+def test_a_served_sigma_follows_the_rate(policy: Policy) -> None:
     samples = stream(21, 700, wild=0.0)
     noise = samples.damping - drag(samples.yaw_rate)
     samples.damping[:] = drag(samples.yaw_rate) + noise * (0.5 + 4.0 * np.abs(samples.yaw_rate))
-    model = run(Settings(policy=policy), samples)[0].model  # type: ignore[arg-type]
+    model = run(Settings(policy=policy), samples)[0].model
     quiet, loud = model.predict([0.02, 0.23]).sigma
     assert 1.6 < quiet < 3.5
     assert 4.5 < loud < 8.0

@@ -11,10 +11,14 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from zenoh import CongestionControl
 from zenoh.ext import CacheConfig, declare_advanced_publisher
 
 from tests.service.conftest import PATIENCE
 from tests.service.security.secured import FORGED, KEYS, UNSERVED, Secured, secured, until_settled
+
+BLOCK = CongestionControl.BLOCK
+"""On a busy machine a message that may be dropped is, and says nothing of the roles."""
 
 TABLE = """
                             vehicle  viewer  operator
@@ -70,7 +74,7 @@ def publishes(bus: Secured, role: str, key: str) -> bool:
     subscriber: Any = bus.learner.declare_subscriber(
         f"{UNSERVED.prefix}/**", lambda sample: heard.put(sample.payload.to_bytes())
     )
-    bus.clients[role].put(key, FORGED)
+    bus.clients[role].put(key, FORGED, congestion_control=BLOCK)
     until_settled(bus.clients[role])
     subscriber.undeclare()
     return not heard.empty()
@@ -81,7 +85,7 @@ def hears(bus: Secured, role: str, key: str, subscribed: str | None = None) -> b
     client, heard = bus.clients[role], queue.Queue[Any]()
     subscriber: Any = client.declare_subscriber(subscribed or key, heard.put)
     until_settled(client)
-    bus.learner.put(key, b"{}")
+    bus.learner.put(key, b"{}", congestion_control=BLOCK)
     until_settled(client)
     subscriber.undeclare()
     return not heard.empty()

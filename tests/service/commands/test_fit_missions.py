@@ -1,0 +1,122 @@
+"""`incsvr fit` on ordinary missions and commands that come slowly: right, or it says why not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.learner.slow_commands import examine
+from service.cli.command_line import main
+from service.commands.fit_result import Fit
+from service.recordings.recording_csv import RATE_LIMIT, write
+from service.recordings.samples_from_recording import signals_for
+from simulator import slow_commands
+from simulator.missions import Mission, play
+from tests.service.commands.test_fit import fit
+
+
+@pytest.mark.parametrize("policy", ["paper", "weighted"])
+@pytest.mark.parametrize("kind", ["station", "on_deck"])
+def test_too_little_motion_is_refused_with_its_figures_and_a_manoeuvre(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, kind: str, policy: str
+) -> None:
+    path = tmp_path / "still.csv"
+    write(path, play(Mission(kind, "auv", 1, duration=400.0)).recording)
+    assert main(["fit", str(path), "--inertia", "24", "--policy", policy]) == 2
+    said = capsys.readouterr().err.strip()
+    assert "too little motion" in said
+    assert "rad/s" in said
+    assert "drive steps of torque" in said
+    assert "\n" not in said
+
+
+@pytest.mark.slow
+def test_a_survey_in_closed_loop_gives_its_curve_and_says_that_its_inertia_is_none(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    survey, path = play(Mission("survey", "auv", 2, duration=900.0)), tmp_path / "survey.csv"
+    write(path, survey.recording)
+    result = fit(capsys, path, "--inertia", "24")
+    assert not any("closed loop" in remark for remark in result["remarks"])
+    curve = {name: np.array(values) for name, values in result["curve"].items()}
+    assert [curve["rate"][0], curve["rate"][-1]] == result["trained_range"]
+    true = survey.damping(curve["rate"])
+    allowed = np.maximum(0.1 * np.abs(true), 1.5 * survey.water_rms)
+    assert (np.abs(curve["damping"] - true) <= allowed).all()
+    assert np.mean(np.abs(curve["damping"] - true) <= 1.96 * curve["sigma"]) >= 0.9
+    for name, expected in (("N_r", 9.0), ("N_r|r|", 26.0)):
+        assert result["coefficients"][name]["low"] < expected < result["coefficients"][name]["high"]
+    estimated = fit(capsys, path, "--inertia", "estimate")
+    assert any("closed loop" in remark for remark in estimated["remarks"])
+    assert estimated["inertia_standard_error"] is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "mission",
+    [
+        Mission("survey", "rov", 5101),
+        Mission("transit", "auv", 5003),
+        Mission("waypoints", "rov", 5007),
+        Mission("one_sided", "rov", 780601, duration=900.0),
+    ],
+    ids=lambda mission: f"{mission.kind} {mission.vehicle}",
+)
+def test_sensors_that_are_sound_are_not_suspected_on_ordinary_missions(mission: Mission) -> None:
+    """The water moves the vehicle for most of the time, and a controller answers it: no sensor fails by that."""
+    outcome = play(mission)
+    signals = signals_for([outcome.recording], outcome.inertia, RATE_LIMIT)
+    fit = Fit.of([outcome.recording], [], signals, None)
+    assert fit.put_aside == 0
+    about_sensors = [remark for remark in fit.remarks if "excitation" not in remark and "is quicker" not in remark]
+    assert not about_sensors
+
+
+@pytest.mark.parametrize(("every", "allowed"), [(0.5, 0.25), (0.2, 0.15), (0.1, 0.15)])
+def test_commands_that_come_slowly_are_learned_right(every: float, allowed: float) -> None:
+    off, says = examine(slow_commands.recording(13, every), None)
+    assert np.abs(off).max() < 100.0 * allowed
+    assert not says
+
+
+def test_or_it_is_said_by_how_much_the_curve_may_be_off() -> None:
+    off, says = examine(slow_commands.recording(13, 0.5), "measured")
+    assert np.abs(off).max() > 25.0
+    assert says
+
+
+@pytest.mark.slow
+def test_other_settings_are_proposed_where_they_were_tried_and_found_better(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """The remark's figures are those of the command that it proposes."""
+    path = tmp_path / "slow.csv"
+    write(path, slow_commands.recording(13, 0.5))
+    words = (path, "--validate", path, "--inertia", "0.6")
+    slow = fit(capsys, *words, "--torque", "measured")
+    (remark,) = (each for each in slow["remarks"] if "quicker than the streams show" in each)
+    better = fit(capsys, *words, "--torque", "commanded")
+    gained = better["validation"]["free_run_rmse"], slow["validation"]["free_run_rmse"]
+    assert f"give --torque commanded: tried on slow.csv, the free run's error is {gained[0]:.3g} rad/s" in remark
+    assert f"was {gained[1]:.3g} without" in remark
+    assert gained[0] < gained[1]
+    assert not any("quicker" in each for each in better["remarks"])
+
+
+def test_a_command_that_never_holds_is_the_reason_that_is_said(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "quick.csv"
+    write(path, slow_commands.recording(4, 0.05, changes=(0.3, 0.7), duration=90.0))
+    assert main(["fit", str(path), "--inertia", "0.6", "--torque", "commanded"]) == 2
+    said = capsys.readouterr().err.strip()
+    assert "because the torque is said to be a command" in said
+    assert "without `--torque commanded`" in said
+
+
+def test_where_the_held_windows_pass_over_some_rates_the_torque_stays_on_a_line() -> None:
+    """A pilot's bursts turn a small vehicle up within one window of a gyro at 10 Hz."""
+    bursts = play(Mission("bursts", "rov", 780600, duration=400.0))
+    assert signals_for([bursts.recording], bursts.inertia, RATE_LIMIT).torque == "measured"
