@@ -15,7 +15,7 @@ from pathlib import Path
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import BusRefusal, client_config, client_place, nobody_at, open_session, told_to_stop
+from service.bus.session import BusRefusal, client_config, client_place, nobody_at, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.logs.cutting import Cut
@@ -92,7 +92,7 @@ def play_to_learner(
     """Plays messages to the learner of the configuration, and of other prefixes; shows how far it is. Exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
         raise BadInput(f"--speed {args.speed}: give a positive number, 1 for the vehicle's own pace")
-    stop = told_to_stop()
+    stop = stop_event()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format=f"incsvr {args.command}: %(message)s")
     learners = [Keys(config.prefix), *map(Keys, others)]
     try:

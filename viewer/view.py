@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from service.bus.session import client_config, free_endpoint, open_session, told_to_stop
+from service.bus.session import client_config, free_endpoint, open_session, stop_event
 from service.config.configuration import Config
 from service.config.sources import add_config_arguments, from_arguments
 from service.recordings import log_picture
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput(
             "--headless shows nothing: give --save FILE.rrd to record, or --serve PORT for viewers elsewhere"
         )
-    stop = told_to_stop()
+    stop = stop_event()
     config = from_arguments(args)
     choice = Choice() if args.compare is None else Choice(*args.compare)
     opens = not args.headless and args.serve is None

@@ -35,7 +35,7 @@ class InPlace:
     streams: Mapping[str, tuple[Array, Array]]
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         return True
 
     def answer(self) -> Any:

@@ -85,7 +85,7 @@ class Client:
 
 
 @contextmanager
-def reaching(config: Config, patience_s: float, stop: threading.Event | None = None) -> Iterator[Client]:
+def bus_client(config: Config, patience_s: float, stop: threading.Event | None = None) -> Iterator[Client]:
     """A client of the configured bus.
 
     Args:

@@ -70,7 +70,7 @@ class Feed:
         for subscriptions, waiting in zip(self._subscriptions, self._waiting, strict=True):
             arrived = subscriptions.read()
             for each in arrived.measurements:
-                self._watch.received(each.name, each.t, each.value)
+                self._watch.add_values(each.name, each.t, each.value)
             for each in arrived.learnable:
                 waiting.append(each)
                 for listener in self.onward if each.name == YAW_RATE else ():

@@ -139,7 +139,7 @@ class Ingest:
 
     def _fill(self) -> None:
         for queue in self._queues:
-            queue.fill(self._places, self._watch.refused)
+            queue.fill(self._places, self._watch.add_refusal)
 
     def _take(self, sample: Any, payload: Any, name: str | None, taken: dict[str, tuple[list[Any], list[Any]]]) -> None:
         """Adds one message to those taken; whatever it holds, nothing is raised."""
@@ -158,10 +158,10 @@ class Ingest:
                     raise InvalidMeasurement("wrong_channel_name")
             t, value, sequence = parse(payload.to_bytes())
         except InvalidMeasurement as refusal:
-            self._watch.refused(str(refusal))
+            self._watch.add_refusal(str(refusal))
             return
         if sequence is not None:
-            self._watch.numbered(name, sequence)
+            self._watch.add_number(name, sequence)
         stamps, values = taken.setdefault(name, ([], []))
         stamps += t
         values += value

@@ -57,7 +57,7 @@ class MappedIngest:
         self._began, self._lock = time.monotonic(), threading.Lock()
         most_bytes = PLACES_FACTOR * max(QUEUE_BYTES // learners, MAX_PAYLOAD_BYTES + MESSAGE_OVERHEAD_BYTES)
         waiting = PLACES_FACTOR * places(learners)
-        self._arrivals = Arrivals(session, self.mapper, watch.refused, waiting, most_bytes, archive)
+        self._arrivals = Arrivals(session, self.mapper, watch.add_refusal, waiting, most_bytes, archive)
 
     def read(self) -> Arrived:
         """What has come since the last time; it may be learned from while the thrusters may turn."""
@@ -70,13 +70,13 @@ class MappedIngest:
                 mapped, may_learn = self.mapper.hear(key, payload, arrival), self.mapper.may_learn
             for values in mapped:
                 if values.sequence is not None:
-                    self._watch.numbered(values.name, values.sequence)
+                    self._watch.add_number(values.name, values.sequence)
                 for taken in (came, learnable) if may_learn else (came,):
                     t, value = taken.setdefault(values.name, ([], []))
                     t += values.t
                     value += values.value
         while refused:
-            self._watch.refused(*refused.popitem())
+            self._watch.add_refusal(*refused.popitem())
         # A sample is complete when both others have passed it, and takes what is there of the channels: they go first.
         ordered = sorted(learnable, key=lambda name: {TORQUE: 1, RATE: 2}.get(name, 0))
         return Arrived(_measurements(came), _measurements({name: learnable[name] for name in ordered}))

@@ -31,16 +31,18 @@ def refusal(config: zenoh.Config) -> str | None:
         if found is None:
             continue
         try:
-            return _met(endpoint, (found[1], int(found[2])), tls)
+            return _handshake_sentence(endpoint, (found[1], int(found[2])), tls)
         except (OSError, ValueError, OverflowError):
             continue  # nobody listens, or what is named here cannot be read
     return None
 
 
-def _met(endpoint: str, place: tuple[str, int], tls: Mapping[str, Any]) -> str | None:
+def _handshake_sentence(endpoint: str, place: tuple[str, int], tls: Mapping[str, Any]) -> str | None:
     try:
         with _handshake(place, _context(tls)) as met:
-            sentence = _dated(endpoint, met.getpeercert(binary_form=True) or b"") or _let_in(endpoint, met, tls)
+            sentence = _date_sentence(endpoint, met.getpeercert(binary_form=True) or b"") or _admission_sentence(
+                endpoint, met, tls
+            )
     except ssl.SSLError as error:
         return _alert(endpoint, error, tls)
     if sentence is not None:
@@ -55,7 +57,7 @@ def _met(endpoint: str, place: tuple[str, int], tls: Mapping[str, Any]) -> str |
         )
 
 
-def _dated(endpoint: str, der: bytes) -> str | None:
+def _date_sentence(endpoint: str, der: bytes) -> str | None:
     begins, ends = dates(der)
     if now() > ends:
         return f"the certificate of what listens at {endpoint} ended on {ends:%Y-%m-%d}: {_ANOTHER}"
@@ -64,7 +66,7 @@ def _dated(endpoint: str, der: bytes) -> str | None:
     return None
 
 
-def _let_in(endpoint: str, met: ssl.SSLSocket, tls: Mapping[str, Any]) -> str | None:
+def _admission_sentence(endpoint: str, met: ssl.SSLSocket, tls: Mapping[str, Any]) -> str | None:
     """What the other side says to our certificate: in TLS 1.3 that comes after the handshake."""
     try:
         met.recv(1)

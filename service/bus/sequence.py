@@ -25,7 +25,7 @@ class Sequence:
         """Messages that have not come."""
         return self._lost + len(self._missing) - self._overtaken
 
-    def came(self, number: int) -> None:
+    def add(self, number: int) -> None:
         """A message with this number came."""
         highest, self._overtaken = self._highest, 0
         again = highest is not None and number <= highest and number not in self._missing

@@ -54,7 +54,7 @@ CLOSING_TIMEOUT_S = 1.0
 """The time that an end may take [s]; Zenoh itself waits ten for a client that does not read."""
 
 
-def told_to_stop() -> threading.Event:
+def stop_event() -> threading.Event:
     """An event that SIGTERM and Ctrl-C set; only the main thread may ask for it.
 
     It is set by a thread of its own: a signal may come while the main thread's wait has the event locked. And whoever
@@ -200,7 +200,7 @@ def answer(session: zenoh.Session, selector: str, form: type[FormType], timeout_
     return None
 
 
-def in_time(work: Callable[[], object]) -> None:
+def finish_in_time(work: Callable[[], object]) -> None:
     """Ends a session or a part of it; a client that does not read holds that up for CLOSING_TIMEOUT_S at most."""
     closing = threading.Thread(target=work, daemon=True)
     closing.start()

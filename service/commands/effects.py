@@ -8,7 +8,7 @@ from typing import Any
 
 from incsvr.compensation.promotion import errors
 from incsvr.errors import BadInput
-from service.bus.client import NoAnswer, reaching
+from service.bus.client import NoAnswer, bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.configuration import Config
@@ -49,7 +49,7 @@ def ask(config: Config, verb: str | None, name: str | None, patience_s: float) -
         NoAnswer: nobody answers within the time.
         BadInput: the learner refuses.
     """
-    with reaching(config, patience_s) as client:
+    with bus_client(config, patience_s) as client:
         decided = {"promote": client.keys.promote, "withdraw": client.keys.withdraw}
         selector = client.keys.effects if verb is None else f"{decided[verb]}?effect={name}"
         return client.ask(selector, EffectsLedger)

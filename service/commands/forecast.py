@@ -13,7 +13,7 @@ from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
 from service import wire
-from service.bus.client import Client, reaching
+from service.bus.client import Client, bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.sources import from_arguments
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
     planned, axis = _planned(args), AXES[config.vehicle.axis]
-    with reaching(config, args.wait) as client:
+    with bus_client(config, args.wait) as client:
         note = None
         if planned is None:
             planned, note = _without_plan(client, args.seconds, axis)

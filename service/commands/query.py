@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
 from incsvr.plant.words import said
-from service.bus.client import reaching
+from service.bus.client import bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
 from service.config.configuration import Config
@@ -79,7 +79,7 @@ def ask(
         NoAnswer: nobody answers within the time, or nothing has been learned until then.
         BadInput: the learner refuses the question.
     """
-    with reaching(config, patience_s) as client:
+    with bus_client(config, patience_s) as client:
         named = {"rate": rates, **others}
         asked = ";".join(f"{name}={','.join(map(repr, values))}" for name, values in named.items())
         reply = client.ask(f"{client.keys.damping}?{asked}", DampingReply)

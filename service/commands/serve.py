@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.bus.session import connecting, from_file, in_time, listening, open_session, told_to_stop
+from service.bus.session import connecting, finish_in_time, from_file, listening, open_session, stop_event
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import systemd
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s %(levelname)s %(message)s")
     sys.setswitchinterval(THREAD_SWITCH_S)
     _keep_memory_small()
-    serve(config, told_to_stop())
+    serve(config, stop_event())
     return 0
 
 
@@ -91,7 +91,7 @@ def serve(config: Config, stop: threading.Event) -> None:
             systemd.tell(systemd.STOPPING)
         del taken  # who comes sees the tokens until here
     finally:
-        in_time(session.close)
+        finish_in_time(session.close)
     # All is saved and said. To drop what the hosts declared, Zenoh would wait ten seconds for a client that does not
     # read: so the process ends while they are held here.
     logging.shutdown()

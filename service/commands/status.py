@@ -9,7 +9,7 @@ import sys
 from rich.console import Console
 
 from incsvr.plant.axes import AXES, YAW, Axis
-from service.bus.client import Client, reaching
+from service.bus.client import Client, bus_client
 from service.cli.display import screen
 from service.cli.output import WIDTH, emit
 from service.commands.arguments import add_question_arguments
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    with reaching(config, args.wait) as client:
+    with bus_client(config, args.wait) as client:
         health, model = look(client)
     result = {
         "health": health.model_dump(mode="json"),

@@ -22,8 +22,8 @@ from rich.live import Live
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
-from service.bus.client import Client, NoAnswer, reaching
-from service.bus.session import told_to_stop
+from service.bus.client import Client, NoAnswer, bus_client
+from service.bus.session import stop_event
 from service.cli.display import screen
 from service.cli.log_lines import iteration_line, learning_line
 from service.cli.output import WIDTH
@@ -49,10 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     config = from_arguments(args)
-    stop, axis = told_to_stop(), AXES[config.vehicle.axis]
+    stop, axis = stop_event(), AXES[config.vehicle.axis]
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="incsvr watch: %(message)s")
     try:
-        with reaching(config, args.wait, stop) as client:
+        with bus_client(config, args.wait, stop) as client:
             follow(client, Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False), stop, axis)
     except (BadInput, NoAnswer):
         if not stop.is_set():  # told to stop while it waited: that is no failure

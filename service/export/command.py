@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.bus.client import NoAnswer, reaching
+from service.bus.client import NoAnswer, bus_client
 from service.cli.output import refuse_unwritable, writing
 from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
@@ -94,7 +94,7 @@ def _learned(args: argparse.Namespace, config: Config) -> Learned:
     """From the file or the directory that was named, else from the running learner."""
     source: Path | None = args.source
     if source is None:
-        with reaching(config, args.wait) as client:
+        with bus_client(config, args.wait) as client:
             snapshot = client.ask(client.keys.model, ModelSnapshot)
         return of_snapshot(snapshot, f"learner {config.prefix}, revision {snapshot.revision}, t = {snapshot.t:.6g} s")
     if source.is_dir():

@@ -80,7 +80,7 @@ class HealthWatch:
         self._conditions = HealthConditions()
         self._learning = LearningState()
         self._starvation: Starvation | None = None
-        self._pace = SampleRateWatch()
+        self._rate_watch = SampleRateWatch()
         self._plausible: dict[str, tuple[int, int, str | None]] = {}  # received and refused until then, what was said
         self._body: tuple[str, ...] = () if coupled is None else coupled.streams
         self._notes: tuple[str, ...] = () if coupled is None else sentences.taken_for_zero(coupled)
@@ -90,17 +90,17 @@ class HealthWatch:
         """From now on this is what the parts beside the streams have to say."""
         self._conditions = conditions
 
-    def received(self, name: str, t: Array, value: Array) -> None:
+    def add_values(self, name: str, t: Array, value: Array) -> None:
         """Values of a stream came: (n,) stamps [s] and values, n at least 1."""
         with self._lock:
-            t, value = self._stream(name).came(self._clock(), t, value)
+            t, value = self._stream(name).add(self._clock(), t, value)
             if name in STREAM_NAMES and t.size:
-                (self._pace.rate if name == "yaw_rate" else self._pace.torque).add(t, value)
+                (self._rate_watch.rate if name == "yaw_rate" else self._rate_watch.torque).add(t, value)
 
-    def numbered(self, name: str, sequence: int) -> None:
+    def add_number(self, name: str, sequence: int) -> None:
         """A message with this number came."""
         with self._lock:
-            self._stream(name).sequence.came(sequence)
+            self._stream(name).sequence.add(sequence)
 
     def _stream(self, name: str) -> StreamMonitor:
         """The stream of that name; what comes after too many names is kept under one."""
@@ -108,14 +108,14 @@ class HealthWatch:
             name = "(further)"
         return self._streams.setdefault(name, StreamMonitor())
 
-    def refused(self, reason: str, count: int = 1) -> None:
+    def add_refusal(self, reason: str, count: int = 1) -> None:
         """A message was no measurement."""
         with self._lock:
             self._refused[reason] = self._refused.get(reason, 0) + count
 
-    def failed(self, sentence: str) -> None:
+    def add_failure(self, sentence: str) -> None:
         """An iteration failed; its batch is lost."""
-        self.refused("failed_iteration")
+        self.add_refusal("failed_iteration")
         with self._lock:
             self._failure = (self._clock(), sentence)
 
@@ -124,14 +124,14 @@ class HealthWatch:
         with self._lock:
             self._queries += 1
 
-    def silent(self, name: str) -> float | None:
+    def silence_s(self, name: str) -> float | None:
         """For how long a stream that came has been silent [s], if for longer than SILENT; by the clock on the wall."""
         with self._lock:
             at = self._streams[name].at
         age = None if at is None else self._clock() - at
         return age if age is not None and age > MIN_SILENCE_S else None
 
-    def rejected(self, node: LearnerNode) -> dict[str, int]:
+    def rejections(self, node: LearnerNode) -> dict[str, int]:
         """What was not learned from since this start, by reason."""
         with self._lock:
             total = dict(self._refused)
@@ -143,7 +143,7 @@ class HealthWatch:
     def report(self, node: LearnerNode) -> wire.Health:
         """The state of health now."""
         now = self._clock()
-        rejected = self.rejected(node)
+        rejected = self.rejections(node)
         readings = node.batches.readings
         learning = self._learning_now(now, node)
         graded = [
@@ -231,20 +231,20 @@ class HealthWatch:
         return stale
 
     def _warnings(self, now: float, node: LearnerNode, rejected: dict[str, int]) -> list[str]:
-        warnings = [*self._conditions.notices, *node.said.warnings]
+        warnings = [*self._conditions.notices, *node.current_warnings.warnings]
         with self._lock:
-            warnings += sentences.rejected(self._rejections.look(now, rejected, self._limits.warn_for))
-            warnings += sentences.stands_still(self._streams["yaw_rate"], self._limits.stuck_after)
+            warnings += sentences.rejection_sentences(self._rejections.look(now, rejected, self._limits.warn_for))
+            warnings += sentences.stillness_sentences(self._streams["yaw_rate"], self._limits.stuck_after)
         slow = slow_stream(node.config.signal_settings(), node.batches.smoothing, node.batches.readings)
         warnings += [slow] if slow else []
         with self._lock:
-            seldom = self._pace.look()
+            seldom = self._rate_watch.look()
         warnings += [seldom.on_a_bus(self._askable)] if seldom is not None else []
-        return [*warnings, *sentences.of_motion(node), *self._where_it_extrapolates(now, node)]
+        return [*warnings, *sentences.motion_sentences(node), *self._where_it_extrapolates(now, node)]
 
     def _where_it_extrapolates(self, now: float, node: LearnerNode) -> tuple[str, ...]:
         """Remembered for a while: a vehicle that goes to and fro would have health go to and fro with it."""
-        found = sentences.beyond_learned(node)
+        found = sentences.extrapolation_sentence(node)
         if found is not None:
             self._beyond = (now, found)
         if self._beyond is None or now - self._beyond[0] > self._limits.warn_for:

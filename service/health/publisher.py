@@ -28,7 +28,7 @@ class HealthPublisher:
         self._session, self._config, self._publishers = session, config, publishers
         self._key = wire.Keys(config.prefix).health
         self._diagnostics: Diagnostics | None = None
-        self._said: tuple[Any, ...] = ()
+        self._last_state: tuple[Any, ...] = ()
         self._learning = "learning"
         self._next_health = self._next_log = 0.0
         self._rejected = 0
@@ -42,10 +42,10 @@ class HealthPublisher:
         """
         # The reasons tell figures that change all the time: what counts as a change is their number and the level.
         says = (health.level, len(health.reasons), health.learning.state)
-        if now >= self._next_health or says != self._said:
+        if now >= self._next_health or says != self._last_state:
             self._publishers.publish(self._key, wire.encode(health))
             self._tell_ros(health, ros_rate)
-            self._next_health, self._said = now + HEALTH_PERIOD_S, says
+            self._next_health, self._last_state = now + HEALTH_PERIOD_S, says
         if health.learning.state != self._learning:
             level = logging.INFO if health.learning.state == "learning" else logging.WARNING
             log.log(level, "%s: %s", self._config.prefix, learning_line(health.learning))

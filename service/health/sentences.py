@@ -36,7 +36,7 @@ def taken_for_zero(coupled: Coupled) -> tuple[str, ...]:
     )
 
 
-def rejected(lately: dict[str, int]) -> list[str]:
+def rejection_sentences(lately: dict[str, int]) -> list[str]:
     """What was rejected, reason → how many, and what its senders should send."""
     told = []
     if lately.pop("clock_restarted", 0):
@@ -46,7 +46,7 @@ def rejected(lately: dict[str, int]) -> list[str]:
     return told + [sentence for reasons, sentence in CURES.items() if lately.keys() & reasons]
 
 
-def stands_still(rate: StreamMonitor, longest: float) -> list[str]:
+def stillness_sentences(rate: StreamMonitor, longest: float) -> list[str]:
     """The yaw rate has been the same for longer than that [s]."""
     if rate.still_since is not None and rate.t is not None:
         still = rate.t - rate.still_since
@@ -55,7 +55,7 @@ def stands_still(rate: StreamMonitor, longest: float) -> list[str]:
     return []
 
 
-def of_motion(node: LearnerNode) -> list[str]:
+def motion_sentences(node: LearnerNode) -> list[str]:
     """It is too quick for the streams, or tells too little."""
     told, recent = [], node.recent_batches
     quick, excitation = recent.unresolved, recent.excitation
@@ -71,7 +71,7 @@ MAX_BEYOND_PART = 0.1
 0.06 in the paper's experiment, a motion that was never learned 0.2 and more."""
 
 
-def beyond_learned(node: LearnerNode) -> str | None:
+def extrapolation_sentence(node: LearnerNode) -> str | None:
     """Most of the newest samples are where the model only extrapolates."""
     rates, served = np.array(node.batches.recent_rates), node.served.model
     if not rates.size or not served.is_trained:

@@ -61,9 +61,9 @@ class Starvation:
         self._settings = settings
         self._since = LastSample(started)
         self._why: str | None = None
-        self._looked: tuple[float, Mapping[str, float]] = (started, {})
+        self._last_look: tuple[float, Mapping[str, float]] = (started, {})
         self._pace: dict[str, float] = {}  # of the streams' clocks [s/s]
-        self._heard: dict[str, tuple[int, float]] = {}  # values of a stream, and when the newest came
+        self._last_arrivals: dict[str, tuple[int, float]] = {}  # values of a stream, and when the newest came
 
     @property
     def since(self) -> float:
@@ -96,18 +96,18 @@ class Starvation:
     ) -> str | None:
         settings = self._settings
         for name in REQUIRED:
-            silent = now - self._heard[name][1]
+            silent = now - self._last_arrivals[name][1]
             if silent >= SILENT_AFTER_S:
                 return f"the last {STREAM_NAMES[name]} came {silent:.0f} s ago"
         for name in REQUIRED:
             if readings[name].newest is None or self._pace.get(name) == 0.0:
-                return self._refused(name, readings[name], rejected.get(name, {}))
+                return self._refusal_sentence(name, readings[name], rejected.get(name, {}))
         rate, torque = (readings[name] for name in REQUIRED)
-        hint = "".join(_unit(name, self._pace.get(name, 1.0)) for name in REQUIRED)
+        hint = "".join(_unit_hint(name, self._pace.get(name, 1.0)) for name in REQUIRED)
         assert rate.newest is not None
         assert torque.newest is not None
         if abs(rate.newest - torque.newest) > JUMP_S:
-            return _apart(rate, torque) + hint
+            return _apart_sentence(rate, torque) + hint
         for name in REQUIRED:
             longest, period = readings[name].longest or 0.0, readings[name].period or 0.0
             if name == TORQUE and settings.torque == COMMANDED:
@@ -116,7 +116,7 @@ class Starvation:
             if apart is not None and apart > settings.longest_pause:
                 return in_bursts(STREAM_NAMES[name], apart)
             if longest > settings.longest_pause:
-                return _slow(name, period, longest, settings) + hint
+                return _slow_sentence(name, period, longest, settings) + hint
         late = [name for name in settings.channels if not (readings[name].newest or 0.0) > torque.newest - JUMP_S]
         if late:
             return (
@@ -136,15 +136,15 @@ class Starvation:
     def _look(self, now: float, received: Mapping[str, int], readings: Mapping[str, Reading]) -> None:
         """When each stream was heard last and, once a second, how fast its clock goes."""
         for name, count in received.items():
-            if count != self._heard.get(name, (0, 0.0))[0]:
-                self._heard[name] = (count, now)
-        at, before = self._looked
+            if count != self._last_arrivals.get(name, (0, 0.0))[0]:
+                self._last_arrivals[name] = (count, now)
+        at, before = self._last_look
         if now - at >= 1.0:
             newest = _newest(readings)
             self._pace = {name: (newest[name] - before[name]) / (now - at) for name in before if name in newest}
-            self._looked = (now, newest)
+            self._last_look = (now, newest)
 
-    def _refused(self, name: str, reading: Reading, rejected: Mapping[str, int]) -> str:
+    def _refusal_sentence(self, name: str, reading: Reading, rejected: Mapping[str, int]) -> str:
         """Why nothing of a stream is taken that comes."""
         before = self._since.rejected.get(name, {})
         grown = {reason: count - before.get(reason, 0) for reason, count in rejected.items()}
@@ -172,7 +172,7 @@ def slow_stream(settings: SignalSettings, smoothing: float, readings: Mapping[st
     )
 
 
-def _apart(rate: Reading, torque: Reading) -> str:
+def _apart_sentence(rate: Reading, torque: Reading) -> str:
     """Two clocks that do not show the same time."""
     assert rate.newest is not None
     assert torque.newest is not None
@@ -190,7 +190,7 @@ def _apart(rate: Reading, torque: Reading) -> str:
     )
 
 
-def _slow(name: str, period: float, longest: float, settings: SignalSettings) -> str:
+def _slow_sentence(name: str, period: float, longest: float, settings: SignalSettings) -> str:
     """A stream whose pauses are longer than what is bridged."""
     pauses = f"comes every {period:.3g} s" if period > 0.8 * longest else f"pauses for {longest:.3g} s"
     cure = f"signals.smoothing to {longest:.2g}"
@@ -202,7 +202,7 @@ def _slow(name: str, period: float, longest: float, settings: SignalSettings) ->
     )
 
 
-def _unit(name: str, pace: float) -> str:
+def _unit_hint(name: str, pace: float) -> str:
     """A hint where stamps run as fast as another unit would."""
     for factor, unit in _UNITS.items():
         if 0.7 < pace / factor < 1.4:

@@ -24,7 +24,7 @@ class StreamMonitor:
     value: float | None = None
     still_since: float | None = None  # the vehicle's time since which the value has been the same
 
-    def came(self, at: float, t: Array, value: Array) -> tuple[Array, Array]:
+    def add(self, at: float, t: Array, value: Array) -> tuple[Array, Array]:
         """(n,) stamps [s] and values came at a time of the wall's clock [s], n at least 1; those that are believed."""
         self.received += t.size
         self.at = at

@@ -67,7 +67,7 @@ def topics(inputs: Inputs) -> Iterator[tuple[str, str]]:
     if inputs.thrusters is not None:
         for number, topic in enumerate(inputs.thrusters.topics):
             yield f"thrusters.each.{number}", topic
-        for source in inputs.thrusters.beside():
+        for source in inputs.thrusters.further_sources():
             yield "thrusters", source.topic
 
 
@@ -78,7 +78,7 @@ def forms(inputs: Inputs) -> Iterator[tuple[str, str]]:
             yield source.topic, source.form
     if inputs.thrusters is not None:
         yield from ((topic, inputs.thrusters.form) for topic in inputs.thrusters.topics)
-        yield from ((source.topic, source.form) for source in inputs.thrusters.beside())
+        yield from ((source.topic, source.form) for source in inputs.thrusters.further_sources())
 
 
 def expressions(topic: str, preset: str | None) -> tuple[str, ...]:

@@ -82,7 +82,7 @@ class ClockOfRate:
             "arrive with them; if they are of another clock, set its stamp to arrival"
         ]
 
-    def placed(self, name: str, stamps: list[float] | None, arrival: float) -> tuple[list[float], bool]:
+    def times_of(self, name: str, stamps: list[float] | None, arrival: float) -> tuple[list[float], bool]:
         """The times of another message [s], and whether they are its own stamps; none where nothing places it."""
         if self.newest is None:
             return stamps or [], True

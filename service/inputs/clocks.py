@@ -68,7 +68,7 @@ class Clock:
         sets = (stamps + shift)[both | (by_log & (came > MIN_LEAP_S))]
         return Clock(np.maximum.accumulate(arrival), level, shift, tuple(sets.tolist()))
 
-    def placed(self, arrival: Array, stamps: Array | None, ours: bool = False) -> tuple[Array, bool]:
+    def times_of(self, arrival: Array, stamps: Array | None, ours: bool = False) -> tuple[Array, bool]:
         """The stream's times (n,) [s] on this clock, and whether its own stamps count on it.
 
         In our own form they always do (`ours`): there the stamps alone are the time. Times go on over a restart of the

@@ -12,7 +12,7 @@ from service.inputs.owners import autopilot_message
 from service.inputs.quantities import TIME_NAME, intended_quantity
 from service.inputs.settings import Inputs, Source
 from service.inputs.table import ROWS, Topic
-from service.inputs.units import FRACTION, STAMP_UNITS, known_unit
+from service.inputs.units import FRACTION, STAMP_UNITS, check_unit
 
 _FACTOR = re.compile(r"^(.*?)\s*\*\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)$")
 _NAME = re.compile(r"^[A-Za-z0-9_.-]{1,64}$")
@@ -106,7 +106,7 @@ def _source(text: str, place: str, topics: Sequence[Topic]) -> Source:
         if not colon:
             field = spelt
         else:
-            unit = known_unit(spelt, f"--column {text}")
+            unit = check_unit(spelt, f"--column {text}")
         factor = _FACTOR.match(field)
         if factor:
             field, scale = factor[1], float(factor[2])

@@ -247,7 +247,7 @@ class InputMapper:
             if name == RATE:
                 times = self._clock.reference(stamps, arrival)
             else:
-                times, self.placed[name] = self._clock.placed(name, stamps, arrival)
+                times, self.placed[name] = self._clock.times_of(name, stamps, arrival)
             if len(times) == len(values):
                 yield MappedValues(name, times, values)
             elif times:
@@ -260,7 +260,7 @@ class InputMapper:
             return
         if self._torque.movement.has_moved:
             self._arming.moved(self._resolved.armed)
-        times, self.placed[TORQUE] = self._clock.placed(TORQUE, binding.stamps(thrusters), arrival)
+        times, self.placed[TORQUE] = self._clock.times_of(TORQUE, binding.stamps(thrusters), arrival)
         told = self._torque.newest_moment(thrusters, binding, times[0], self._latest) if len(times) == 1 else None
         if told is not None:
             yield MappedValues(TORQUE, [told[0]], [told[1]])

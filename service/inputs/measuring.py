@@ -49,7 +49,7 @@ def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
         inputs.torque,
         inputs.armed,
         *inputs.channels.values(),
-        *(source for each in thrusters for source in each.beside()),
+        *(source for each in thrusters for source in each.further_sources()),
     ]
     commands = (topic for each in thrusters for topic in each.topics)
     return frozenset(each.topic for each in sources if each is not None) | frozenset(commands)
@@ -121,13 +121,13 @@ def _arrival(table: Table, stamps: Array | None) -> Array:
 def _stream(name: str, source: Source, tables: Mapping[str, Table], clock: Clock, notes: list[str]) -> Stream:
     table = _table(source.topic, tables)
     values = _column(source.field, source.topic, table) * source.factor
-    return _ordered(_placed(name, source, source.topic, table, clock, notes), values)
+    return _rising(_times(name, source, source.topic, table, clock, notes), values)
 
 
-def _placed(name: str, source: Source | Thrusters, topic: str, table: Table, clock: Clock, notes: list[str]) -> Array:
+def _times(name: str, source: Source | Thrusters, topic: str, table: Table, clock: Clock, notes: list[str]) -> Array:
     stamps = _stamps(source, topic, table)
     ours = isinstance(source, Source) and source.form == "incsvr"
-    time, own = clock.placed(_arrival(table, stamps), stamps, ours)
+    time, own = clock.times_of(_arrival(table, stamps), stamps, ours)
     unset = 0 if stamps is None else int(np.isnan(stamps).sum())
     if unset and own:
         notes.append(f"{unset} of {time.size} messages of {topic} bear no stamp: their times of arrival count")
@@ -136,7 +136,7 @@ def _placed(name: str, source: Source | Thrusters, topic: str, table: Table, clo
     return time
 
 
-def _ordered(time: Array, values: Array) -> Stream:
+def _rising(time: Array, values: Array) -> Stream:
     """By rising stamps, each once, without what was not sampled."""
     kept = np.isfinite(values) & np.isfinite(time)
     time, values = time[kept], values[kept]
@@ -162,14 +162,14 @@ def _torque(
         place = first_movement(commands, least_movement(settings))
         moves += [] if place is None else [float(time[place])]
         volts = _volts(settings, inputs, tables, arrival, notes)
-        surge = _beside(inputs.channels[SURGE], tables, arrival, 0.0) if SURGE in inputs.channels else None
+        surge = _newest_before(inputs.channels[SURGE], tables, arrival, 0.0) if SURGE in inputs.channels else None
         turned = {k: each.turned_by for k, each in enumerate(settings.each) if each.turned_by is not None}
-        angles = {k: _beside(source, tables, arrival) for k, source in turned.items()}
+        angles = {k: _newest_before(source, tables, arrival) for k, source in turned.items()}
         speed = np.zeros(time.size) if surge is None else surge
         streams.append((time, moment(settings, commands, volts, speed, angles)))
-    notes += _changed(changes, clock)
+    notes += _change_sentences(changes, clock)
     time, torque = (np.concatenate(each) for each in zip(*streams, strict=True))
-    return _ordered(time, torque), min(moves, default=None)
+    return _rising(time, torque), min(moves, default=None)
 
 
 def _commands(
@@ -189,13 +189,13 @@ def _commands(
         if an_output and np.isnan(command).all():
             silent.append(k)
         arrival = _arrival(table, _stamps(settings, topic, table))
-        found.append(CommandStream(_placed("torque", settings, topic, table, clock, notes), arrival, command))
+        found.append(CommandStream(_times("torque", settings, topic, table, clock, notes), arrival, command))
     if silent:
         raise BadInput(without_pulse(settings, silent))
     return join_commands(found)
 
 
-def _beside(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
+def _newest_before(source: Source, tables: Mapping[str, Table], arrival: Array, before: float = np.nan) -> Array:
     """What was known of a quantity when commands arrived (n,) [s]: as on a bus, its newest value counts."""
     table = _table(source.topic, tables)
     values = _column(source.field, source.topic, table) * source.factor
@@ -220,12 +220,12 @@ def _volts(settings: Thrusters, inputs: Inputs, tables: Mapping[str, Table], arr
     return np.full(arrival.size, T200_NOMINAL_V if settings.voltage is None else settings.voltage)
 
 
-def _changed(changes: Sequence[Change], clock: Clock) -> list[str]:
+def _change_sentences(changes: Sequence[Change], clock: Clock) -> list[str]:
     """What of the parameters changed under way, in one sentence."""
     said = []
     for change in changes:
         if change.parameters:
-            at = float(clock.placed(np.array([change.since]), None)[0][0])
+            at = float(clock.times_of(np.array([change.since]), None)[0][0])
             lost = " (the thrusters are not known then, and nothing is learned)" if change.thrusters is None else ""
             said.append(f"{', '.join(change.parameters)} from {at:.6g} s on{lost}")
     more = f"; and {len(said) - MAX_CHANGES_NAMED} more" if len(said) > MAX_CHANGES_NAMED else ""
@@ -253,7 +253,7 @@ def _armed(
     values = table.columns[settings.field]
     told = says_something(settings, values)
     stamps = _stamps(settings, settings.topic, table)
-    time, _ = clock.placed(_arrival(table, stamps), stamps)
+    time, _ = clock.times_of(_arrival(table, stamps), stamps)
     time, armed = time[told], says_armed(settings, values)[told]
     if not settings.events:
         return time, armed.astype(np.float64)

@@ -55,7 +55,7 @@ class Source(Section):
 
     @field_validator("unit")
     @classmethod
-    def _known(cls, spelt: str) -> str:
+    def _check_unit(cls, spelt: str) -> str:
         found = unit(spelt)
         if found not in FACTORS:
             raise ValueError(f"there is no unit {spelt!r}; known are {', '.join(name for name in FACTORS if name)}")
@@ -95,13 +95,13 @@ class Thruster(Section):
     )
 
     @model_validator(mode="after")
-    def _placed(self) -> Self:
+    def _check_place(self) -> Self:
         if (self.arm is None) == (self.position is None or self.pushes is None):
             raise ValueError("give either its arm [m], or position [m] and the direction in which it pushes")
         return self
 
     @model_validator(mode="after")
-    def _turns(self) -> Self:
+    def _check_turning(self) -> Self:
         if self.turned_by is not None and self.pushes is None:
             raise ValueError("what is turned by an angle needs its position [m] and the direction in which it pushes")
         return self
@@ -139,7 +139,7 @@ class Thrusters(Section):
     form: Form = Field(default="json", description="of a message on the bus: json, keelson, cdr:<type>")
 
     @model_validator(mode="after")
-    def _told(self) -> Self:
+    def _check_topics(self) -> Self:
         if not self.topic and not all(each.topic for each in self.each):
             raise ValueError("give the topic of the commands, of all together or of each thruster")
         return self
@@ -149,7 +149,7 @@ class Thrusters(Section):
         """Where the command of each thruster stands, in their order."""
         return tuple(each.topic or self.topic for each in self.each)
 
-    def beside(self) -> tuple[Source, ...]:
+    def further_sources(self) -> tuple[Source, ...]:
         """What is read beside the commands: the battery's voltage, angles."""
         sources = (self.measured_voltage, *(each.turned_by for each in self.each))
         return tuple(source for source in sources if source is not None)
@@ -171,7 +171,7 @@ class Inputs(Section):
 
     @field_validator("system", mode="before")
     @classmethod
-    def _named(cls, system: object) -> object:
+    def _name_system(cls, system: object) -> object:
         return str(system) if isinstance(system, int) and not isinstance(system, bool) else system
 
     @property
@@ -181,7 +181,7 @@ class Inputs(Section):
         return self.preset in (None, "incsvr") and rest == Inputs()
 
     @model_validator(mode="after")
-    def _one_torque(self) -> Self:
+    def _check_one_torque(self) -> Self:
         if self.torque is not None and self.thrusters is not None:
             raise ValueError("torque and thrusters both say what the torque is; leave one of them out")
         return self

@@ -80,7 +80,7 @@ def unit(spelt: str) -> str | None:
     return _SPELLINGS.get(text.lower())
 
 
-def known_unit(spelt: str, where: str) -> str:
+def check_unit(spelt: str, where: str) -> str:
     """The unit as it is named here.
 
     Raises:

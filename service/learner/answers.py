@@ -7,14 +7,12 @@ answer is short, so that whoever asks and does not read holds up nobody: see `se
 from __future__ import annotations
 
 import logging
-import math
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-import numpy as np
 import zenoh
 from zenoh.handlers import RingChannel
 
@@ -22,7 +20,8 @@ from incsvr.errors import BadInput
 from service import wire
 from service.bus.publishers import JSON
 from service.health.health_watch import HealthWatch
-from service.learner.damping_query import DampingQuery, checked_query, parse_numbers, velocity_names
+from service.learner import questions
+from service.learner.damping_query import velocity_names
 from service.learner.estimates import forecast_reply
 from service.learner.node import LearnerNode
 from service.learner.published import NothingLearned, damping_reply
@@ -40,8 +39,6 @@ MAX_REPORTS = 200
 """Reports of an answer."""
 MAX_REPORT_BYTES = 400_000
 """The size after which an answer with several reports ends; the next question goes on from there."""
-MAX_QUESTION_BYTES = 250_000
-"""The longest payload of a question that is read."""
 
 Answer = Callable[[zenoh.Query], bytes]
 
@@ -157,47 +154,47 @@ class Answers:
             log.warning("an answer to %s could not be sent: %s", key, error)
 
     def _damping(self, query: zenoh.Query) -> bytes:
-        _parameters(query, *self._velocities, "at", "revision")
-        return wire.encode(self._node.predict(_damping_query(query, self._velocities)))
+        questions.parameters(query, *self._velocities, "at", "revision")
+        return wire.encode(self._node.predict(questions.damping_query(query, self._velocities)))
 
     def _damping_in_history(self, query: zenoh.Query) -> bytes:
         """The damping as an earlier revision has it."""
-        parameters = _parameters(query, *self._velocities, "at", "revision")
-        velocities = _damping_query(query, self._velocities)
-        row = self._published({name: text for name, text in parameters.items() if name not in self._velocities})
+        parameters = questions.parameters(query, *self._velocities, "at", "revision")
+        velocities = questions.damping_query(query, self._velocities)
+        row = self._row_at({name: text for name, text in parameters.items() if name not in self._velocities})
         snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
         if not len(snapshot.support):
             raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")
         return wire.encode(damping_reply(snapshot.model(), velocities, snapshot.iteration, snapshot.revision))
 
     def _model(self, query: zenoh.Query) -> bytes:
-        asked = _parameters(query, "at", "revision")
+        asked = questions.parameters(query, "at", "revision")
         if asked:
-            return self._published(asked).snapshot
+            return self._row_at(asked).snapshot
         latest = self._node.latest()
         if latest is None:
             raise NothingLearned("nothing has been learned yet; the first model follows the first batch")
         return wire.encode(latest)
 
     def _iteration(self, query: zenoh.Query) -> bytes:
-        asked = _parameters(query, "after", "limit", "at", "revision")
+        asked = questions.parameters(query, "after", "limit", "at", "revision")
         if "at" in asked or "revision" in asked:
-            return self._published(asked).report
+            return self._row_at(asked).report
         latest = self._node.served.revision
         if "after" not in asked:
             if not latest:
                 raise NothingLearned("no iteration has been done yet; the first follows the first batch")
             return self._history.revision(latest).report
-        limit = _count("limit", asked.get("limit", str(MAX_REPORTS)), MAX_REPORTS)
-        reports = self._history.reports(_count("after", asked["after"], 2**62), limit, MAX_REPORT_BYTES)
+        limit = questions.whole_number("limit", asked.get("limit", str(MAX_REPORTS)), MAX_REPORTS)
+        reports = self._history.reports(questions.whole_number("after", asked["after"], 2**62), limit, MAX_REPORT_BYTES)
         return b'{"iterations":[' + b",".join(reports) + b'],"latest_revision":%d}' % latest
 
     def _health(self, query: zenoh.Query) -> bytes:
-        _parameters(query)
+        questions.parameters(query)
         return wire.encode(self._watch.report(self._node))
 
     def _coefficients(self, query: zenoh.Query) -> bytes:
-        _parameters(query)
+        questions.parameters(query)
         return wire.encode(self._node.coefficients())
 
     def _effects(self, query: zenoh.Query) -> bytes:
@@ -208,19 +205,19 @@ class Answers:
                     f"{verb}= is decided on a key of its own, which the role operator alone may ask: "
                     f"{query.key_expr}/{verb}?effect={name[:80]}"
                 )
-        _parameters(query)
+        questions.parameters(query)
         return wire.encode(self._node.ledger)
 
     def _forecast(self, query: zenoh.Query) -> bytes:
-        _parameters(query)
+        questions.parameters(query)
         asked = None
         if query.payload is not None and len(query.payload):
-            if len(query.payload) > MAX_QUESTION_BYTES:
-                raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask for fewer times")
+            if len(query.payload) > questions.MAX_QUESTION_BYTES:
+                raise BadInput(f"the payload is longer than {questions.MAX_QUESTION_BYTES} bytes; ask for fewer times")
             asked = wire.decode(wire.ForecastQuery, query.payload.to_bytes())
         return wire.encode(forecast_reply(self._node, asked))
 
-    def _published(self, asked: Mapping[str, str]) -> Row:
+    def _row_at(self, asked: Mapping[str, str]) -> Row:
         """What was served at a time, or published as a revision."""
         further = asked.keys() - {"at", "revision"}
         if "at" in asked and "revision" in asked:
@@ -228,76 +225,9 @@ class Answers:
         if further:
             raise BadInput(f"ask for one revision or {' and '.join(sorted(further))}, not for both")
         if "at" in asked:
-            return self._history.at(_number("at", asked["at"]))
-        return self._history.revision(_count("revision", asked["revision"], 2**62))
+            return self._history.at(questions.number("at", asked["at"]))
+        return self._history.revision(questions.whole_number("revision", asked["revision"], 2**62))
 
 
 def _decision(decided: Callable[[OperatorVerb, str], bytes], verb: OperatorVerb, query: zenoh.Query) -> bytes:
-    return decided(verb, _effect(query))
-
-
-def _effect(query: zenoh.Query) -> str:
-    """Which effect an operator decides on."""
-    name = _parameters(query, "effect").get("effect")
-    if not name:
-        raise BadInput("name the effect, such as ?effect=torque_lag")
-    return name
-
-
-def _parameters(query: zenoh.Query, *known: str) -> dict[str, str]:
-    """The parameters of a question; what begins with an underscore is Zenoh's own.
-
-    Raises:
-        BadInput: there is one that nobody would heed.
-    """
-    given: Iterable[tuple[str, str]] = query.parameters  # type: ignore[assignment]  # its stubs lack __iter__
-    pairs = [(name, value) for name, value in given if name and not name.startswith("_")]
-    asked = dict(pairs)
-    if len(asked) < len(pairs):
-        raise BadInput("a parameter is given twice, and only one of them could be answered; ask in two queries")
-    for name in asked:
-        if name not in known:
-            may = f"ask with {', '.join(known)}" if known else "ask without parameters"
-            raise BadInput(f"{name[:80]}= is no parameter of {query.key_expr}; {may}")
-    return asked
-
-
-def _damping_query(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
-    """The velocities that are asked for, from the parameters or from the payload.
-
-    Args:
-        velocities: what each may be called → `rate` for the own one, else the stream of a further one.
-    """
-    parameters = {name: query.parameters.get(name) for name in velocities}
-    given = {name: text for name, text in parameters.items() if text is not None}
-    if given:
-        if query.payload is not None and len(query.payload):
-            raise BadInput("ask for the rates either of rate= or of the payload, not for both")
-        return checked_query([(velocities[name], parse_numbers(name, text)) for name, text in given.items()])
-    if query.payload is None:
-        raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
-    if len(query.payload) > MAX_QUESTION_BYTES:
-        raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask in several queries")
-    said = wire.decode(wire.DampingQuery, query.payload.to_bytes())
-    named = [(velocities.get(name, name), np.array(values)) for name, values in said.others.items()]
-    return checked_query([("rate", np.array(said.rate)), *named])
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise BadInput(f"{name}={text[:80]} is no finite number")
-    return number
-
-
-def _count(name: str, text: str | None, most: int) -> int:
-    try:
-        number = int(text or "")
-    except ValueError:
-        number = -1
-    if not 0 <= number <= most:
-        raise BadInput(f"{name}={(text or '')[:80]} is no whole number from 0 to {most}")
-    return number
+    return decided(verb, questions.effect_name(query))

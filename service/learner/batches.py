@@ -96,7 +96,7 @@ class Batches:
                 self._synchroniser.push_one(stream, float(t[0]), float(value[0]))
             else:
                 self._synchroniser.push(stream, t, value)
-            self._compare_clocks(stream)
+            self._count_turns(stream)
             restarts = self._synchroniser.taken_up
             samples = self._synchroniser.ready()
             if self._window is not None and self._synchroniser.taken_up > restarts:
@@ -232,7 +232,7 @@ class Batches:
     def _restarts(self) -> int:
         return self._clock_restarts + self._synchroniser.clock_restarts
 
-    def _compare_clocks(self, stream: str) -> None:
+    def _count_turns(self, stream: str) -> None:
         """Counts how often yaw rate and torque came by turns since their clocks showed the same time."""
         if stream not in REQUIRED or stream == self._turn:
             return

@@ -78,7 +78,7 @@ class DuplicateLearner:
     def __init__(self, session: zenoh.Session, keys: wire.Keys, boot: str, clock: Callable[[], float]) -> None:
         self._boot, self._clock = boot, clock
         self._ring: Any = session.declare_subscriber(keys.health, RingChannel(8), allowed_origin=zenoh.Locality.REMOTE)
-        self._seen: tuple[str, float] | None = None
+        self._last_other: tuple[str, float] | None = None
 
     def notice(self) -> tuple[str, ...]:
         """What health says of it, as a sentence; nothing where we are alone."""
@@ -88,10 +88,10 @@ class DuplicateLearner:
             except BadInput:
                 continue
             if other != self._boot:
-                self._seen = (other[:40], self._clock())
-        if self._seen is None or self._clock() - self._seen[1] > HEALTH_MEMORY_S:
+                self._last_other = (other[:40], self._clock())
+        if self._last_other is None or self._clock() - self._last_other[1] > HEALTH_MEMORY_S:
             return ()
-        return (f"another learner, of boot {self._seen[0]}, publishes under the same prefix; end one of them",)
+        return (f"another learner, of boot {self._last_other[0]}, publishes under the same prefix; end one of them",)
 
     def close(self) -> None:
         self._ring.undeclare()

@@ -34,7 +34,7 @@ def forecast_reply(node: LearnerNode, asked: wire.ForecastQuery | None) -> wire.
         BadInput: the question is none, or effects are in force, or other velocities have a part in the torque.
     """
     stand_in, served, smoothing = _ready(node), node.served, node.batches.smoothing
-    believed = node.said.paused is None
+    believed = node.current_warnings.paused is None
     if asked is None:
         ahead = stand_in.since_measured(served.model, smoothing, believed)
     else:
@@ -70,7 +70,7 @@ def estimate(node: LearnerNode, silent_s: float | None) -> wire.Estimate | None:
     Args:
         silent_s: for how long it has been silent, by the clock on the wall [s]; None where it is not.
     """
-    paused = node.said.paused
+    paused = node.current_warnings.paused
     if (silent_s is None and paused is None) or node.stand_in is None or not node.served.model.is_trained:
         return None
     try:

@@ -25,7 +25,7 @@ from service import wire
 from service.bus.feed import Feed
 from service.bus.ingest import Ingest
 from service.bus.publishers import Publishers
-from service.bus.session import certificates, from_file, in_time
+from service.bus.session import certificates, finish_in_time, from_file
 from service.config.configuration import Config
 from service.health.health_watch import HealthConditions, HealthWatch
 from service.health.publisher import HealthPublisher
@@ -141,7 +141,7 @@ class Host:
 
     def _push_velocity(self, name: str, t: Array, value: Array) -> bool:
         """A velocity from another learner of this process; True where a batch waits."""
-        self.watch.received(name, t, value)
+        self.watch.add_values(name, t, value)
         return self.node.push(name, t, value)
 
     def tick(self) -> bool:
@@ -176,7 +176,7 @@ class Host:
         return HealthConditions(
             notices,
             unsaved=None if store is None else store.problem,
-            paused=self.node.said.paused or (None if mapped is None else mapped.why_not),
+            paused=self.node.current_warnings.paused or (None if mapped is None else mapped.why_not),
             effect_channels=() if effects is None else effects.compensation.reads(channels),
         )
 
@@ -191,9 +191,9 @@ class Host:
         Returns:
             what health says of it.
         """
-        if self.watch.silent("torque") is not None:
+        if self.watch.silence_s("torque") is not None:
             return ()
-        found = estimate(self.node, self.watch.silent("yaw_rate"))
+        found = estimate(self.node, self.watch.silence_s("yaw_rate"))
         if found is None:
             return ()
         self._publishers.publish(self.keys.estimate, wire.encode(found))
@@ -205,7 +205,7 @@ class Host:
             outcome = self.node.learn()
         except Exception as error:  # one bad batch must not end the learning
             log.exception("%s: an iteration failed; its batch is lost", self.keys.prefix)
-            self.watch.failed(f"an iteration failed and its batch is lost: {error}")
+            self.watch.add_failure(f"an iteration failed and its batch is lost: {error}")
             return True
         if outcome is not None:
             self._persist_then_publish.iteration(outcome)
@@ -223,7 +223,7 @@ class Host:
     def close(self) -> None:
         """Takes what has come and saves; the threads that call the other methods have ended before."""
         with ExitStack() as last:  # the last is done first, and each whatever the others raise
-            last.callback(in_time, self._undeclare)
+            last.callback(finish_in_time, self._undeclare)
             if self._archive is not None:
                 last.callback(self._archive.close)
             if self._live is not None:

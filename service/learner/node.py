@@ -77,7 +77,7 @@ class LearnerNode:
         known = restore(memory, self._settings)
         self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
         paused = known.guarded.checks.paused_since is not None
-        self.said = Said("it was before the restart; the next batch will tell" if paused else None)
+        self.current_warnings = Said("it was before the restart; the next batch will tell" if paused else None)
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)
@@ -131,7 +131,7 @@ class LearnerNode:
                 outcome = self._adopt(self._prepare_return(guarded, batch, taken_back))
             else:
                 self._guarded = guarded
-            self.said = self.said.after(verdict)
+            self.current_warnings = self.current_warnings.after(verdict)
             if outcome is not None:
                 return outcome
         return None

@@ -81,9 +81,9 @@ class WorkerThreads:
             self._batch.clear()
             waiting = list(self._hosts)
             while waiting and not self._stop.is_set():
-                waiting = [host for host in waiting if self._learned(host)]
+                waiting = [host for host in waiting if self._learn_one(host)]
 
-    def _learned(self, host: Host) -> bool:
+    def _learn_one(self, host: Host) -> bool:
         """One iteration, where a batch waits; what fails for one learner does not end the learning of the others."""
         if self._period is not None:
             self._stroke()
@@ -91,7 +91,7 @@ class WorkerThreads:
             return host.learn()
         except Exception as error:
             log.exception("%s: a fault of this program", host.keys.prefix)
-            host.watch.failed(f"what was learned could not be published: {error}")
+            host.watch.add_failure(f"what was learned could not be published: {error}")
             return False
 
     def _answer(self) -> None:

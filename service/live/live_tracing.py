@@ -56,7 +56,7 @@ class LiveTracing:
     def waits(self) -> bool:
         """Whether the process beside has ended, and `conclude` is to be called. From any thread."""
         child = self._child
-        return child is not None and child.ended
+        return child is not None and child.has_ended
 
     @property
     def since(self) -> float:
@@ -93,11 +93,11 @@ class LiveTracing:
         try:
             self._child = self._begin(worker.job(self._config, before, work, newest), recent)
         except OSError as error:
-            self._watch.died(work, f"no process could be started: {error}")
+            self._watch.fail(work, f"no process could be started: {error}")
             self._conclude_failure(node, before, f"no process could be started beside the learner: {error}")
             return True
         if self._child is not None:
-            self._watch.began(work)
+            self._watch.begin(work)
         return self._child is not None
 
     def conclude(self, node: LearnerNode) -> TracingState | None:
@@ -113,20 +113,20 @@ class LiveTracing:
         before = self.state
         try:
             found = child.answer()
-            self._watch.answered()
+            self._watch.end()
             if work == "trace":
                 self._conclude_trace(node, newest, found)
             else:
                 self._conclude_proof(node, newest, found)
         except WorkerDied as error:
-            self._watch.died(work, str(error))
+            self._watch.fail(work, str(error))
             self._conclude_failure(node, before, str(error))
         except BadInput as error:
-            self._watch.answered()
+            self._watch.end()
             self._conclude_failure(node, before, str(error))
         except Exception as error:  # whatever it answered, learning goes on
             log.exception("%s: a fault of this program", self._config.prefix)
-            self._watch.died(work, f"{type(error).__name__}: {error}")
+            self._watch.fail(work, f"{type(error).__name__}: {error}")
             self._conclude_failure(node, before, f"{type(error).__name__}: {error}")
         finally:
             child.close()

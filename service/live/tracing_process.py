@@ -73,7 +73,7 @@ class TracingProcess:
             raise
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether there is an answer, or there will be none."""
         return self.process.poll() is not None or time.monotonic() > self._until
 

@@ -17,7 +17,7 @@ _CURE = (
 
 
 class WorkerWatch:
-    """Of one learner. `began`, `answered` and `died` are called by the thread that learns, `notices` by any.
+    """Of one learner. `begin`, `end` and `fail` are called by the thread that learns, `notices` by any.
 
     Args:
         clock: a monotonic clock [s].
@@ -29,15 +29,15 @@ class WorkerWatch:
         self._deaths = 0
         self._death = ""
 
-    def began(self, work: Work) -> None:
+    def begin(self, work: Work) -> None:
         """A piece of work begins."""
         self._work = work, self._clock()
 
-    def answered(self) -> None:
+    def end(self) -> None:
         """It has an answer, if only that the data cannot tell."""
         self._work, self._deaths = None, 0
 
-    def died(self, work: Work, why: str) -> None:
+    def fail(self, work: Work, why: str) -> None:
         """There will be no answer."""
         self._work, self._deaths = None, self._deaths + 1
         self._death = f"{_WORK_NAMES[work]} had no answer: {why}"

@@ -30,7 +30,7 @@ class BagLog:
                     self._types.define(
                         connection.msgtype, connection.msgdef.data, "IDL" in str(connection.msgdef.format)
                     )
-            self.topics = tuple(self._topic(reader, each) for each in sorted(reader.connections, key=_named))
+            self.topics = tuple(self._topic(reader, each) for each in sorted(reader.connections, key=_topic_name))
 
     def read(self, names: Collection[str]) -> Mapping[str, Table]:
         gathered = {name: TableBuilder() for name in names}
@@ -39,11 +39,11 @@ class BagLog:
             wanted = [each for each in reader.connections if each.topic in names and self._types.knows(each.msgtype)]
             for connection, stamp, payload in reader.messages(connections=wanted) if wanted else ():
                 try:
-                    message = self._types.decoded(payload, connection.msgtype)
+                    message = self._types.decode(payload, connection.msgtype)
                 except Exception as error:  # bytes that end early raise whatever reads them
-                    self._damage.broken(connection.topic, error)
+                    self._damage.add_broken(connection.topic, error)
                     continue
-                self._damage.read(connection.topic)
+                self._damage.add_read(connection.topic)
                 gathered[connection.topic].add(stamp * 1e-9, message)
         self._damage.refuse()
         return {name: messages.table() for name, messages in gathered.items() if len(messages)}
@@ -59,7 +59,7 @@ class BagLog:
             for _, stamp, payload in reader.messages(connections=[connection]):
                 first = TableBuilder()
                 try:
-                    first.add(stamp * 1e-9, self._types.decoded(payload, connection.msgtype))
+                    first.add(stamp * 1e-9, self._types.decode(payload, connection.msgtype))
                 except Exception:  # the next one shows the fields; broken ones are counted where all are read
                     continue
                 fields = first.fields
@@ -97,5 +97,5 @@ def open_log(path: Path) -> BagLog:
     return BagLog(path)
 
 
-def _named(connection: Any) -> str:
+def _topic_name(connection: Any) -> str:
     return str(connection.topic)

@@ -26,7 +26,7 @@ class RosTypes:
     def knows(self, name: str) -> bool:
         return full_name(name) in self._store.fielddefs
 
-    def decoded(self, payload: bytes, name: str) -> dict[str, Any]:
+    def decode(self, payload: bytes, name: str) -> dict[str, Any]:
         """The fields of a message, nested; stamps and durations as seconds."""
         read = self._store.deserialize_ros1 if self._one else self._store.deserialize_cdr
         return dict(_fields(read(payload, full_name(name))))

@@ -48,7 +48,7 @@ def cut_log(
         span = Span(float(every.min()), float(every.max()))
     else:
         return tuple(topics), dict(tables), measured
-    placed = cut.placed(span)
+    placed = cut.in_stamps(span)
     if measured is not None:
         rows_inside(measured.streams["yaw_rate"][0], cut, span)
         streams = {name: _between(time, values, placed, span) for name, (time, values) in measured.streams.items()}

@@ -108,7 +108,7 @@ class Cut:
         high = math.inf if self.end is None else _stamp(self.end, span, max(low, span.first))
         return low, high
 
-    def placed(self, span: Span) -> Cut:
+    def in_stamps(self, span: Span) -> Cut:
         """The same cut of a log that spans this, by its stamps: it holds for each part of the log."""
         low, high = self.ends(span)
         begin, end = (

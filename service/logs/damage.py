@@ -26,22 +26,22 @@ class Damage:
         self._ended: str | None = None
         self._skipped = 0
 
-    def read(self, topic: str) -> None:
+    def add_read(self, topic: str) -> None:
         """A message of the topic was read."""
         self._read[topic] += 1
 
-    def broken(self, topic: str, error: Exception) -> None:
+    def add_broken(self, topic: str, error: Exception) -> None:
         """A message of the topic could not be read."""
         self._broken[topic] += 1
         self._why[topic] = first_line(error)
 
-    def ended(self, name: str, after: float, error: Exception) -> None:
+    def add_end(self, name: str, after: float, error: Exception) -> None:
         """The file ends, or is damaged, so many seconds after its first message."""
         self._ended = (
             f"{name} ends early, {after:.3g} s after its first message ({first_line(error)}): nothing beyond it is read"
         )
 
-    def skipped(self, count: int) -> None:
+    def add_skipped(self, count: int) -> None:
         """So many bytes between messages are none."""
         self._skipped += count
 

@@ -52,7 +52,7 @@ class DataflashLog:
             if places.size and form.columns and form.name not in _LOG_MESSAGES:
                 for name, of_it in self._instances(form, places):
                     self._messages[name] = (form, of_it)
-        self._damage.skipped(self._bytes.size - whole)
+        self._damage.add_skipped(self._bytes.size - whole)
 
     @property
     def topics(self) -> tuple[Topic, ...]:

@@ -59,7 +59,7 @@ class JoinedLog:
                 by_part.setdefault(k, []).append(own)
         tables = {k: self._parts[k].read(own) for k, own in by_part.items()}
         found = {name: [tables[k][own] for k, own in self._places[name] if own in tables[k]] for name in wanted}
-        return {name: _joined(parts) for name, parts in found.items() if parts}
+        return {name: _join(parts) for name, parts in found.items() if parts}
 
     def _call_plainly(self, system: str) -> None:
         """The messages of this system's autopilot by their plain names."""
@@ -96,7 +96,7 @@ def _in_full(topic: Topic) -> str:
     return f"mavlink/{topic.system}/{AUTOPILOT}/{topic.name}" if topic.system else topic.name
 
 
-def _joined(parts: Sequence[Table]) -> Table:
+def _join(parts: Sequence[Table]) -> Table:
     """The messages of several tables by their times of arrival."""
     if len(parts) == 1:
         return parts[0]

@@ -84,7 +84,7 @@ class McapLog:
                     yield found
             except Exception as error:  # mcap raises what its decompressors do, too
                 if first is not None:
-                    self._damage.ended(path.name, (last - first) * 1e-9, error)
+                    self._damage.add_end(path.name, (last - first) * 1e-9, error)
                 elif names is None:
                     raise BadInput(
                         f"{path}: cannot be read as MCAP ({error or type(error).__name__}); mend it with "
@@ -102,9 +102,9 @@ class McapLog:
         try:
             read = decode(message.data)
         except Exception as error:  # bytes that end early raise whatever reads them
-            self._damage.broken(channel.topic, error)
+            self._damage.add_broken(channel.topic, error)
             return None
-        self._damage.read(channel.topic)
+        self._damage.add_read(channel.topic)
         return read
 
     def _add(self, gathering: TableBuilder, message: Any, read: Any) -> None:
@@ -121,9 +121,9 @@ class McapLog:
             types = self._ros.setdefault(one, RosTypes(self._path, one))
             if schema.data:
                 types.define(name, schema.data.decode("utf-8", "replace"), "idl" in schema.encoding)
-            return (lambda payload: types.decoded(payload, name)) if types.knows(name) else None
+            return (lambda payload: types.decode(payload, name)) if types.knows(name) else None
         if encoding == "protobuf" and schema and schema.encoding == "protobuf":
-            return ProtobufType(self._path, name, schema.data).decoded
+            return ProtobufType(self._path, name, schema.data).decode
         return None
 
 

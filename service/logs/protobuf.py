@@ -22,7 +22,7 @@ class ProtobufType:
             pool.Add(each)
         self._message = factory.GetMessageClass(pool.FindMessageTypeByName(name))
 
-    def decoded(self, payload: bytes) -> dict[str, Any]:
+    def decode(self, payload: bytes) -> dict[str, Any]:
         """The fields of a message, nested; stamps and durations as seconds, enumerations as numbers."""
         return _fields(self._message.FromString(payload))
 

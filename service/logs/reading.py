@@ -61,12 +61,12 @@ def describe(log: Log, description: LogDescription) -> Proposal:
         propose(Observation(ours, {**inputs.parameters, **part.parameters}, vehicle, absent), inputs.preset)
         for part in parts
     ]
-    found = _in_time(parts, proposals)
+    found = _with_changes(parts, proposals)
     found = replace(found, notes=choice.note)
     return _stamped(found.with_inputs(inputs).with_inputs(said.inputs), found.inputs, said, log)
 
 
-def _in_time(parts: Sequence[ParameterEpoch], proposals: Sequence[Proposal]) -> Proposal:
+def _with_changes(parts: Sequence[ParameterEpoch], proposals: Sequence[Proposal]) -> Proposal:
     """The first proposal that has thrusters, with what they change to under way."""
     first = next((each for each in proposals if each.inputs.thrusters is not None), proposals[0])
     changes: list[Change] = []

@@ -102,18 +102,18 @@ def messages(content: bytes, dialect: Any, damage: Damage) -> Iterator[tuple[flo
                 message = decoder.decode(bytearray(packet))
             except dialect.MAVError as error:
                 if framed := _size(content[begin + size + STAMP_BYTES : begin + size + STAMP_BYTES + MIN_PACKET_BYTES]):
-                    damage.broken(LINK_NAME, error)
+                    damage.add_broken(LINK_NAME, error)
             if message is not None:
-                damage.read(LINK_NAME)
+                damage.add_read(LINK_NAME)
                 arrival = int.from_bytes(content[place:begin], "big") * 1e-6
-                if not copies.comes_again(packet, message, arrival):
+                if not copies.is_copy(packet, message, arrival):
                     yield arrival, message
             if message is not None or framed:
-                damage.skipped(place - read)
+                damage.add_skipped(place - read)
                 place = read = begin + size
                 continue
         place += 1  # what stands here is no packet: the next one is looked for
-    damage.skipped(end - read)
+    damage.add_skipped(end - read)
 
 
 class PacketCopies:
@@ -123,7 +123,7 @@ class PacketCopies:
         self._came: dict[bytes, float] = {}
         self._numbers: dict[tuple[int, int], int] = {}
 
-    def comes_again(self, packet: bytes, message: Any, arrival: float) -> bool:
+    def is_copy(self, packet: bytes, message: Any, arrival: float) -> bool:
         """Whether a packet came before; one of a sender that never counts is not said to."""
         sender, number = (message.get_srcSystem(), message.get_srcComponent()), message.get_seq()
         counts = self._numbers.get(sender, number) != number

@@ -114,7 +114,7 @@ class Reading:
         """Our own recordings that are parts of one dive."""
         first, last = dive.parts[0].first, dive.parts[-1].last
         whole = Span(first, last, since_1970(np.array([first]), None))
-        reading = replace(self, learns=False, cut=self.cut.placed(whole))
+        reading = replace(self, learns=False, cut=self.cut.in_stamps(whole))
         found = []
         for part in dive.parts:
             with suppress(EmptyCut):

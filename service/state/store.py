@@ -47,11 +47,11 @@ class Store:
         self.path = directory / (config.prefix + ".sqlite")
         self.memory: dict[str, Any] | None = None
         self.problem: str | None = None
-        self._own, self._changing, self._keep = identity(config, effects), changing, config.history
+        self._identity, self._changing, self._keep = identity(config, effects), changing, config.history
         self.history = History(config.history)
-        self._told: tuple[str, ...] = ()
-        self._claim: StateLock | None = None
-        self._kept = b"null"  # the memory, as the file has it
+        self._sentences: tuple[str, ...] = ()
+        self._lock: StateLock | None = None
+        self._memory_bytes = b"null"  # the memory, as the file has it
         self._refused: frozenset[Path] = frozenset()
         self._read_only = False
         try:
@@ -80,7 +80,7 @@ class Store:
     @property
     def notices(self) -> tuple[str, ...]:
         """What happened to states and what was found damaged, as sentences."""
-        return (*self._told, *self.history.damage, *self.history.gaps)
+        return (*self._sentences, *self.history.damage, *self.history.gaps)
 
     @property
     def published(self) -> int:
@@ -129,8 +129,8 @@ class Store:
         with self.history.lock:
             if self._file is not None:
                 self._file.close()
-            if self._claim is not None:
-                self._claim.close()
+            if self._lock is not None:
+                self._lock.close()
 
     def _begin(self) -> None:
         """Takes up the state that is there, or another one that fits, or begins anew."""
@@ -148,16 +148,16 @@ class Store:
     def _take_claim(self) -> StateLock:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         taken = StateLock(self.path.with_suffix(".lock"), self.path)
-        if self._claim is not None:
-            self._claim.close()
-        self._claim = taken
+        if self._lock is not None:
+            self._lock.close()
+        self._lock = taken
         return taken
 
     def _adopt(self) -> None:
         """Takes up the state in its place."""
-        taken = open_state(self.path, self._own, self._changing)
+        taken = open_state(self.path, self._identity, self._changing)
         self.history.remember(taken.lost)
-        self.history.file, self.memory, self._kept = taken.file, taken.memory, json_text(taken.memory).encode()
+        self.history.file, self.memory, self._memory_bytes = taken.file, taken.memory, json_text(taken.memory).encode()
 
     def _count(self) -> None:
         """Which revisions are given already."""
@@ -167,21 +167,21 @@ class Store:
             learned = 0  # the memory will be refused
         if learned > saved:
             self._tell(f"the history in {self.path} lacks the newest revision, {learned}")
-        given = 0 if self._claim is None else self._claim.published
+        given = 0 if self._lock is None else self._lock.published
         self.history.published = max(saved, learned, given)
         if given > max(saved, learned):
             self.history.lose(max(saved, learned) + 1, given)
 
     def _another(self, reason: str) -> None:
         """In place of a state that is lost, or that is set aside now: one that was set aside and fits, or a new one."""
-        self.memory, self._kept = None, b"null"
+        self.memory, self._memory_bytes = None, b"null"
         if self.path.exists():
             aside = self._put_aside()
             self._refused |= {aside}
             said = f"the state {self.path} was set aside as {aside.name}: {reason}"
         else:
             said = f"the state {self.path} is lost: {reason}"
-        earlier = bring_back(self.path, self._own, self._changing, self._refused)
+        earlier = bring_back(self.path, self._identity, self._changing, self._refused)
         if earlier is None:
             self._tell(f"{said}; learning begins anew")
             self._create()
@@ -191,9 +191,9 @@ class Store:
 
     def _create(self, known: StateFile | None = None) -> None:
         """A new file; with all that a known one holds where that is given."""
-        self.history.file = StateFile.create(self.path, self._own, known)
-        if self._claim is not None and not self._claim.marked:
-            self._claim.mark(0)
+        self.history.file = StateFile.create(self.path, self._identity, known)
+        if self._lock is not None and not self._lock.marked:
+            self._lock.mark(0)
 
     def _put_aside(self) -> Path:
         if self._file is not None:
@@ -202,9 +202,9 @@ class Store:
         return set_aside(self.path)
 
     def _remember(self, memory: Mapping[str, Any]) -> None:
-        self._kept = json_text(memory).encode()
+        self._memory_bytes = json_text(memory).encode()
         if self._changing:
-            self._own = {**self._own, "effects": memory.get("effects")}
+            self._identity = {**self._identity, "effects": memory.get("effects")}
 
     def _write(self) -> None:
         """All that waits is on the disk after it, in a file of this name; else `problem` says why not."""
@@ -226,14 +226,14 @@ class Store:
 
     def _write_rows(self) -> None:
         assert self._file is not None
-        changed: dict[str, Any] = {"effects": self._own["effects"]} if self._changing else {}
+        changed: dict[str, Any] = {"effects": self._identity["effects"]} if self._changing else {}
         if self.history.gaps:
             changed[LOST_KEY] = self.history.lost
-        self._file.write(self._kept, self.history.unsaved, self._keep, changed)
+        self._file.write(self._memory_bytes, self.history.unsaved, self._keep, changed)
 
     def _stand(self) -> None:
         """The file is where it belongs, and the lock is ours."""
-        if self._claim is None or not self._claim.in_place:
+        if self._lock is None or not self._lock.in_place:
             self._take_claim()
         gone = self._file
         if gone is not None and gone.in_place:
@@ -258,7 +258,7 @@ class Store:
         if self.problem is None:
             log.error("the state %s cannot be written: %s", self.path, problem)
         self.problem, self._read_only = problem, is_read_only(error)
-        claim = self._claim
+        claim = self._lock
         if claim is None or not self.history.unsaved or claim.published >= self.published:
             return
         try:
@@ -268,4 +268,4 @@ class Store:
 
     def _tell(self, sentence: str) -> None:
         log.error("%s", sentence)
-        self._told = (*self._told, sentence)
+        self._sentences = (*self._sentences, sentence)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES
-from service.bus.session import client_config, told_to_stop
+from service.bus.session import client_config, stop_event
 from service.config.sources import add_config_arguments, from_arguments
 from viewer.page.hosts import ours
 from viewer.page.learner import Learner
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    stop = told_to_stop()
+    stop = stop_event()
     config = from_arguments(args)
     where = config.bus.connect or config.bus.listen
     recordings = Recordings(args.archive)

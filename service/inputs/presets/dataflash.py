@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from service.inputs import frames
-from service.inputs.presets.mavlink import known_frame
+from service.inputs.presets.mavlink import frame_of
 from service.inputs.presets.proposal import Observation, Proposal, instances, others_note
 from service.inputs.settings import Armed, Inputs, Source, StampedBy, Thrusters
 from service.inputs.table import Topic
@@ -60,7 +60,7 @@ def _thrusters(
     if not any(name in named for name in _OUTPUTS):
         return None, (), {"torque": "no RCOU was found: let the vehicle log its outputs (bit 10 of LOG_BITMASK)"}
     place = partial(_place, named)
-    kind, notes, missing = known_frame(observed, place)
+    kind, notes, missing = frame_of(observed, place)
     if kind is None:
         return None, notes, missing
     topic, each = frames.at_one_topic(frames.thrusters(observed.parameters, kind, place))

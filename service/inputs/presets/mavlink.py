@@ -110,7 +110,7 @@ def _thrusters(
         return None, (), {"torque": asks}
     topic, path = said[banks[0]]
     whole = base(topic.name)
-    kind, notes, missing = known_frame(observed, partial(_place, OUTPUT_MESSAGE, ""))
+    kind, notes, missing = frame_of(observed, partial(_place, OUTPUT_MESSAGE, ""))
     if kind is None:
         return None, notes, missing
     driven = frames.thrusters(observed.parameters, kind, partial(_place, whole, path))
@@ -135,7 +135,7 @@ def _place(topic: str, path: str, output: int) -> tuple[str, str]:
     return numbered(topic, bank), f"{path}servo{place + 1}_raw"
 
 
-def known_frame(observed: Observation, place: Place) -> tuple[int | None, tuple[str, ...], dict[str, str]]:
+def frame_of(observed: Observation, place: Place) -> tuple[int | None, tuple[str, ...], dict[str, str]]:
     """The frame by the vehicle's own parameters, what is to be said of it, and what is missing where none is known.
 
     Args:

@@ -28,7 +28,7 @@ class Observation:
     self_description: SelfDescription = field(default_factory=SelfDescription)
     absent_batteries: frozenset[str] = frozenset()
 
-    def typed(self, *types: str) -> list[Topic]:
+    def of_types(self, *types: str) -> list[Topic]:
         """The topics of a type, those of the first types first, then by name."""
         found = [topic for topic in self.topics if topic.type in types]
         return sorted(found, key=lambda topic: (types.index(topic.type), topic.name))

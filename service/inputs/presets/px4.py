@@ -16,29 +16,29 @@ def proposal(observed: Observation) -> Proposal | None:
     named = {topic.name: topic for topic in observed.topics}
     reasons: dict[str, tuple[str, ...]] = {}
 
-    def taken(quantity: str, message: str, field: str) -> Topic | None:
+    def source_of(quantity: str, message: str, field: str) -> Topic | None:
         found = [name for name in instances(named, message) if field in named[name].fields]
         found = [name for name in found if name not in observed.absent_batteries] or found
         reasons[quantity] = others_note(quantity, found[0], found[1:]) if found else ()
         return named[found[0]] if found else None
 
-    rate = taken("yaw_rate", "vehicle_angular_velocity", YAW_FIELD)
+    rate = source_of("yaw_rate", "vehicle_angular_velocity", YAW_FIELD)
     if rate is None:
         return None
-    setpoint, torque = taken("torque", "vehicle_torque_setpoint", YAW_FIELD), None
+    setpoint, torque = source_of("torque", "vehicle_torque_setpoint", YAW_FIELD), None
     if setpoint is not None:
         torque = Source(topic=setpoint.name, field=YAW_FIELD, unit="fraction", **_CLOCK)
         reasons["torque"] += (f"{setpoint.name} is a part of the full torque, without a unit until a scale is given",)
     armed = None
-    if (state := taken("armed", "actuator_armed", "armed")) is not None:
+    if (state := source_of("armed", "actuator_armed", "armed")) is not None:
         armed = Armed(topic=state.name, field="armed", **_CLOCK)
-    elif (state := taken("armed", "vehicle_status", "arming_state")) is not None:
+    elif (state := source_of("armed", "vehicle_status", "arming_state")) is not None:
         armed = Armed(topic=state.name, field="arming_state", equals=2.0, **_CLOCK)
     channels = {
         name: Source(topic=rate.name, field=field, unit="rad/s", **_CLOCK)
         for name, field in (("roll_rate", "xyz[0]"), ("pitch_rate", "xyz[1]"))
     }
-    battery = taken("voltage", "battery_status", "voltage_v")
+    battery = source_of("voltage", "battery_status", "voltage_v")
     if battery is not None:
         channels["voltage"] = Source(topic=battery.name, field="voltage_v", unit="V", **_CLOCK)
     inputs = Inputs(

@@ -40,13 +40,13 @@ def proposal(observed: Observation) -> Proposal | None:
         first_own = any(map(_foreign, found)) and not _foreign(found[0])
         why = "the first by its name" + (" that is no camera's" if first_own else "")
         reasons[name] = others_note(name, found[0].name, [topic.name for topic in found[1:]], why) if found else ()
-    commands = observed.typed("std_msgs/msg/Float64MultiArray", "mavros_msgs/msg/RCOut")
+    commands = observed.of_types("std_msgs/msg/Float64MultiArray", "mavros_msgs/msg/RCOut")
     missing = {}
     if not torques:
         cure = f" (their commands may be {commands[0].name})" if commands else ""
         missing["torque"] = NOTHING_FOUND["torque"] + cure
-    state = first(observed.typed(STATE_TYPE), "armed")
-    odometry = first(observed.typed("nav_msgs/msg/Odometry"), "twist.twist.linear.x", "twist.twist.linear.y")
+    state = first(observed.of_types(STATE_TYPE), "armed")
+    odometry = first(observed.of_types("nav_msgs/msg/Odometry"), "twist.twist.linear.x", "twist.twist.linear.y")
     channels = {}
     if odometry is not None:
         channels = {
@@ -80,7 +80,7 @@ def _candidates(observed: Observation, types: Mapping[str, str], beside: Topic |
         apart = share is not None and name.partition("/")[0] != share
         return _foreign(topic), list(types).index(topic.type), apart, name.count("/"), name
 
-    return sorted((topic for topic in observed.typed(*types) if types[topic.type] in topic.fields), key=place)
+    return sorted((topic for topic in observed.of_types(*types) if types[topic.type] in topic.fields), key=place)
 
 
 def _foreign(topic: Topic) -> bool:

@@ -12,7 +12,7 @@ from service.bus.sequence import MAX_MISSING, Sequence
 def lost(*numbers: int) -> int:
     sequence = Sequence()
     for number in numbers:
-        sequence.came(number)
+        sequence.add(number)
     return sequence.lost
 
 
@@ -45,6 +45,6 @@ def test_any_order_counts_the_same(order: list[int], dropped: set[int]) -> None:
 def test_memory_is_bounded() -> None:
     sequence = Sequence()
     for number in range(0, 10 * MAX_MISSING, 2):
-        sequence.came(number)
+        sequence.add(number)
     assert sequence.lost == 5 * MAX_MISSING - 2
     assert len(sequence._missing) <= MAX_MISSING

@@ -213,8 +213,8 @@ def test_a_signal_while_the_event_is_locked_is_heard() -> None:
     """It comes in the middle of the main thread's own wait, which holds the event's lock."""
     unlucky = (
         "import signal\n"
-        "from service.bus.session import told_to_stop\n"
-        "stop = told_to_stop()\n"
+        "from service.bus.session import stop_event\n"
+        "stop = stop_event()\n"
         "with stop._cond:\n"
         "    signal.raise_signal(signal.SIGTERM)\n"
         "assert stop.wait(10.0)\n"

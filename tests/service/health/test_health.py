@@ -39,7 +39,7 @@ def node() -> LearnerNode:
 
 def feed(watch: HealthWatch, node: LearnerNode, streams: dict[str, tuple[Array, Array]]) -> None:
     for name, (t, value) in streams.items():
-        watch.received(name, t, value)
+        watch.add_values(name, t, value)
         node.push(name, t, value)
 
 
@@ -63,7 +63,7 @@ def test_a_channel_that_an_effect_reads_must_come(watch: HealthWatch, node: Lear
     assert watch.report(node).reasons == (
         "sway does not come, and without it no sample can be freed of the traced effects",
     )
-    watch.received("sway", np.zeros(1), np.zeros(1))
+    watch.add_values("sway", np.zeros(1), np.zeros(1))
     assert watch.report(node).level == "OK"
 
 
@@ -114,7 +114,7 @@ def test_a_silent_stream_is_stale(watch: HealthWatch, node: LearnerNode, clock: 
 
 def test_rejected_values_warn_and_are_forgiven(watch: HealthWatch, node: LearnerNode, clock: Clock) -> None:
     feed(watch, node, moving(0.0, 5.0))
-    watch.refused("not_json")
+    watch.add_refusal("not_json")
     node.push("yaw_rate", np.array([5.0, np.nan]), np.array([50.0, 0.0]))
     health = watch.report(node)
     assert health.level == "WARN"
@@ -199,7 +199,7 @@ def test_a_pause_is_said_with_its_reason_until_it_ends(watch: HealthWatch, node:
 
 def test_over_a_wrong_stamp_nothing_stands_still(watch: HealthWatch, node: LearnerNode) -> None:
     for t in (np.array([1.0, 1.764040000102e12, 1.02]), np.array([1.04, 1e9]), np.array([1.06])):
-        watch.received("yaw_rate", t, np.full(t.size, 0.05))
+        watch.add_values("yaw_rate", t, np.full(t.size, 0.05))
     assert watch.report(node).level == "OK"
 
 
@@ -258,7 +258,7 @@ def test_reversals_at_the_ends_of_the_learned_range_do_not_make_health_go_to_and
     for second in range(220):
         for name, (t, value) in streams.items():
             now = (t >= second) & (t < second + 1.0)
-            watch.received(name, t[now], value[now])
+            watch.add_values(name, t[now], value[now])
             node.push(name, t[now], value[now])
         while node.learn() is not None:
             pass

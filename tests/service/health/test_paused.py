@@ -36,7 +36,7 @@ def play(node: LearnerNode, after: float, until: float) -> list[CommittedIterati
 def health(node: LearnerNode) -> Any:
     config = configured()
     watch = HealthWatch(config.health, started=0.0, clock=lambda: 0.0)
-    watch.observe(HealthConditions(paused=node.said.paused))
+    watch.observe(HealthConditions(paused=node.current_warnings.paused))
     return watch.report(node)
 
 

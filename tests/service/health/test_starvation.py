@@ -42,7 +42,7 @@ class Drive:
                 t = np.arange(np.ceil(t0 / period - 1e-9), np.ceil((t0 + 0.5) / period - 1e-9)) * period
                 if clock is not None and t.size:
                     value = np.asarray(0.1 * np.sin(t) if name == "yaw_rate" else 30.0 * np.cos(t))
-                    self.watch.received(name, clock(t), value)
+                    self.watch.add_values(name, clock(t), value)
                     self.node.push(name, np.asarray(clock(t)), value)
             self.now += 0.5
             found.append(self.watch.report(self.node))
@@ -168,7 +168,7 @@ def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
     for begin in np.arange(0.0, 20.0, 0.5):
         for name, (time, value) in streams.items():
             part = (time >= begin) & (time < begin + 0.5)
-            watch.received(name, time[part], value[part])
+            watch.add_values(name, time[part], value[part])
             node.push(name, time[part], value[part])
         now += 0.5
         health = watch.report(node)

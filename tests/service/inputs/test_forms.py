@@ -69,7 +69,7 @@ def test_cdr_is_read_as_rosbags_writes_it(kind: str) -> None:
         message = some(kind, np.random.default_rng(seed))
         for little in (True, False):
             payload = bytes(STORE.serialize_cdr(message, kind, little_endian=little))
-            assert cdr.decode(payload, kind) == plain(oracle.decoded(payload, kind))
+            assert cdr.decode(payload, kind) == plain(oracle.decode(payload, kind))
 
 
 def test_diagnostics_are_written_as_rosbags_reads_them() -> None:

@@ -125,7 +125,7 @@ def test_while_the_checks_pause_learning_it_goes_on_from_what_they_believed() ->
     columns["yaw_rate"][(whole.time >= LOST) & ~np.isnan(columns["yaw_rate"])] = 0.2  # it is stuck
     streams = Recording("stuck", whole.time, columns).streams()
     node, until = LearnerNode(configured(), boot=""), 0.0
-    while node.said.paused is None:
+    while node.current_warnings.paused is None:
         assert until < 400.0
         until += 5.0
         for name, (t, value) in streams.items():

@@ -42,7 +42,7 @@ def child() -> Iterator[StartChild]:
 
 def ended(child: TracingProcess) -> TracingProcess:
     until = time.monotonic() + PATIENCE
-    while not child.ended:
+    while not child.has_ended:
         assert time.monotonic() < until
         with suppress(Exception):
             child.process.wait(0.2)

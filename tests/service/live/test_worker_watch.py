@@ -10,21 +10,21 @@ def test_deaths_are_counted_until_there_is_an_answer() -> None:
     watch = WorkerWatch()
     assert watch.notices() == ()
     for often in ("once", "2 times one after the other", "3 times one after the other"):
-        watch.began("trace")
-        watch.died("trace", "its process was killed by signal 9")
+        watch.begin("trace")
+        watch.fail("trace", "its process was killed by signal 9")
         (said,) = watch.notices()
         assert said.startswith(
             f"the trace beside the learner had no answer: its process was killed by signal 9 ({often});"
         )
-    watch.began("prove")
-    watch.answered()
+    watch.begin("prove")
+    watch.end()
     assert watch.notices() == ()
 
 
 def test_work_that_takes_minutes_is_told_while_it_takes_them() -> None:
     now = 10.0
     watch = WorkerWatch(lambda: now)
-    watch.began("prove")
+    watch.begin("prove")
     now += LONG_WORK_S
     assert watch.notices() == ()
     now += 1.0
@@ -32,6 +32,6 @@ def test_work_that_takes_minutes_is_told_while_it_takes_them() -> None:
     assert said.startswith(
         f"the proof beside the learner has been at work for 121 s and is stopped after {DEADLINE_S:.0f} s;"
     )
-    watch.died("prove", "it was stopped after 600 s")
+    watch.fail("prove", "it was stopped after 600 s")
     (said,) = watch.notices()
     assert "had no answer: it was stopped after 600 s (once)" in said

@@ -105,5 +105,5 @@ def test_a_simulation_at_half_the_pace_keeps_its_own_time() -> None:
     time: Array = np.arange(0.0, 60.0, 0.02, dtype=np.float64)
     clock = Clock.of(EPOCH + 2.0 * time, time)
     others: Array = np.asarray(time[::5] + 0.001, dtype=np.float64)
-    np.testing.assert_allclose(clock.placed(EPOCH + 2.0 * others, others)[0], others)
-    np.testing.assert_allclose(clock.placed(EPOCH + 2.0 * others, None)[0], others, atol=0.25)
+    np.testing.assert_allclose(clock.times_of(EPOCH + 2.0 * others, others)[0], others)
+    np.testing.assert_allclose(clock.times_of(EPOCH + 2.0 * others, None)[0], others, atol=0.25)

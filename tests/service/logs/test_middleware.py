@@ -120,10 +120,10 @@ def test_a_clock_of_its_own_places_what_bears_no_stamp(tmp_path: Path) -> None:
 def test_cdr_by_hand() -> None:
     """A Wrench by the specification: four bytes of header (little endian), then six doubles."""
     payload = struct.pack("<BBH6d", 0, 1, 0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    decoded = RosTypes("by hand").decoded(payload, "geometry_msgs/msg/Wrench")
+    decoded = RosTypes("by hand").decode(payload, "geometry_msgs/msg/Wrench")
     assert decoded == {"force": {"x": 1.0, "y": 2.0, "z": 3.0}, "torque": {"x": 4.0, "y": 5.0, "z": 6.0}}
     big = struct.pack(">BBH6d", 0, 0, 0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    assert RosTypes("by hand").decoded(big, "geometry_msgs/msg/Wrench") == decoded
+    assert RosTypes("by hand").decode(big, "geometry_msgs/msg/Wrench") == decoded
 
 
 def blueos(begin: float = EPOCH, finish: bool = True) -> bytes:

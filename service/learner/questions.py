@@ -1,0 +1,93 @@
+"""What a query to the learner asks: its parameters and its payload, checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import zenoh
+
+from incsvr.errors import BadInput
+from service import wire
+from service.learner.damping_query import DampingQuery, checked_query, parse_numbers
+
+MAX_QUESTION_BYTES = 250_000
+"""The longest payload of a question that is read."""
+
+
+def effect_name(query: zenoh.Query) -> str:
+    """Which effect an operator decides on."""
+    name = parameters(query, "effect").get("effect")
+    if not name:
+        raise BadInput("name the effect, such as ?effect=torque_lag")
+    return name
+
+
+def parameters(query: zenoh.Query, *allowed: str) -> dict[str, str]:
+    """The parameters of a question; what begins with an underscore is Zenoh's own.
+
+    Raises:
+        BadInput: there is one that nobody would heed.
+    """
+    given: Iterable[tuple[str, str]] = query.parameters  # type: ignore[assignment]  # its stubs lack __iter__
+    pairs = [(name, value) for name, value in given if name and not name.startswith("_")]
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise BadInput("a parameter is given twice, and only one of them could be answered; ask in two queries")
+    for name in found:
+        if name not in allowed:
+            may = f"ask with {', '.join(allowed)}" if allowed else "ask without parameters"
+            raise BadInput(f"{name[:80]}= is no parameter of {query.key_expr}; {may}")
+    return found
+
+
+def damping_query(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
+    """The velocities that are asked for, from the parameters or from the payload.
+
+    Args:
+        velocities: what each may be called → `rate` for the own one, else the stream of a further one.
+    """
+    texts = {name: query.parameters.get(name) for name in velocities}
+    given = {name: text for name, text in texts.items() if text is not None}
+    if given:
+        if query.payload is not None and len(query.payload):
+            raise BadInput("ask for the rates either of rate= or of the payload, not for both")
+        return checked_query([(velocities[name], parse_numbers(name, text)) for name, text in given.items()])
+    if query.payload is None:
+        raise BadInput("name the yaw rates to answer for, such as ?rate=-0.2,0,0.2 in rad/s")
+    if len(query.payload) > MAX_QUESTION_BYTES:
+        raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask in several queries")
+    payload = wire.decode(wire.DampingQuery, query.payload.to_bytes())
+    others = [(velocities.get(name, name), np.array(values)) for name, values in payload.others.items()]
+    return checked_query([("rate", np.array(payload.rate)), *others])
+
+
+def number(name: str, text: str) -> float:
+    """The finite number that a parameter is.
+
+    Raises:
+        BadInput: it is none.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise BadInput(f"{name}={text[:80]} is no finite number")
+    return value
+
+
+def whole_number(name: str, text: str | None, most: int) -> int:
+    """The whole number from 0 to `most` that a parameter is.
+
+    Raises:
+        BadInput: it is none.
+    """
+    try:
+        value = int(text or "")
+    except ValueError:
+        value = -1
+    if not 0 <= value <= most:
+        raise BadInput(f"{name}={(text or '')[:80]} is no whole number from 0 to {most}")
+    return value
