@@ -48,7 +48,7 @@ def kept(
     start: StartBench, run: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> tuple[Path, list[bytes]]:
     """An archive of messages out of order and twice, of arrays and of junk, and the models that were served."""
-    monkeypatch.setattr(archive, "CHUNK", 5_000)  # so that four seconds fill several
+    monkeypatch.setattr(archive, "CHUNK_BYTES", 5_000)  # so that four seconds fill several
     bench = start(**QUICK, archive__directory=str(tmp_path / "kept"))
     models = bench.follow(bench.keys.model, wire.ModelSnapshot)
     for payload in JUNK:
@@ -163,7 +163,7 @@ TAKEN: dict[str, Callable[[Path], object]] = {
 def test_what_is_taken_from_under_it_is_said_and_another_file_begun(
     start: StartBench, run: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, taken: str
 ) -> None:
-    monkeypatch.setattr(archive, "CHUNK", 1_000)
+    monkeypatch.setattr(archive, "CHUNK_BYTES", 1_000)
     folder = tmp_path / "kept"
     bench = start(**QUICK, archive__directory=str(folder))
     bench.play(run)
@@ -192,7 +192,7 @@ def test_where_no_other_file_can_be_begun_health_says_so(start: StartBench, tmp_
 def test_on_a_full_disk_health_says_so_and_nothing_else_stops(
     start: StartBench, disk: Path, run: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(archive, "AGAIN", 0.1)
+    monkeypatch.setattr(archive, "RETRY_S", 0.1)
     fill(disk)
     bench = start(**QUICK, archive__directory=str(disk / "kept"))
     told = bench.health_when(lambda health: any("not archived" in reason for reason in health.reasons))
