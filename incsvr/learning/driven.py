@@ -25,9 +25,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from incsvr.learning.criteria import Mask
+from incsvr.learning.windows import windows
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -106,52 +106,51 @@ def sift(batch: Samples, recent: Recent) -> Sifted:
     if r.size < MIN_WINDOW_SAMPLES:  # too few to tell
         return Sifted(np.ones(len(batch), dtype=bool), batch.yaw_rate, kept)
     count = min(WINDOW_SAMPLES, r.size)
-    first = np.clip(np.arange(r.size) - count // 2, 0, r.size - count)
-    rise = np.gradient(r)
-    rates, moments, rises = (sliding_window_view(values, count)[first] for values in (r, y, rise))
-    slope, inertial = _regress(moments, rates, rises)
+    rise = np.empty_like(r)
+    rise[1:-1] = (r[2:] - r[:-2]) / 2.0
+    rise[0], rise[-1] = r[1] - r[0], r[-1] - r[-2]
+    rates, moments, rises = windows(np.array((r, y, rise)), count)
+    motion = np.array((rates, rises))
+    apart = _without(motion, motion[::-1])
+    power = _power(apart)
+    slopes = (moments * apart).sum(axis=-1) / power
     for _ in range(TAMING_ROUNDS):
-        moments = _tamed(moments, slope[:, None] * rates + inertial[:, None] * rises)
-        slope, inertial = _regress(moments, rates, rises)
-    worth = (count - 2) * independent_share(y - slope * r - inertial * rise)
-    apart = _without(rates, rises)
-    work, clear = _work(_without(moments, rises), apart, worth, CLEAR_WORK_T)
-    beside = np.clip(np.arange(r.size) - 1, 0, r.size - 3)
-    near = (sliding_window_view(r, 3)[beside] ** 2).mean(axis=1)
-    moves = near >= REST_MOTION_SHARE**2 * (rates * rates).mean(axis=1)
-    mean = rates.mean(axis=1)
-    about, level, rising = (values - values.mean(axis=1)[:, None] for values in (rates, moments, rises))
-    taken, told = _work(_without(level, rising), _without(about, rising), worth, HELD_MOTION_T)
+        by_rate, by_rise = slopes[..., None] * motion
+        moments = _tamed(moments, by_rate + by_rise)
+        slopes = (moments * apart).sum(axis=-1) / power
+    worth = (count - 2) * independent_share(y - slopes[0] * r - slopes[1] * rise)
+    work, clear = _work(_without(moments, rises), apart[0], worth, CLEAR_WORK_T)
+    near = (windows(r, 3) ** 2).mean(axis=-1)
+    moves = near >= REST_MOTION_SHARE**2 * (rates * rates).mean(axis=-1)
+    whole = np.array((rates, moments, rises))
+    mean = whole.mean(axis=-1)
+    about = whole - mean[..., None]
+    about_rates, about_moments = _without(about[:2], about[2])
+    taken, told = _work(about_moments, about_rates, worth, HELD_MOTION_T)
     held = told & (taken < 0.0)
     new = slice(recent.yaw_rate.size, None)
     driven, held = (clear & (work > 0.0) & moves)[new], held[new]
     if driven.mean() > MIN_DRIVEN_SHARE:
         driven, held = np.ones_like(driven), held & (held.mean() > HELD_TURNS_SHARE)
-    return Sifted(driven, np.where(held, mean[new], batch.yaw_rate), kept)
+    return Sifted(driven, np.where(held, mean[0, new], batch.yaw_rate), kept)
 
 
 def _without(values: Array, others: Array) -> Array:
-    """(n, m) values of which what follows the others (n, m) is taken, in each window."""
-    power = (others * others).sum(axis=1)
-    share = np.divide((values * others).sum(axis=1), power, out=np.zeros(power.size), where=power > 0.0)
-    return np.asarray(values - share[:, None] * others)
+    """(…, n, m) values of which what follows the others is taken, in each window."""
+    share = (values * others).sum(axis=-1) / _power(others)
+    return np.asarray(values - share[..., None] * others)
 
 
-def _regress(moments: Array, rates: Array, rises: Array) -> tuple[Array, Array]:
-    """(n,) slopes of (n, m) moments over rates and over their rises, through the origin; 0 where nothing moves."""
-    return _slope(moments, _without(rates, rises)), _slope(moments, _without(rises, rates))
-
-
-def _slope(moments: Array, motion: Array) -> Array:
-    """(n,) slope of (n, m) moments over (n, m) motion through the origin; 0 where nothing moves."""
-    work, power = (moments * motion).sum(axis=1), (motion * motion).sum(axis=1)
-    return np.asarray(np.divide(work, power, out=np.zeros(power.size), where=power > 0.0))
+def _power(motion: Array) -> Array:
+    """(…, n) sum of squares of each window; infinite where nothing moves: then nothing follows the motion."""
+    power = (motion * motion).sum(axis=-1)
+    return np.where(power > 0.0, power, np.inf)
 
 
 def _work(moments: Array, rates: Array, worth: float, clearly: float) -> tuple[Array, Mask]:
     """(n,) the work of (n, m) moments over rates, and whether its Student's t is beyond ± clearly."""
     work, motion, power = (
-        (one * other).sum(axis=1) for one, other in ((moments, rates), (rates, rates), (moments, moments))
+        (one * other).sum(axis=-1) for one, other in ((moments, rates), (rates, rates), (moments, moments))
     )
     # t² = worth (Σyr)² / (Σy² Σr² − (Σyr)²), without a division.
     return work, worth * work * work > clearly**2 * (power * motion - work * work)

@@ -118,7 +118,6 @@ def _taken_back(number: int, before: State, batch: Samples, verdict: Verdict) ->
         discarded_near=nothing,
         outliers=nothing,
         model=model,
-        progressive_mae=None,
         change=f"the batch before is taken back: {verdict.findings[0].sentence}",
     )
 

@@ -100,7 +100,7 @@ class Iteration:
     discarded_near: Samples
     outliers: Samples
     model: Model
-    progressive_mae: float | None
+    progressive_mae: float | None = None
     undriven: Samples = field(default_factory=Samples.empty)
     change: str | None = None
 
@@ -120,7 +120,6 @@ class Iteration:
             discarded_near=nothing,
             outliers=nothing,
             model=model,
-            progressive_mae=None,
         )
 
 

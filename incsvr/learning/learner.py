@@ -209,6 +209,7 @@ def step(settings: Settings, state: State, batch: Samples) -> tuple[State, Itera
         noise = memory.noise
         model = replace(
             model,
+            sigma=noise.sigma,
             correlation=noise.correlation,
             spread=noise.spread,
             water=water,

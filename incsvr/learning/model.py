@@ -77,6 +77,11 @@ class Model:
             return {}
         return dict(zip(self.several.others, self.several.velocity[:, 1:].T, strict=True))
 
+    @property
+    def at_support(self) -> Array:
+        """(m,) the bare sum f at the vectors [N m]."""
+        return self._support.curve
+
     def evaluate(self, rate: Array) -> Array:
         """The bare sum f(rate) [N m] at (n,) rates, without continuation: what training compares samples with."""
         return rbf(rate, self.support_rate, self.gamma) @ self.weight
@@ -129,7 +134,7 @@ class Model:
     def _table(self) -> Table:
         return Table.of(self._support)
 
-    @property
+    @cached_property
     def _support(self) -> SupportSet:
         return SupportSet(
             self.gamma,

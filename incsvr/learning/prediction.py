@@ -11,7 +11,7 @@ from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import lapack
 
 from incsvr.errors import BadInput
 from incsvr.learning.continuation import Continuation
@@ -98,21 +98,22 @@ class Table:
         kernel = rbf(nodes, x, support.gamma)
         f = kernel @ support.weight
         slope = (-2.0 * support.gamma * h) * (nodes * f - kernel @ (support.weight * x))
-        rise = np.diff(f, append=f[-1])
         following = np.append(slope[1:], 0.0)
         doubt = _doubt(support, nodes, kernel)
         noise = NOISE_SHARE * support.sigma * support.spread.at(nodes)
         sigma = np.hypot(noise, doubt)
-        rows = np.stack(
+        at_nodes = np.array((f, sigma, noise))
+        rise, increase, louder = np.diff(at_nodes, append=at_nodes[:, -1:])
+        rows = np.array(
             (
                 f,
                 slope,
                 3.0 * rise - 2.0 * slope - following,
                 slope + following - 2.0 * rise,
                 sigma,
-                np.diff(sigma, append=sigma[-1]),
+                increase,
                 noise,
-                np.diff(noise, append=noise[-1]),
+                louder,
             )
         )
         ordered = np.sort(x)
@@ -121,8 +122,8 @@ class Table:
         thin = np.abs(nodes - nearest) > MAX_GAP_LENGTHS / sqrt(support.gamma)
         beyond = Continuation.fit(
             x,
-            rbf(x, x, support.gamma) @ support.weight,
-            support.worth * support.count / np.maximum(support.sigma * support.spread.at(x), 1e-9) ** 2,
+            support.curve,
+            support.worth * support.count / np.maximum(support.noise, 1e-9) ** 2,
             ends=(low, high),
             at_ends=(float(f[0]), float(f[-1])),
             doubt=(float(doubt[0]), float(doubt[-1])),
@@ -179,12 +180,13 @@ def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
         nodes: (k,) rates [rad/s].
         kernel: (k, m) κ between them and the vectors.
     """
-    x, scale = support.rate, support.largest_damping
-    level = support.sigma * support.spread.at(x)
-    ratio = (np.maximum(level, 1e-6 * scale) / scale) ** 2
-    gram = rbf(x, x, support.gamma)
-    gram[np.diag_indices(x.size)] += ratio / (support.worth * support.count)
-    explained = (kernel.T * cho_solve(cho_factor(gram), kernel.T)).sum(axis=0)
+    scale = support.largest_damping
+    ratio = (np.maximum(support.noise, 1e-6 * scale) / scale) ** 2
+    gram = support.gram + np.diag(ratio / (support.worth * support.count))
+    _, solved, failed = lapack.dposv(gram.T, kernel.T)
+    if failed:
+        raise np.linalg.LinAlgError("the vectors and their noise make no positive definite matrix")
+    explained = (kernel.T * solved).sum(axis=0)
     noise = scale**2 * np.maximum(1.0 - explained, 0.0)
     own = np.sqrt(
         noise + (SYSTEMATIC_NOISES * support.sigma) ** 2 + (WATER_FACTOR * support.slope_by_water * nodes) ** 2

@@ -58,7 +58,7 @@ class Spread:
 
     def at(self, rate: Array) -> Array:
         """(n,) standard deviation over the level's, at (n,) rates [rad/s]."""
-        knots = np.linspace(0.0, self.fastest, KNOT_COUNT)
+        knots = self.fastest / (KNOT_COUNT - 1) * np.arange(KNOT_COUNT)
         return np.asarray(np.sqrt(np.interp(np.abs(rate), knots, self.variance)))
 
     def after(self, rate: Array, residual: Array, level: float) -> Spread:

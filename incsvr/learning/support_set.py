@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import pi, sqrt
 
 import numpy as np
 
 from incsvr.learning.excitation import Water
+from incsvr.learning.kernel import rbf
 from incsvr.learning.spread import Spread
 from incsvr.numerics import Array
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class SupportSet:
     """All that answers are made of: of a model what a table or a surface needs.
 
@@ -37,6 +39,21 @@ class SupportSet:
     spread: Spread
     water: Water
     widening: float
+
+    @cached_property
+    def gram(self) -> Array:
+        """(m, m) κ between the vectors."""
+        return rbf(self.rate, self.rate, self.gamma)
+
+    @cached_property
+    def curve(self) -> Array:
+        """(m,) f at the vectors [N m]."""
+        return np.asarray(self.gram @ self.weight)
+
+    @cached_property
+    def noise(self) -> Array:
+        """(m,) standard deviation of a sample at the vectors [N m]."""
+        return np.asarray(self.sigma * self.spread.at(self.rate))
 
     @property
     def largest_damping(self) -> float:

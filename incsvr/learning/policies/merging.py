@@ -95,7 +95,8 @@ class Vectors:
         """The points whose yaw rate is none of the others'."""
         if others is self:
             return Samples.empty()
-        return self.points.take(~np.isin(self.points.yaw_rate, others.points.yaw_rate))
+        stays = (self.points.yaw_rate[:, None] == others.points.yaw_rate).any(axis=1)
+        return self.points.take(~stays)
 
     def condense(self, capacity: int, *, most: float) -> Vectors:
         """Forget: while there are more than `capacity`, the two closest neighbours become their weighted mean."""

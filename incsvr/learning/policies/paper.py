@@ -115,7 +115,7 @@ def learn(
         memory = Memory(vectors, weight[~wild], stays, memory.noise)
         model = _served(settings, memory)
         noise = memory.noise.after(batch.damping - model.evaluate(batch.yaw_rate), place, batch.yaw_rate)
-        memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
+        memory = replace(memory, noise=noise)
     else:
         forgotten = Samples.empty()  # no training takes place, so nothing has to make room
     return memory, Iteration(
@@ -130,7 +130,6 @@ def learn(
         discarded_near=batch.take(verdict.near),
         outliers=removed,
         model=model,
-        progressive_mae=None if predicted is None else float(np.abs(predicted - batch.damping).mean()),
     )
 
 

@@ -155,7 +155,7 @@ def follow(
     seen = min(watch.seen + 1, YOUNG_CURVE_BATCHES)
     recent = (*watch.recent, fresh)[-WINDOW_BATCHES[-1] :]
     free = prior(noise.sigma)
-    at_vectors = phi(points.yaw_rate, model.evaluate(points.yaw_rate))
+    at_vectors = phi(points.yaw_rate, model.at_support)
     held = (at_vectors.T * (vectors.information * noise.worth)) @ at_vectors + free
     log_factor, evidence = weigh(recent, held, free)
     changed = log_factor > ALARM_LOG_ODDS and seen >= YOUNG_CURVE_BATCHES

@@ -17,7 +17,7 @@ TUBE_DEVIATIONS σ/√nᵢ).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from incsvr.learning.model import Model
 from incsvr.learning.policies.merging import Vectors
 from incsvr.learning.policies.noise import Noise
 from incsvr.learning.policies.watch import Watch, follow
+from incsvr.learning.windows import windows
 from incsvr.numerics import Array
 from incsvr.signals.samples import Samples
 
@@ -132,7 +133,6 @@ def learn(
         told = trained & (change is None)
         left = np.where(told, residual, kept.damping - served.evaluate(kept.yaw_rate))
         noise = noise.after(left, place, kept.yaw_rate)
-    served = replace(served, sigma=noise.sigma)
     return Memory(vectors, noise, watch), Iteration(
         number=number,
         time_span=(float(batch.time[0]), float(batch.time[-1])),
@@ -145,7 +145,6 @@ def learn(
         discarded_near=Samples.empty(),
         outliers=batch.take(wild),
         model=served,
-        progressive_mae=None if predicted is None else float(np.abs(predicted - batch.damping).mean()),
         change=change,
     )
 
@@ -174,8 +173,7 @@ def _beside(rate: Array, residual: Array) -> Array:
     """(n,) the median residual [N m] of the NEIGHBOUR_SAMPLES samples of the batch around each in yaw rate."""
     order = rate.argsort(kind="stable")
     width = min(NEIGHBOUR_SAMPLES, rate.size)
-    medians = np.median(np.lib.stride_tricks.sliding_window_view(residual[order], width), axis=1)
-    first = np.clip(np.arange(rate.size) - width // 2, 0, rate.size - width)
+    ordered = np.sort(windows(residual[order], width), axis=1)
     around = np.empty(rate.size)
-    around[order] = medians[first]
+    around[order] = 0.5 * (ordered[:, (width - 1) // 2] + ordered[:, width // 2])
     return around

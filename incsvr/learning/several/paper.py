@@ -104,7 +104,7 @@ def learn(
         memory = Memory(vectors, stays, fastest[1:], memory.noise)
         model = model_of(settings, memory.served, fastest, memory.noise)
         noise = memory.noise.after(batch.damping - model.learned(batch), place, batch.yaw_rate)
-        memory, model = replace(memory, noise=noise), replace(model, sigma=noise.sigma)
+        memory = replace(memory, noise=noise)
     else:
         forgotten = Samples.empty()  # no training takes place, so nothing has to make room
     return memory, Iteration(
@@ -119,7 +119,6 @@ def learn(
         discarded_near=batch.take(verdict.near),
         outliers=removed,
         model=model,
-        progressive_mae=None if predicted is None else float(np.abs(predicted - batch.damping).mean()),
     )
 
 

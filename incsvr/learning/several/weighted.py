@@ -13,7 +13,7 @@ MAX_VECTOR_SAMPLES samples around it and moves on with them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -108,7 +108,6 @@ def learn(
         # A surface tells the noise of what it has not seen, but not where it was never trained.
         left = np.where(trained, residual, kept.damping - served.learned(kept))
         noise = noise.after(left, place, kept.yaw_rate)
-    served = replace(served, sigma=noise.sigma)
     nothing = batch.take(slice(0, 0))
     return Memory(vectors, fastest[1:], noise), Iteration(
         number=number,
@@ -122,7 +121,6 @@ def learn(
         discarded_near=nothing,
         outliers=batch.take(wild),
         model=served,
-        progressive_mae=None if predicted is None else float(np.abs(predicted - batch.damping).mean()),
     )
 
 
