@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from incsvr.forecasting.grid import Grid
 from incsvr.forecasting.propagation import Curve, propagate
@@ -192,6 +191,9 @@ def widening(scores: Array, horizon: float) -> tuple[float, float]:
     rank = min(math.ceil(0.95 * (len(scores) + 1)), len(scores)) - 1
     found = np.sort(errors, axis=0)[rank]
     if independent < MIN_INDEPENDENT_ERRORS:
+        # Here and not above: 25 MB that a learner whose rate is never silent does not need.
+        from scipy.special import stdtrit
+
         found = np.maximum(found, np.sqrt(np.mean(errors**2, axis=0)) * float(stdtrit(independent, 0.975)))
     return float(found[0]) / NORMAL_95_DEVIATIONS, float(found[1]) / NORMAL_95_DEVIATIONS
 

@@ -11,14 +11,13 @@ from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from incsvr.errors import BadInput
 from incsvr.learning.continuation import Continuation
 from incsvr.learning.kernel import rbf
 from incsvr.learning.spread import Spread
 from incsvr.learning.support_set import SupportSet
-from incsvr.numerics import Array
+from incsvr.numerics import Array, lapack
 
 NODE_DISTANCE_LENGTHS = 0.015
 """Distance of two nodes, in kernel lengths 1/√γ."""
@@ -183,9 +182,7 @@ def _doubt(support: SupportSet, nodes: Array, kernel: Array) -> Array:
     scale = support.largest_damping
     ratio = (np.maximum(support.noise, 1e-6 * scale) / scale) ** 2
     gram = support.gram + np.diag(ratio / (support.worth * support.count))
-    _, solved, failed = lapack.dposv(gram.T, kernel.T)
-    if failed:
-        raise np.linalg.LinAlgError("the vectors and their noise make no positive definite matrix")
+    solved = lapack.dpotrs(lapack.cholesky(gram), kernel.T)[0]
     explained = (kernel.T * solved).sum(axis=0)
     noise = scale**2 * np.maximum(1.0 - explained, 0.0)
     own = np.sqrt(

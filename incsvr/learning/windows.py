@@ -16,4 +16,4 @@ def windows(streams: Array, count: int) -> Array:
     """
     n = streams.shape[-1]
     first = np.minimum(np.maximum(np.arange(n) - count // 2, 0), n - count)
-    return streams.take(first[:, None] + np.arange(count), axis=-1)
+    return np.asarray(streams.take(first[:, None] + np.arange(count), axis=-1))

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf_at_rest
@@ -17,7 +16,7 @@ from incsvr.learning.prediction import NOISE_SHARE, SYSTEMATIC_NOISES, WATER_FAC
 from incsvr.learning.several.drag import Drag
 from incsvr.learning.several.velocities import distances, points
 from incsvr.learning.support_set import SupportSet
-from incsvr.numerics import Array
+from incsvr.numerics import Array, lapack
 from incsvr.signals.samples import Samples
 
 OUTSIDE_DISTANCES = 1.25
@@ -152,7 +151,7 @@ class Surface:
     several: Several
     z: Array
     terms: Array
-    gram: tuple[Array, bool]
+    gram: Array
     scale: float
     doubt: Array
     reach: float
@@ -167,8 +166,8 @@ class Surface:
         scale = max(float(left.max()), float(level.max()))
         kernel = rbf_at_rest(z, z, support.gamma)
         kernel[np.diag_indices(z.shape[0])] += (level / scale) ** 2 / (support.worth * support.count)
-        gram = cho_factor(kernel)
-        information = phi.T @ cho_solve(gram, phi) / scale**2 + np.eye(phi.shape[1]) / largest**2
+        gram = lapack.cholesky(kernel)
+        information = phi.T @ lapack.dpotrs(gram, phi)[0] / scale**2 + np.eye(phi.shape[1]) / largest**2
         return Surface(
             support, several, z, phi, gram, scale, np.asarray(np.linalg.inv(information), dtype=np.float64), _reach(u)
         )
@@ -188,7 +187,7 @@ class Surface:
         damping = self.several.value(velocity, support.gamma, support.weight)
         u, z = self.several.scaled(velocity)
         phi, kernel = self.several.terms(u), rbf_at_rest(z, self.z, support.gamma)
-        solved = cho_solve(self.gram, kernel.T)
+        solved = lapack.dpotrs(self.gram, kernel.T)[0]
         at_rest = np.exp(-2.0 * support.gamma * np.sum(z * z, axis=1))
         left = self.scale**2 * np.maximum(1.0 - at_rest - np.sum(kernel.T * solved, axis=0), 0.0)
         unexplained = phi - solved.T @ self.terms

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from incsvr.learning.solver.matrix import Matrix
-from incsvr.numerics import Array
+from incsvr.numerics import Array, lapack
 
 LOOSE_RIDGE = 1e-6
 """Ridge beside κ(x, x) = 1 that is as good as none."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.linalg import lapack
 
 from incsvr.errors import BadInput
 from incsvr.learning.kernel import rbf
-from incsvr.numerics import Array
+from incsvr.numerics import Array, lapack
 
 MAX_WHOLE_SAMPLES = 256
 """Samples up to which the kernel matrix itself is formed: at most half a megabyte."""

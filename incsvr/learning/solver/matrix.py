@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, lapack
 
 
 class Factored:
