@@ -28,6 +28,7 @@ from incsvr.plant import Thruster, thruster_torque
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.signals.samples import Samples
 from service.recordings.recording import Recording, from_streams
+from simulator.noise import lasting_noise
 
 INERTIA = 350.0
 """I, dry and added mass [kg m²]."""
@@ -166,11 +167,8 @@ def _motion(run: Run, rng: np.random.Generator) -> tuple[Array, Array, tuple[Arr
 def lasting(memory: float, step: float, size: int, rng: np.random.Generator) -> Array:
     """An Ornstein–Uhlenbeck process of deviation one, (size,) values `step` apart, that lasts `memory` [s]."""
     kept = exp(-step / memory)
-    value, values = float(rng.standard_normal()), list[float]()
-    for kick in (sqrt(1.0 - kept**2) * rng.standard_normal(size)).tolist():
-        values.append(value)
-        value = kept * value + kick
-    return np.array(values)
+    first = float(rng.standard_normal())
+    return np.append(first, lasting_noise(first, kept, sqrt(1.0 - kept**2) * rng.standard_normal(size))[:-1])
 
 
 def _inflow(rate: Array) -> tuple[Array, ...]:

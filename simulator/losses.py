@@ -6,13 +6,14 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import zenoh
 
 from incsvr.signals import REQUIRED
 from service.bus.session import answer
 from service.wire import Health, Keys
+from simulator.messages import MessageSource
 
 LOOK_PERIOD_S = 0.2
 """Between two looks at the counters [s]: a learner takes its measurements in twenty times a second."""
@@ -50,15 +51,6 @@ class Loss:
         )
 
 
-class Played(Protocol):
-    """What was sent, as `simulator.player` sends it."""
-
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    def key(self, stream: int, keys: Keys) -> tuple[str, zenoh.Encoding]: ...
-    def values(self, stream: int) -> int: ...
-
-
 def health(session: zenoh.Session, keys: Keys) -> Health | None:
     """The learner's health now; None where none answers."""
     return answer(session, keys.health, Health)
@@ -74,7 +66,7 @@ def settled(session: zenoh.Session, keys: Keys, stop: threading.Event) -> Health
     return None
 
 
-def sent_to(keys: Keys, what: Played) -> dict[str, int]:
+def sent_to(keys: Keys, what: MessageSource) -> dict[str, int]:
     """How many values of yaw rate and torque were sent to a learner, where they were in our own form."""
     places = [what.key(stream, keys)[0] for stream in range(len(what.names))]
     return {name: what.values(places.index(keys.stream(name))) for name in REQUIRED if keys.stream(name) in places}

@@ -25,9 +25,10 @@ from service.recordings.reading import Reading, add_log_arguments
 from service.recordings.recording import Recording, Streams, sequence
 from service.wire import Keys
 from simulator.losses import health, loss, sent_to, settled
+from simulator.messages import MessageSource, messages
 from simulator.patience import Patience
 from simulator.play_progress import play_progress
-from simulator.player import Played, messages, play, wait_for_learner
+from simulator.player import play, wait_for_learner
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -87,7 +88,7 @@ def _of_other_axes(args: argparse.Namespace, config: Config) -> list[tuple[Confi
 
 
 def play_to_learner(
-    args: argparse.Namespace, config: Config, what: Played, name: str, others: Sequence[str] = ()
+    args: argparse.Namespace, config: Config, what: MessageSource, name: str, others: Sequence[str] = ()
 ) -> int:
     """Plays messages to the learner of the configuration, and of other prefixes; shows how far it is. Exit status."""
     if not (math.isfinite(args.speed) and args.speed > 0.0):
@@ -112,7 +113,7 @@ def _play(
     session: zenoh.Session,
     config: Config,
     learners: Sequence[Keys],
-    what: Played,
+    what: MessageSource,
     name: str,
     stop: threading.Event,
 ) -> int:

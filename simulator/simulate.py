@@ -12,7 +12,7 @@ from service.recordings.recording import sequence
 from service.recordings.recording_csv import write
 from service.wire.json_text import write_json
 from simulator import leng, planar, underway
-from simulator.player import Faults, messages
+from simulator.messages import Faults, messages
 from simulator.replay import add_player_arguments, play_to_learner
 from simulator.steered import steered
 

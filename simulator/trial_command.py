@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from simulator.effects import Scale
 from simulator.effects.physics import Array
+from simulator.noise import lasting_noise
 
 EXCITATIONS = ("sine", "multisine", "telegraph", "steps", "chirp", "closed_loop")
 
@@ -123,11 +124,7 @@ def _closed_loop(scale: Scale, time: Array, random: np.random.Generator) -> Comm
         levels = 0.98 * _steps(scaled, random)
         tick = float(scaled[1] - scaled[0])
         keep = math.exp(-tick / random.uniform(1.0, 3.0))
-        rounded, value = [], 0.0
-        for level in levels.tolist():
-            value = keep * value + (1 - keep) * level
-            rounded.append(value)
-        wanted = np.array(rounded)
+        wanted = lasting_noise(0.0, keep, (1 - keep) * levels)
     proportional = random.uniform(2.0, 4.0) * scale.torque / scale.rate
     integral = proportional / (random.uniform(3.0, 6.0) * scale.time)
     return Command((scale.rate * wanted).tolist(), proportional, integral, scale.torque)

@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.effects import Scale
 from simulator.effects.physics import Array
+from simulator.noise import lasting_noise
 from simulator.trial_vehicle import STEP, Gyro, Motion
 
 
@@ -42,12 +43,9 @@ class Noise:
     def water(self, count: int, random: np.random.Generator) -> Array:
         """(count,) [N m], one value for each PERIOD."""
         memory = self.water_memory
-        kick = (random.standard_normal(count) * np.sqrt(1 - memory**2)).tolist()
-        value, values = float(random.standard_normal()), []
-        for push in kick:
-            value = memory * value + push
-            values.append(value)
-        return np.array(values) * float(self.total * np.sqrt(self.water_share))
+        kicks = random.standard_normal(count) * np.sqrt(1 - memory**2)
+        values = lasting_noise(float(random.standard_normal()), memory, kicks)
+        return values * float(self.total * np.sqrt(self.water_share))
 
     @staticmethod
     def in_the_torque(total: float, autocorrelation: float) -> Noise:

@@ -165,6 +165,52 @@ class Gyro:
         return np.asarray(np.round(values / self.step) * self.step if self.step else values)
 
 
+Slopes = Callable[[int, float, float, float, float, float], tuple[float, float, float]]
+"""(tick, other moment [N m], r, ψ, rotor's state, water's rate) -> the slopes of r, of the rotor's state and of the
+water's rate."""
+
+
+def step_on(
+    slopes: Slopes, tick: int, noise: float, r: float, psi: float, rotor: float, w: float
+) -> tuple[float, float, float, float, float]:
+    """r, ψ, the rotor's state and the water's rate a step after a tick by Runge and Kutta's fourth order, and ṙ at the
+    tick. The slope of ψ is r."""
+    h, half = STEP, STEP / 2
+    a1, c1, d1 = slopes(tick, noise, r, psi, rotor, w)
+    b2 = r + half * a1
+    a2, c2, d2 = slopes(tick + 1, noise, b2, psi + half * r, rotor + half * c1, w + half * d1)
+    b3 = r + half * a2
+    a3, c3, d3 = slopes(tick + 1, noise, b3, psi + half * b2, rotor + half * c2, w + half * d2)
+    b4 = r + h * a3
+    a4, c4, d4 = slopes(tick + 2, noise, b4, psi + h * b3, rotor + h * c3, w + h * d3)
+    sixth = h / 6
+    return (
+        r + sixth * (a1 + 2 * (a2 + a3) + a4),
+        psi + sixth * (r + 2 * (b2 + b3) + b4),
+        rotor + sixth * (c1 + 2 * (c2 + c3) + c4),
+        w + sixth * (d1 + 2 * (d2 + d3) + d4),
+        a1,
+    )
+
+
+class _GyroInLoop:
+    """What a controller sees: the newest sample at each step."""
+
+    def __init__(self, gyro: Gyro | None) -> None:
+        self._samples = [] if gyro is None else list(zip(gyro.time.tolist(), gyro.error.tolist(), strict=True))
+        self._resolution = 0.0 if gyro is None else gyro.step
+        self._newest, self._rate = 0, 0.0
+
+    def at(self, step: int, r: float, before: float) -> float:
+        """The rate that is seen at a step, with the true rates at it and at the step before [rad/s]."""
+        while self._newest < len(self._samples) and self._samples[self._newest][0] <= step * STEP:
+            time, error = self._samples[self._newest]
+            rate = r - (step - time / STEP) * (r - before) + error
+            self._rate = round(rate / self._resolution) * self._resolution if self._resolution else rate
+            self._newest += 1
+        return self._rate
+
+
 def move(
     physics: Physics,
     command: Command,
@@ -200,43 +246,25 @@ def move(
         after = asked[min(step + 1, len(asked) - 1)]
         return asked[step] if held else asked[step] + (position - step) * (after - asked[step])
 
-    def slope(
-        tick: int, noise: float, r: float, psi: float, rotor: float, w: float
-    ) -> tuple[float, float, float, float]:
+    def slopes(tick: int, noise: float, r: float, psi: float, rotor: float, w: float) -> tuple[float, float, float]:
         moment = delayed(tick) if late else asked[-1] if held else command.at(tick, r, 0.0)[0]
-        r_slope, rotor_slope, water_slope = respond(moment, tick, noise, r, psi, rotor, w)
-        return r_slope, r, rotor_slope, water_slope
+        return respond(moment, tick, noise, r, psi, rotor, w)
 
-    h, half = STEP, STEP / 2
     r, psi, integrated, rotor, w = 0.0, heading, 0.0, 0.0, 0.0
     rates, headings, accelerations = list[float](), list[float](), list[float]()
-    samples = list(zip(gyro.time.tolist(), gyro.error.tolist(), strict=True)) if gyro is not None else []
-    resolution = gyro.step if gyro is not None else 0.0
-    newest, seen = 0, 0.0
+    in_loop = _GyroInLoop(gyro)
     for step, noise in enumerate(water.tolist()):
-        tick = 2 * step
-        while newest < len(samples) and samples[newest][0] <= step * h:
-            part = step - samples[newest][0] / h
-            seen = r - part * (r - (rates[-1] if rates else r)) + samples[newest][1]
-            seen = round(seen / resolution) * resolution if resolution else seen
-            newest += 1
+        rate = in_loop.at(step, r, rates[-1] if rates else r)
         if not held or step % command.hold == 0:
-            moment, error = command.at(tick, seen, integrated)
-            integrated += error * command.hold * h
+            moment, error = command.at(2 * step, rate, integrated)
+            integrated += error * command.hold * STEP
         asked.append(moment)
         if onset is not None and step == onset.step:
             respond, late = response(onset.physics), onset.physics.delay / STEP
             rotor, w = onset.rotor(asked[-1]), r
         rates.append(r)
         headings.append(psi)
-        a1, b1, c1, d1 = slope(tick, noise, r, psi, rotor, w)
-        accelerations.append(a1)
-        a2, b2, c2, d2 = slope(tick + 1, noise, r + half * a1, psi + half * b1, rotor + half * c1, w + half * d1)
-        a3, b3, c3, d3 = slope(tick + 1, noise, r + half * a2, psi + half * b2, rotor + half * c2, w + half * d2)
-        a4, b4, c4, d4 = slope(tick + 2, noise, r + h * a3, psi + h * b3, rotor + h * c3, w + h * d3)
-        r += h / 6 * (a1 + 2 * (a2 + a3) + a4)
-        psi += h / 6 * (b1 + 2 * (b2 + b3) + b4)
-        rotor += h / 6 * (c1 + 2 * (c2 + c3) + c4)
-        w += h / 6 * (d1 + 2 * (d2 + d3) + d4)
+        r, psi, rotor, w, acceleration = step_on(slopes, 2 * step, noise, r, psi, rotor, w)
+        accelerations.append(acceleration)
     time = STEP * np.arange(water.size, dtype=np.float64)
     return Motion(time, np.array(rates), np.array(headings), np.array(asked), np.array(accelerations))

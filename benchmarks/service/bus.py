@@ -27,7 +27,8 @@ from service.bus.session import connecting, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
 from service.wire.json_text import json_text
 from simulator import leng
-from simulator.player import messages, play, wait_for_learner
+from simulator.messages import messages
+from simulator.player import play, wait_for_learner
 
 KEYS = Keys("leng/yaw")
 QUESTIONS = 1500

@@ -10,10 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from simulator.second import BY_CHANNEL, COMMANDS, EFFECTS, VEHICLES, Case, Played, play
+from simulator.second import BY_CHANNEL, COMMANDS, EFFECTS, VEHICLES, Case, Outcome, play
 from simulator.second.channels import CHANNELS
 
-__all__ = ["GROUPS", "KINDS", "Case", "Played", "case", "play"]
+__all__ = ["GROUPS", "KINDS", "Case", "Outcome", "case", "play"]
 
 GROUPS = {
     "one": "one effect of realistic size",

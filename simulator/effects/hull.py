@@ -6,7 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.effects.physics import Circumstances, Physics, Truth
+from simulator.effects.physics import Array, Circumstances, Physics, Truth
+
+
+def with_growing_drag(physics: Physics, here: Circumstances, fraction: float) -> Physics:
+    """The drag grows evenly, by this part of itself until the end."""
+    return _scaled(physics, 1.0 + fraction * here.time / here.time[-1])
+
+
+def with_other_drag(physics: Physics, here: Circumstances, fraction: float, at: float) -> Physics:
+    """The drag grows by this part of itself at an instant [s]."""
+    return _scaled(physics, np.where(here.time >= at, 1.0 + fraction, 1.0))
+
+
+def _scaled(physics: Physics, factor: Array) -> Physics:
+    table = factor.tolist()
+    return replace(physics, drag_factors=(*physics.drag_factors, lambda tick: table[tick]))
 
 
 def inertia(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -18,8 +33,7 @@ def inertia(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
 def drag_drift(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     """Weed gathers on the hull: the drag grows evenly from the first second to the last."""
     fraction = here.size * here.random.uniform(0.30, 0.45)
-    table = (1.0 + fraction * here.time / here.time[-1]).tolist()
-    return replace(physics, drag_factors=(*physics.drag_factors, lambda tick: table[tick])), {"fraction": fraction}
+    return with_growing_drag(physics, here, fraction), {"fraction": fraction}
 
 
 def drag_step(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -28,9 +42,7 @@ def drag_step(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     if here.random.random() < 0.4:
         fraction *= -0.75
     at = float(here.time[-1]) * here.random.uniform(0.3, 0.7)
-    table = np.where(here.time >= at, 1.0 + fraction, 1.0).tolist()
-    truth: Truth = {"fraction": fraction, "at_s": at}
-    return replace(physics, drag_factors=(*physics.drag_factors, lambda tick: table[tick])), truth
+    return with_other_drag(physics, here, fraction, at), {"fraction": fraction, "at_s": at}
 
 
 def memory(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:

@@ -10,14 +10,15 @@ import numpy as np
 from simulator.effects.physics import Circumstances, Moment, Physics, Truth
 
 
-def _with(physics: Physics, moment: Moment) -> Physics:
+def with_moment(physics: Physics, moment: Moment) -> Physics:
+    """A moment more acts besides."""
     return replace(physics, moments=(*physics.moments, moment))
 
 
 def bias_torque(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     """A bent fin or a badly trimmed thruster: a constant moment."""
     constant = here.sign() * here.size * here.scale.torque * here.random.uniform(0.04, 0.07)
-    return _with(physics, lambda _rate, _heading, _tick: constant), {"moment_nm": constant}
+    return with_moment(physics, lambda _rate, _heading, _tick: constant), {"moment_nm": constant}
 
 
 def bias_drift(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -25,7 +26,7 @@ def bias_drift(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     end = here.sign() * here.size * here.scale.torque * here.random.uniform(0.09, 0.13)
     slope = end / float(here.time[-1])
     table = (slope * here.time).tolist()
-    return _with(physics, lambda _rate, _heading, tick: table[tick]), {"nm_per_s": slope}
+    return with_moment(physics, lambda _rate, _heading, tick: table[tick]), {"nm_per_s": slope}
 
 
 def heading_current(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -37,7 +38,7 @@ def heading_current(physics: Physics, here: Circumstances) -> tuple[Physics, Tru
     def current(_rate: float, heading: float, _tick: int) -> float:
         return amplitude * math.sin(harmonic * heading + phase)
 
-    return _with(physics, current), {"amplitude_nm": amplitude, "phase_rad": phase, "harmonic": harmonic}
+    return with_moment(physics, current), {"amplitude_nm": amplitude, "phase_rad": phase, "harmonic": harmonic}
 
 
 def tether(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -48,7 +49,7 @@ def tether(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     def twist(_rate: float, heading: float, _tick: int) -> float:
         return -stiffness * heading
 
-    return _with(physics, twist), {"stiffness_nm_per_rad": stiffness}
+    return with_moment(physics, twist), {"stiffness_nm_per_rad": stiffness}
 
 
 def wave(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -61,7 +62,7 @@ def wave(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     angle = 2 * math.pi * here.time / period + phase
     table = (amplitude * (np.sin(angle) + steepness * np.sin(2 * angle))).tolist()
     truth: Truth = {"amplitude_nm": amplitude, "period_s": period, "phase_rad": phase}
-    return _with(physics, lambda _rate, _heading, tick: table[tick]), truth
+    return with_moment(physics, lambda _rate, _heading, tick: table[tick]), truth
 
 
 def coulomb(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -72,4 +73,4 @@ def coulomb(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     def rub(rate: float, _heading: float, _tick: int) -> float:
         return -friction * math.tanh(rate / creep)
 
-    return _with(physics, rub), {"moment_nm": friction}
+    return with_moment(physics, rub), {"moment_nm": friction}

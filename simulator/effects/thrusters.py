@@ -5,7 +5,38 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from simulator.effects.physics import Circumstances, Physics, Truth
+from simulator.effects.physics import Circumstances, Physics, ThrustMap, Truth
+
+
+def with_dead_zone(physics: Physics, half: float) -> Physics:
+    """Commands up to `half` [N m] give nothing; beyond, the moment starts at zero."""
+
+    def offset(moment: float, _rate: float, _tick: int) -> float:
+        return math.copysign(max(abs(moment) - half, 0.0), moment)
+
+    return _commanded(physics, offset)
+
+
+def with_weak_reverse(physics: Physics, efficiency: float) -> Physics:
+    """A propeller gives so much astern of what it gives ahead."""
+
+    def astern(moment: float, _rate: float, _tick: int) -> float:
+        return moment * efficiency if moment < 0 else moment
+
+    return _commanded(physics, astern)
+
+
+def with_limit(physics: Physics, limit: float) -> Physics:
+    """No moment is larger [N m]."""
+
+    def cut(moment: float, _rate: float, _tick: int) -> float:
+        return min(max(moment, -limit), limit)
+
+    return _commanded(physics, cut)
+
+
+def _commanded(physics: Physics, change: ThrustMap) -> Physics:
+    return replace(physics, commanded=(*physics.commanded, change))
 
 
 def torque_lag(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -27,24 +58,17 @@ def dead_zone(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     half = here.size * here.scale.torque * here.random.uniform(0.07, 0.09)
     jump = bool(here.random.random() < 0.3)
 
-    def offset(moment: float, _rate: float, _tick: int) -> float:
-        return math.copysign(max(abs(moment) - half, 0.0), moment)
-
     def gate(moment: float, _rate: float, _tick: int) -> float:
         return moment if abs(moment) > half else 0.0
 
     truth: Truth = {"half_width_nm": half, "shape": "jump" if jump else "offset"}
-    return replace(physics, commanded=(*physics.commanded, gate if jump else offset)), truth
+    return (_commanded(physics, gate) if jump else with_dead_zone(physics, half)), truth
 
 
 def torque_asymmetry(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
     """A propeller gives less astern than ahead."""
     efficiency = 1.0 - here.size * here.random.uniform(0.13, 0.19)
-
-    def astern(moment: float, _rate: float, _tick: int) -> float:
-        return moment * efficiency if moment < 0 else moment
-
-    return replace(physics, commanded=(*physics.commanded, astern)), {"reverse_efficiency": efficiency}
+    return with_weak_reverse(physics, efficiency), {"reverse_efficiency": efficiency}
 
 
 def torque_saturation(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:
@@ -58,15 +82,12 @@ def torque_saturation(physics: Physics, here: Circumstances) -> tuple[Physics, T
     # The smooth curve loses its first tenth long before L, so its L lies higher for the same loss at full torque.
     corner = here.scale.torque / ((1.0 - lost) ** -4 - 1.0) ** 0.25
 
-    def cut(moment: float, _rate: float, _tick: int) -> float:
-        return min(max(moment, -limit), limit)
-
     def bend(moment: float, _rate: float, _tick: int) -> float:
         ratio = moment / corner
         return moment / math.sqrt(math.sqrt(1.0 + ratio * ratio * ratio * ratio))
 
     truth: Truth = {"limit_nm": limit if hard else corner, "shape": "cut" if hard else "bend"}
-    return replace(physics, commanded=(*physics.commanded, cut if hard else bend)), truth
+    return (with_limit(physics, limit) if hard else _commanded(physics, bend)), truth
 
 
 def inflow(physics: Physics, here: Circumstances) -> tuple[Physics, Truth]:

@@ -8,13 +8,13 @@ The other effects are those of the trials, with the sizes that these draw.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from simulator.effects import Circumstances, Physics, Truth, named
+from simulator.effects.hull import with_growing_drag, with_other_drag
+from simulator.effects.moments import with_moment
+from simulator.effects.thrusters import with_dead_zone, with_limit, with_weak_reverse
 from simulator.missions.vehicles import Vehicle
 
 LAG, DELAY = 0.35, 0.175
@@ -56,49 +56,32 @@ def _delay(physics: Physics, vehicle: Vehicle, here: Circumstances) -> tuple[Phy
 
 def _dead_zone(physics: Physics, vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:
     half = here.size * DEAD_ZONE * vehicle.scale.torque
-
-    def deadened(moment: float, _rate: float, _tick: int) -> float:
-        return math.copysign(max(abs(moment) - half, 0.0), moment)
-
-    return replace(physics, commanded=(*physics.commanded, deadened)), {"half_width_nm": half}
+    return with_dead_zone(physics, half), {"half_width_nm": half}
 
 
 def _asymmetry(physics: Physics, _vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:
     efficiency = 1.0 - here.size * REVERSE_LOSS
-
-    def astern(moment: float, _rate: float, _tick: int) -> float:
-        return moment * efficiency if moment < 0.0 else moment
-
-    return replace(physics, commanded=(*physics.commanded, astern)), {"reverse_efficiency": efficiency}
+    return with_weak_reverse(physics, efficiency), {"reverse_efficiency": efficiency}
 
 
 def _saturation(physics: Physics, vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:
     limit = vehicle.scale.torque * (1.0 - here.size * (1.0 - LIMIT))
-
-    def cut(moment: float, _rate: float, _tick: int) -> float:
-        return min(max(moment, -limit), limit)
-
-    return replace(physics, commanded=(*physics.commanded, cut)), {"limit_nm": limit}
+    return with_limit(physics, limit), {"limit_nm": limit}
 
 
 def _drag_step(physics: Physics, _vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:
     fraction, at = here.size * DRAG_GROWTH, 0.5 * float(here.time[-1])
-    factor = np.where(here.time >= at, 1.0 + fraction, 1.0).tolist()
-    grown = replace(physics, drag_factors=(*physics.drag_factors, lambda tick: factor[tick]))
-    return grown, {"fraction": fraction, "at_s": at}
+    return with_other_drag(physics, here, fraction, at), {"fraction": fraction, "at_s": at}
 
 
 def _drag_drift(physics: Physics, _vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:
     fraction = here.size * DRAG_GROWTH
-    factor = (1.0 + fraction * here.time / here.time[-1]).tolist()
-    grown = replace(physics, drag_factors=(*physics.drag_factors, lambda tick: factor[tick]))
-    return grown, {"fraction": fraction}
+    return with_growing_drag(physics, here, fraction), {"fraction": fraction}
 
 
 def _bias(physics: Physics, vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:
     moment = here.sign() * here.size * BIAS * vehicle.scale.torque
-    biased = replace(physics, moments=(*physics.moments, lambda _rate, _heading, _tick: moment))
-    return biased, {"moment_nm": moment}
+    return with_moment(physics, lambda _rate, _heading, _tick: moment), {"moment_nm": moment}
 
 
 def _inertia(physics: Physics, _vehicle: Vehicle, here: Circumstances) -> tuple[Physics, Truth]:

@@ -22,6 +22,7 @@ from simulator.missions.hidden import hide
 from simulator.missions.motion import Motion, sail
 from simulator.missions.plans import PLANS, plan
 from simulator.missions.vehicles import VEHICLES, Vehicle
+from simulator.noise import lasting_noise
 from simulator.trial_vehicle import STEP, Onset
 
 KINDS = tuple(PLANS)
@@ -173,12 +174,8 @@ def _water(kind: str, vehicle: Vehicle, random: np.random.Generator) -> tuple[fl
 def _ornstein_uhlenbeck(count: int, time: float, random: np.random.Generator) -> Array:
     """(count,) values one integration step apart, of deviation one."""
     kept = math.exp(-STEP / time)
-    kicks = (math.sqrt(1.0 - kept**2) * random.standard_normal(count)).tolist()
-    value, values = float(random.standard_normal()), []
-    for kick in kicks:
-        value = kept * value + kick
-        values.append(value)
-    return np.array(values)
+    kicks = math.sqrt(1.0 - kept**2) * random.standard_normal(count)
+    return lasting_noise(float(random.standard_normal()), kept, kicks)
 
 
 def _carried(steps: int, hold: int, noise: tuple[Array, Array], random: np.random.Generator) -> Motion:

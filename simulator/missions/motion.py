@@ -12,7 +12,7 @@ from simulator.effects.physics import Array
 from simulator.missions.autopilot import Autopilot
 from simulator.missions.plans import Plan
 from simulator.missions.vehicles import Vehicle
-from simulator.trial_vehicle import STEP, Onset, response
+from simulator.trial_vehicle import STEP, Onset, response, step_on
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +57,7 @@ def sail(
     respond = response(physics)
     autopilot = Autopilot(asked, vehicle.scale.torque, hold * STEP)
     late = physics.delay / STEP
-    h, half = STEP, STEP / 2.0
-    r, psi, rotor, w = 0.0, 0.0, 0.0, 0.0
+    r, psi, rotor, w, u = 0.0, 0.0, 0.0, 0.0, 0.0
     gyro_noise, compass_noise = noise[0].tolist(), noise[1].tolist()
     moments = water.tolist()
     rates, headings = list[float](), list[float]()
@@ -72,6 +71,9 @@ def sail(
         remaining = (beat + 1) * hold - position
         return before if remaining >= 1.0 else remaining * before + (1.0 - remaining) * commands[beat + 1]
 
+    def slopes(tick: int, moment: float, r: float, psi: float, rotor: float, w: float) -> tuple[float, float, float]:
+        return respond(u, tick, moment, r, psi, rotor, w)
+
     for beat in range(len(gyro_noise)):
         gyro.append(r + gyro_noise[beat])
         compass.append(psi + compass_noise[beat])
@@ -82,19 +84,7 @@ def sail(
             if onset is not None and step == onset.step:
                 respond, late = response(onset.physics), onset.physics.delay / STEP
                 rotor, w = onset.rotor(commands[-1]), r
-            tick, noisy = 2 * step, moments[step]
             u = arrived(step) if late else commands[-1]
-            a1, d1, e1 = respond(u, tick, noisy, r, psi, rotor, w)
-            b1 = r
-            b2 = r + half * a1
-            a2, d2, e2 = respond(u, tick + 1, noisy, b2, psi + half * b1, rotor + half * d1, w + half * e1)
-            b3 = r + half * a2
-            a3, d3, e3 = respond(u, tick + 1, noisy, b3, psi + half * b2, rotor + half * d2, w + half * e2)
-            b4 = r + h * a3
-            a4, d4, e4 = respond(u, tick + 2, noisy, b4, psi + h * b3, rotor + h * d3, w + h * e3)
-            r += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
-            psi += h / 6.0 * (b1 + 2.0 * (b2 + b3) + b4)
-            rotor += h / 6.0 * (d1 + 2.0 * (d2 + d3) + d4)
-            w += h / 6.0 * (e1 + 2.0 * (e2 + e3) + e4)
+            r, psi, rotor, w, _ = step_on(slopes, 2 * step, moments[step], r, psi, rotor, w)
     time = STEP * np.arange(len(rates), dtype=np.float64)
     return Motion(time, np.array(rates), np.array(headings), np.array(gyro), np.array(compass), np.array(commands))

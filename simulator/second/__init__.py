@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from simulator.second.commands import CLOSED_LOOP, COMMANDS, OPEN_LOOP
 from simulator.second.hidden import BY_CHANNEL, EFFECTS
-from simulator.second.play import Case, Played, play
+from simulator.second.play import Case, Outcome, play
 from simulator.second.vehicles import VEHICLES, Vehicle
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "OPEN_LOOP",
     "VEHICLES",
     "Case",
-    "Played",
+    "Outcome",
     "Vehicle",
     "play",
 ]

@@ -7,7 +7,7 @@ step of 10 ms, at most a fortieth of a time scale, by which the method errs by a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,23 @@ import numpy as np
 from simulator.second.commands import Pilot
 from simulator.second.plant import STEP, Array, Plant
 from simulator.second.sensors import Clocked
+
+
+class _SensorLog:
+    """The samples of one sensor as they are taken; none without a sensor."""
+
+    def __init__(self, sensor: Clocked | None) -> None:
+        self._stamps = [*(sensor.stamps.tolist() if sensor else []), math.inf]
+        self._noise = sensor.noise.tolist() if sensor else []
+        self.values: list[float] = []
+
+    def take(self, end: float, before: float, now: float) -> Iterator[tuple[float, float]]:
+        """Stamp and value of each sample in the step that ends at `end` [s], between the true values at its ends."""
+        while self._stamps[len(self.values)] <= end:
+            stamp = self._stamps[len(self.values)]
+            part = 1.0 - (end - stamp) / STEP
+            self.values.append(before + part * (now - before) + self._noise[len(self.values)])
+            yield stamp, self.values[-1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,16 +72,11 @@ def motion_of(
     stages = [make() for make in plant.stages]
     factors, outside, scales = plant.drag_factor.tolist(), plant.outside.tolist(), plant.thrust_factor.tolist()
     wakes = [[share, -math.expm1(-STEP / constant), 0.0] for share, constant in plant.wakes]
-    gyro_stamps, gyro_noise = [*gyro.stamps.tolist(), math.inf], gyro.noise.tolist()
-    compass_stamps = [*(compass.stamps.tolist() if compass else []), math.inf]
-    compass_noise = compass.noise.tolist() if compass else []
-
     r, heading = start
     seen_rate, seen_heading, seen_at = 0.0, heading, 0.0
     command = carried = 0.0
     rates, headings, thrusts, commands = [], [], [], []
-    gyro_log: list[float] = []
-    compass_log: list[float] = []
+    gyro_log, compass_log = _SensorLog(gyro), _SensorLog(compass)
     for k in range(plant.outside.size):
         if k % hold == 0:
             command = pilot(k // hold, seen_rate, seen_heading)
@@ -88,25 +100,19 @@ def motion_of(
         headings.append(heading)
         thrusts.append(thrust)
         end = (k + 1) * STEP
-        while gyro_stamps[len(gyro_log)] <= end:
-            stamp = gyro_stamps[len(gyro_log)]
-            part = 1.0 - (end - stamp) / STEP
-            seen_rate = rate_before + part * (r - rate_before) + gyro_noise[len(gyro_log)]
-            gyro_log.append(seen_rate)
+        for stamp, seen_rate in gyro_log.take(end, rate_before, r):
             if compass is None:
                 seen_heading += seen_rate * (stamp - seen_at)
                 seen_at = stamp
-        while compass_stamps[len(compass_log)] <= end:
-            part = 1.0 - (end - compass_stamps[len(compass_log)]) / STEP
-            seen_heading = heading_before + part * (heading - heading_before) + compass_noise[len(compass_log)]
-            compass_log.append(seen_heading)
+        for _, logged in compass_log.take(end, heading_before, heading):
+            seen_heading = logged
     return Motion(
         np.array(rates),
         np.array(headings),
         np.array(thrusts),
         np.array(commands),
-        np.array(gyro_log),
-        np.array(compass_log),
+        np.array(gyro_log.values),
+        np.array(compass_log.values),
     )
 
 

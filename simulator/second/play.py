@@ -46,7 +46,7 @@ class Case:
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
+class Outcome:
     """A case's recording and the truth about it.
 
     Attributes:
@@ -67,7 +67,7 @@ def chance(case: Case, kind: str) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence([case.seed, *kind.encode()]))
 
 
-def play(case: Case) -> Played:
+def play(case: Case) -> Outcome:
     """The recording of a case, and the truth about it.
 
     Raises:
@@ -112,7 +112,7 @@ def play(case: Case) -> Played:
         streams["heading"] = (compass.stamps, motion.compass)
     for name, course in courses.items():
         streams[name] = logged_course(course, (2.0, 15.0), chance(case, f"logged {name}"))
-    return Played(from_streams(f"second-{case.seed}", streams), vehicle.inertia, truth, motion)
+    return Outcome(from_streams(f"second-{case.seed}", streams), vehicle.inertia, truth, motion)
 
 
 def water(vehicle: Vehicle, count: int, random: np.random.Generator) -> Array:

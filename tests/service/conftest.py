@@ -23,7 +23,8 @@ from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.player import Messages, messages, play
+from simulator.messages import Messages, messages
+from simulator.player import play
 
 PATIENCE = 20.0
 """How long a test waits for what must come [s]."""

@@ -15,7 +15,8 @@ from service import wire
 from service.bus.session import connecting, free_endpoint, listening, open_session
 from service.cli.command_line import main
 from service.recordings.recording_csv import read
-from simulator.player import Faults, messages, play, wait_for_learner
+from simulator.messages import Faults, messages
+from simulator.player import play, wait_for_learner
 
 KEYS = wire.Keys("leng/yaw")
 STREAMS = {

@@ -14,7 +14,8 @@ import zenoh
 from service import wire
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.player import messages, play
+from simulator.messages import messages
+from simulator.player import play
 from tests.service.commands.test_processes import (
     KEYS,
     client_after,

@@ -12,7 +12,7 @@ import zenoh
 from service import wire
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.player import Faults, messages
+from simulator.messages import Faults, messages
 from tests.service.conftest import PATIENCE, StartBench, cut
 
 

@@ -19,7 +19,8 @@ import zenoh
 from service import wire
 from service.bus.session import connecting, free_endpoint, open_session
 from simulator import leng
-from simulator.player import messages, play
+from simulator.messages import messages
+from simulator.player import play
 from tests.service.conftest import PATIENCE, teach
 
 KEYS = wire.Keys("leng/yaw")

@@ -15,7 +15,7 @@ from service.learner.node import LearnerNode
 from service.recordings import samples_from_recording
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.player import Faults, messages
+from simulator.messages import Faults, messages
 from tests.service.conftest import PATIENCE, StartBench, configured
 
 #: A quick grid, so that four seconds of the vehicle's time, played at its own pace, give several iterations.

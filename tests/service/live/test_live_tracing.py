@@ -23,7 +23,7 @@ from service.learner.node import LearnerNode
 from service.live.effects import configured_effects as effects_of
 from service.recordings.recording import Recording
 from simulator import player
-from simulator.player import messages
+from simulator.messages import messages
 from simulator.trial import Trial, play
 from tests.hidden import recording, write_trace
 from tests.service.commands.test_processes import KEYS, client, serving

@@ -19,7 +19,8 @@ from service.learner.node import LearnerNode
 from service.live.trace_content import TraceContent
 from service.live.tracing_state import TracingState
 from service.state.store import Store
-from simulator.player import messages, play
+from simulator.messages import messages
+from simulator.player import play
 from simulator.trial import play as play_trial
 from tests.hidden import recording, write_trace
 from tests.service.commands.test_processes import KEYS, client, following, serving

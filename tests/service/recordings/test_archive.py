@@ -24,7 +24,7 @@ from service.recordings.archive_reader import ArchiveReader, is_archive
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
 from simulator import leng
-from simulator.player import Faults, messages
+from simulator.messages import Faults, messages
 from tests.conftest import ROOT
 from tests.service.conftest import PATIENCE, StartBench, configured
 from tests.service.learner.test_determinism import QUICK, without_boot
