@@ -18,7 +18,7 @@ from benchmarks.study import Record, begin, in_processes, options, publish
 from benchmarks.tables import grouped, interval, page, table
 from benchmarks.tracer.live_missions import EFFECTS, HOUR_S, between, configured, drawn
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.shadow import COMMANDED_TORQUE, as_run, compare
+from incsvr.compensation.shadow import COMMANDED_TORQUE, as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.tracing import innovations
 from incsvr.tracing.candidates import admissible, leads
@@ -56,7 +56,7 @@ def _bet(name: str, streams: Streams, config: Config) -> tuple[float, int]:
     for fresh in np.arange(WINDOW_S, HOUR_S - TRIAL_S + 1.0, TRIAL_S).tolist():
         effects = _fitted(name, between(streams, fresh - WINDOW_S, fresh), config)
         data = between(streams, fresh - TRIAL_S, fresh + TRIAL_S)
-        found = compare(data, fresh, config.signal_settings(), config.learner_settings(), None, effects)
+        found = compare_on_fresh_data(data, fresh, config.signal_settings(), config.learner_settings(), None, effects)
         if not found.turned:
             continue
         trials += 1

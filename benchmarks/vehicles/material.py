@@ -15,7 +15,7 @@ from incsvr.plant.axes import AXES, VELOCITIES, Axis
 from incsvr.plant.body import Coupled
 from incsvr.tracing import innovations
 from incsvr.tracing.cells import cut
-from incsvr.tracing.channels import usable
+from incsvr.tracing.channels import usable_channels
 from incsvr.tracing.model import TracedModel
 from incsvr.tracing.torque_nature import TorqueNature
 from service.commands import other_velocities
@@ -59,7 +59,7 @@ class Material:
             for names in (split.fitted, split.unseen)
         )
         runs, rest = runs_of(fitted), runs_of(unseen)
-        names, _ = usable([*runs, *rest])
+        names, _ = usable_channels([*runs, *rest])
         names += ["heading"] * all("heading" in run.channels for run in (*runs, *rest))
         how = replace(innovations.cutting(runs, split.inertia, TorqueNature(held=True, noisy=False)), divide=1)
         there, here = (cut(each, split.inertia, names, how).signals for each in (runs, rest))

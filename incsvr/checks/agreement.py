@@ -16,7 +16,7 @@ from incsvr.checks.curve import Curve
 from incsvr.checks.misfit import UNCLEAR, Scales, could_tell, late_since_then, misfit
 from incsvr.checks.onset import onset
 from incsvr.checks.power import turns
-from incsvr.checks.response import Estimate, Left, causes
+from incsvr.checks.response import Estimate, Residual, causes
 from incsvr.checks.state import State, Vehicle
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.numerics import Array, root_mean_square
@@ -37,16 +37,16 @@ JOINT_WINDOW_INDEX = 3
 """Place, among the windows that a batch is looked at in, of the one with the batch before."""
 MAX_JOINED_DURATIONS = 2.0
 """Longest pause, in durations of the batch, across which two batches are looked at together."""
-Learned = Callable[[Array], Curve]
+CurveOfRates = Callable[[Array], Curve]
 """What is learned, at any yaw rates (n,) [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Saw:
+class CheckResult:
     """What one check saw, whether it could have seen its faults in this batch, and how far apart the streams seem."""
 
     findings: list[Finding]
-    could: bool
+    conclusive: bool
     lag: Estimate | None = None
 
     @property
@@ -54,11 +54,13 @@ class Saw:
         return any(finding.decision >= Decision.PAUSE for finding in self.findings)
 
 
-def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None) -> Saw:
+def respond(
+    state: State, vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None, older: CurveOfRates | None
+) -> CheckResult:
     """Of the batch and of its second half by what is learned, then of the batch by what was learned before the last
     one, then of both together: what begins within a batch is told by the half of it that is wrong throughout."""
     if learned is None or older is None:
-        return Saw([], state.learned < YOUNG_CURVE_BATCHES)
+        return CheckResult([], state.learned < YOUNG_CURVE_BATCHES)
     half = batch.take(slice(len(batch) // 2, None))
     windows = [(batch, learned), (half, learned), (batch, older)]
     if state.before is not None and 0.0 < batch.time[0] - state.before.time[-1] < MAX_JOINED_DURATIONS * np.ptp(
@@ -68,7 +70,7 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
     could, seen_first, lag = False, list[Finding](), None
     for place, (samples, function) in enumerate(windows):
         known = function(samples.yaw_rate)
-        seen = Left.of(samples, known, state.lag)
+        seen = Residual.of(samples, known, state.lag)
         if (
             not turns(samples.take(known.inside), vehicle.largest_rate)
             or root_mean_square(seen.damping) < MIN_DRAG_NOISES * known.sigma
@@ -82,7 +84,7 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
         joint = place == JOINT_WINDOW_INDEX and state.kinds == {UNCLEAR}
         if samples is half:
             first = batch.take(slice(0, len(batch) // 2))
-            until_then = Left.of(first, function(first.yaw_rate), state.lag).deviation
+            until_then = Residual.of(first, function(first.yaw_rate), state.lag).deviation
             findings = late_since_then(seen, found, scales, until_then)
         else:
             findings = misfit(seen, found, scales, state.kinds, joint)
@@ -97,7 +99,7 @@ def respond(state: State, vehicle: Vehicle, batch: Samples, learned: Learned | N
         if seen_first and seen_first[0].kind != UNCLEAR:
             break
         could |= samples is not half and could_tell(found, scales)
-    return Saw(seen_first, bool(seen_first) or could, lag)
+    return CheckResult(seen_first, bool(seen_first) or could, lag)
 
 
 def least_lag(state: State, vehicle: Vehicle) -> float:

@@ -15,7 +15,7 @@ SLOPE_STEP_SHARE = 0.02
 """Step over which the slope is taken, as a share of the learned range: well below the width of the kernel."""
 
 
-class Served(NamedTuple):
+class ServedCurve(NamedTuple):
     """What a model says at (n,) yaw rates.
 
     Attributes:
@@ -50,7 +50,7 @@ class Curve:
     largest: float
 
     @staticmethod
-    def of(function: Callable[[Array], Served], rate: Array, known: tuple[float, float], sigma: float) -> Curve:
+    def of(function: Callable[[Array], ServedCurve], rate: Array, known: tuple[float, float], sigma: float) -> Curve:
         """Of f, learned between the rates `known` [rad/s], at the rates (n,) of a batch."""
         low, high = known
         step, n = SLOPE_STEP_SHARE * (high - low), rate.size

@@ -17,8 +17,8 @@ from incsvr.checks.agreement import (
     MAX_ROTOR_LAG_S,
     MIN_LAG_WIDTHS,
     YOUNG_CURVE_BATCHES,
-    Learned,
-    Saw,
+    CheckResult,
+    CurveOfRates,
     least_lag,
     respond,
 )
@@ -29,7 +29,7 @@ from incsvr.checks.leaps import leaps
 from incsvr.checks.misfit import LASTING_SIGMAS, RESPONSE, UNCLEAR
 from incsvr.checks.outliers import outliers, scatter
 from incsvr.checks.power import MIN_TURNING_RATE_SHARE, drives, turns
-from incsvr.checks.response import Estimate, Left, agrees, causes
+from incsvr.checks.response import Estimate, Residual, agrees, causes
 from incsvr.checks.state import PRIOR_LAG_PRECISION, State, Vehicle
 from incsvr.checks.stuck import STREAM_WORDS, stuck
 from incsvr.checks.unit import unit
@@ -55,7 +55,7 @@ MAX_SEEN_DRIFT_SHARE = 0.25
 
 
 def check(
-    state: State, vehicle: Vehicle, batch: Samples, learned: Learned | None, older: Learned | None = None
+    state: State, vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None, older: CurveOfRates | None = None
 ) -> tuple[State, Verdict]:
     """Judges a batch before it is learned.
 
@@ -69,13 +69,13 @@ def check(
     known = None if learned is None else learned(batch.yaw_rate)
     saw = {
         "stuck": _stuck(state, vehicle, batch, known),
-        "outliers": Saw(outliers(batch), True),
-        "scatter": Saw(scatter(batch, vehicle.largest_rate) if vehicle.believed else [], True),
-        "leaps": Saw([] if known is None else leaps(batch, known), True),
+        "outliers": CheckResult(outliers(batch), True),
+        "scatter": CheckResult(scatter(batch, vehicle.largest_rate) if vehicle.believed else [], True),
+        "leaps": CheckResult([] if known is None else leaps(batch, known), True),
         "sign": _sign(vehicle, batch),
-        "unmoved": Saw(_unmoved(vehicle, batch, learned_until_now), True),
+        "unmoved": CheckResult(_unmoved(vehicle, batch, learned_until_now), True),
         "unit": _unit(state, vehicle, batch, known),
-        "heading": Saw(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
+        "heading": CheckResult(against_heading(batch, vehicle.largest_rate), HEADING in batch.raw),
         "response": respond(state, vehicle, batch, learned, older or learned),
     }
     saw["pace"], state = _pace(state, vehicle, batch, saw["response"])
@@ -94,7 +94,7 @@ def check(
         return _paused(state, batch, pausing, saw[pausing].findings + also)
     findings = _once(state, batch, warnings)
     if state.paused_since is not None and state.kinds != {UNCLEAR}:
-        left = frozenset(name for name in state.paused_by if not saw[name].could)
+        left = frozenset(name for name in state.paused_by if not saw[name].conclusive)
         after = replace(state, paused_by=left, before=None)
         if not left:
             after = replace(after, paused_since=None, kinds=frozenset(), agreeing=0)
@@ -117,7 +117,7 @@ def check(
     return _usual(after, vehicle, batch, known, drifts), verdict
 
 
-def _trusted(state: State, vehicle: Vehicle, learned: Learned | None) -> Learned | None:
+def _trusted(state: State, vehicle: Vehicle, learned: CurveOfRates | None) -> CurveOfRates | None:
     """The curve where it was learned well enough to judge a batch by."""
     if learned is None or state.learned < YOUNG_CURVE_BATCHES:
         return None
@@ -152,37 +152,37 @@ def _paused(state: State, batch: Samples, by: str, findings: list[Finding]) -> t
     return after, Verdict(tuple(findings), learn=False, suspect=suspect, span=_span(batch))
 
 
-def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:
+def _stuck(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> CheckResult:
     low, high = vehicle.rate_range
     found, moved = stuck(batch, vehicle.inertia, high - low, state.usual, state.reach, known)
     if known is None and not vehicle.believed:
         # nobody knows whether a torque turns this vehicle, or the water alone
         found = [finding for finding in found if finding.kind != "torque stuck"]
-    return Saw(found, moved)
+    return CheckResult(found, moved)
 
 
-def _sign(vehicle: Vehicle, batch: Samples) -> Saw:
+def _sign(vehicle: Vehicle, batch: Samples) -> CheckResult:
     if vehicle.sign_known:
-        return Saw([], False)
-    return Saw(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
+        return CheckResult([], False)
+    return CheckResult(drives(batch, vehicle.inertia, vehicle.largest_rate), turns(batch, vehicle.largest_rate))
 
 
-def _unmoved(vehicle: Vehicle, batch: Samples, learned: Learned | None) -> list[Finding]:
+def _unmoved(vehicle: Vehicle, batch: Samples, learned: CurveOfRates | None) -> list[Finding]:
     """By what the first batches taught already: of the curve only its size counts."""
     if learned is None:
         return []
     return unmoved(batch, vehicle.largest_rate, learned(batch.yaw_rate).largest, vehicle.inertia)
 
 
-def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> Saw:
+def _unit(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None) -> CheckResult:
     if not vehicle.believed:
-        return Saw([], False)
+        return CheckResult([], False)
     moving = float(np.max(np.abs(batch.yaw_rate))) > 2.0 * MIN_TURNING_RATE_SHARE * vehicle.largest_rate
     reach, sigma = state.reach.get(TORQUE, 0.0), np.inf if known is None else known.sigma
-    return Saw(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)
+    return CheckResult(unit(batch, vehicle.inertia, vehicle.largest_rate, reach, sigma), moving)
 
 
-def _pace(state: State, vehicle: Vehicle, batch: Samples, response: Saw) -> tuple[Saw, State]:
+def _pace(state: State, vehicle: Vehicle, batch: Samples, response: CheckResult) -> tuple[CheckResult, State]:
     """Of the stamps' pace; where the streams should have drifted apart by it, and have not, the pace is a new one."""
     findings, drift = paces(batch, state.periods)
     drift = state.drift + drift if drift else 0.0
@@ -190,8 +190,8 @@ def _pace(state: State, vehicle: Vehicle, batch: Samples, response: Saw) -> tupl
         findings = [replace(finding, decision=Decision.WARN) for finding in findings]
     elif response.lag is not None and _together(drift, response.lag, least_lag(state, vehicle)):
         now = {name: period(batch, name) for name in state.periods}
-        return Saw([], True), replace(state, drift=0.0, periods=now)
-    return Saw(findings, True), replace(state, drift=drift)
+        return CheckResult([], True), replace(state, drift=0.0, periods=now)
+    return CheckResult(findings, True), replace(state, drift=drift)
 
 
 def _together(drift: float, lag: Estimate, least: float) -> bool:
@@ -218,7 +218,7 @@ def _usual(state: State, vehicle: Vehicle, batch: Samples, known: Curve | None, 
         now = period(batch, name)
         periods[name] = RETAINED_SHARE * state.periods.get(name, now) + (1.0 - RETAINED_SHARE) * now
     state = replace(state, usual=usual, reach=reach, periods=periods, before=batch)
-    found = None if known is None or drifts else causes(Left.of(batch, known, state.lag), known.sigma)
+    found = None if known is None or drifts else causes(Residual.of(batch, known, state.lag), known.sigma)
     if found is None or not np.isfinite(found.each["lag"].resolved):
         return state
     lag = found.each["lag"]

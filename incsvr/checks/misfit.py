@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from incsvr.checks.response import SENSOR_CAUSES, VEHICLE_CAUSES, Causes, Estimate, Left, began
+from incsvr.checks.response import SENSOR_CAUSES, VEHICLE_CAUSES, Causes, Estimate, Residual, onset_time
 from incsvr.checks.verdict import CHANGE, Decision, Finding
 
 CAUSE_SIGMAS = 6.0
@@ -64,7 +64,9 @@ class Scales:
     least_lag: float
 
 
-def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str], joint: bool = False) -> list[Finding]:
+def misfit(
+    seen: Residual, found: Causes, scales: Scales, suspected: frozenset[str], joint: bool = False
+) -> list[Finding]:
     """Findings on what is left over.
 
     Args:
@@ -76,7 +78,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
     span = f"from {seen.time[0]:.10g} to {seen.time[-1]:.10g} s"
     sensors = [cause for cause in SENSOR_CAUSES if _large(cause, found.each[cause], scales, cause in suspected)]
     if best in sensors and (best in suspected or found.lead(best) > TIE or not _unremarkable(found)):
-        failed = _SENTENCES[best](estimate.size, began(seen, best, estimate.size))
+        failed = _SENTENCES[best](estimate.size, onset_time(seen, best, estimate.size))
         if best in suspected or found.lead(best) > FAULT_LEAD:
             return [Finding(best, Decision.PAUSE, failed)]
         return [_unclear(f"{failed}, or the vehicle changed")]
@@ -86,7 +88,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
         large = found.left > max(FOREIGN_NOISES * scales.sigma, MIN_LEFT_DAMPING_SHARE * scales.largest_damping)
         left = f"the learned curve leaves {found.left:.3g} N m over {span}: the vehicle changed or a sensor failed"
         return [_unclear(left)] if large else []
-    since = began(seen, best, estimate.size)
+    since = onset_time(seen, best, estimate.size)
     sentence = _change(best, estimate.size, since, scales)
     if sentence is None:
         return []
@@ -109,7 +111,7 @@ def misfit(seen: Left, found: Causes, scales: Scales, suspected: frozenset[str],
     return [Finding(CHANGE, Decision.WARN, sentence)]
 
 
-def late_since_then(seen: Left, found: Causes, scales: Scales, until_then: float) -> list[Finding]:
+def late_since_then(seen: Residual, found: Causes, scales: Scales, until_then: float) -> list[Finding]:
     """Findings on the second half of a batch: whether the streams came apart within the batch.
 
     Args:
@@ -122,7 +124,7 @@ def late_since_then(seen: Left, found: Causes, scales: Scales, until_then: float
         or until_then > CALM_FIRST_HALF_SHARE * found.left
     ):
         return []
-    sentence = _late(lag.size, began(seen, "lag", lag.size))
+    sentence = _late(lag.size, onset_time(seen, "lag", lag.size))
     if found.best == "lag" and found.lead("lag") > FAULT_LEAD:
         return [Finding("lag", Decision.PAUSE, sentence)]
     return [_unclear(f"{sentence}, or the vehicle changed")]

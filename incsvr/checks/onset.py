@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from incsvr.checks.misfit import BOUNDLESS_CHANGE, DRIVELESS_CHANGE, MAX_CHANGE_NOISES, UNCLEAR, Scales
-from incsvr.checks.response import Left
+from incsvr.checks.response import Residual
 from incsvr.checks.verdict import Decision, Finding
 from incsvr.numerics import Array, robust_deviation
 
@@ -27,7 +27,7 @@ MIN_DAMPING_NOISES = 2.0
 """Damping over these samples, in noise levels, from which on a change of it would be seen."""
 
 
-def onset(seen: Left, scales: Scales) -> list[Finding]:
+def onset(seen: Residual, scales: Scales) -> list[Finding]:
     """Whether what the curve leaves over of a batch's last samples is no vehicle's change."""
     for count in LAST_SAMPLES:
         if seen.time.size < 2 * count:

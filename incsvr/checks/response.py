@@ -42,7 +42,7 @@ MIN_SAMPLES = 15
 
 
 @dataclass(frozen=True, slots=True)
-class Left:
+class Residual:
     """What a curve leaves over of n samples at rates that it knows.
 
     Attributes:
@@ -65,11 +65,11 @@ class Left:
     lag: float
 
     @staticmethod
-    def of(batch: Samples, known: Curve, lag: float) -> Left:
+    def of(batch: Samples, known: Curve, lag: float) -> Residual:
         """What the curve leaves over of a batch, where the torque usually comes `lag` [s] late."""
         inside, around = known.inside, (batch.time, batch.raw[TORQUE])
         batch = batch.take(inside)
-        found = Left(
+        found = Residual(
             batch.time,
             batch.damping - known.damping[inside],
             known.damping[inside],
@@ -164,7 +164,7 @@ class Causes:
         return min(self.each[other].cost for other in VEHICLE_CAUSES) - self.each[cause].cost
 
 
-def causes(seen: Left, sigma: float) -> Causes | None:
+def causes(seen: Residual, sigma: float) -> Causes | None:
     """Weighs the causes for what is left over; None where the samples are too few.
 
     Args:
@@ -194,12 +194,12 @@ def causes(seen: Left, sigma: float) -> Causes | None:
     return Causes(seen.deviation, {cause: estimate(cause) for cause in sizes})
 
 
-def _rest(seen: Left, cause: str, size: float) -> Array:
+def _rest(seen: Residual, cause: str, size: float) -> Array:
     """(n,) what a cause does not explain; where nobody knows what it makes, it explains nothing."""
     return seen.left - np.nan_to_num(seen.shape(cause, size))
 
 
-def _lag(seen: Left, level: float) -> float:
+def _lag(seen: Residual, level: float) -> float:
     """The delay of the torque beside the usual one [s] that explains most, on a grid."""
     usual = seen.later(np.array([seen.lag]))[0]
     rests = seen.left - np.nan_to_num(usual - seen.later(seen.lag + DELAYS_S))
@@ -220,7 +220,7 @@ def agrees(batch: Samples, sigma: float) -> bool:
     return _deviation(batch.damping - design @ size) <= AGREEING_NOISES * sigma and float(drag @ rate) > 0.0
 
 
-def began(seen: Left, cause: str, size: float) -> float:
+def onset_time(seen: Residual, cause: str, size: float) -> float:
     """The time [s] since which the cause explains what is left over best."""
     better = seen.left**2 - _rest(seen, cause, size) ** 2
     # samples from k on are explained by the cause, those before by nothing

@@ -102,7 +102,7 @@ class State:
             "periods": dict(self.periods),
             "lag": self.lag,
             "precision": self.precision,
-            "before": None if self.before is None else _plain(self.before),
+            "before": None if self.before is None else _plain_data(self.before),
             "agreeing": self.agreeing,
             "told": self.told,
             "drift": self.drift,
@@ -136,7 +136,7 @@ def _bins(vehicle: Vehicle, rate: Array) -> NDArray[np.int64]:
     return np.clip((RATE_BINS * (rate - low) / (high - low)).astype(np.int64), 0, RATE_BINS - 1)
 
 
-def _plain(samples: Samples) -> dict[str, Any]:
+def _plain_data(samples: Samples) -> dict[str, Any]:
     raw = {name: samples.raw[name].tolist() for name in (TORQUE,)}
     columns = {"time": samples.time, "yaw_rate": samples.yaw_rate, "damping": samples.damping}
     return {name: values.tolist() for name, values in columns.items()} | {"raw": raw}

@@ -60,7 +60,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class CurrentWarnings:
     """What is to be said of the sensors now, after the verdicts so far.
 
     Attributes:
@@ -73,7 +73,7 @@ class Said:
     warnings: tuple[str, ...] = ()
     change: tuple[float, str] | None = None
 
-    def after(self, verdict: Verdict) -> Said:
+    def after(self, verdict: Verdict) -> CurrentWarnings:
         """With the verdict on the next batch."""
         now = verdict.span[1]
         change = self.change if self.change is not None and 0.0 <= now - self.change[0] < CHANGE_MEMORY_S else None
@@ -87,10 +87,10 @@ class Said:
         paused = (
             None if verdict.learn else "; ".join(pausing) or self.paused or "it is not known yet whether all is well"
         )
-        return Said(paused, tuple(sentences), change)
+        return CurrentWarnings(paused, tuple(sentences), change)
 
 
-def told(verdicts: Iterable[Verdict]) -> list[str]:
+def verdict_sentences(verdicts: Iterable[Verdict]) -> list[str]:
     """What the verdicts on batches, one after the other, come to: a sentence for each thing as long as it lasts."""
     sentences: list[str] = []
     lasting: dict[str, int] = {}  # kind → where its sentence stands

@@ -31,7 +31,7 @@ _TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, slots=True)
-class Carried:
+class FilterState:
     """What is remembered between two pieces.
 
     Attributes:
@@ -50,7 +50,7 @@ class Carried:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class GridSegment:
     """Points of the fine grid, in their order; they may pause.
 
     Attributes:
@@ -74,9 +74,9 @@ class Piece:
         """(n,) stamps [s]."""
         return np.asarray(self.index * self.step, dtype=np.float64)
 
-    def take(self, part: slice) -> Piece:
+    def take(self, part: slice) -> GridSegment:
         channels = {name: values[part] for name, values in self.channels.items()}
-        return Piece(
+        return GridSegment(
             self.index[part], self.step, self.rate[part], self.torque[part], self.delayed[part], channels
         )  # fmt: skip
 
@@ -105,7 +105,9 @@ class Compensation:
         left_out = tuple(term.effect for effect, term in pairs if effect.needs_clock)
         found = Compensation(replace(model, terms=kept), left_out)
         still = np.zeros(2)
-        found.split(Piece(np.arange(2), 0.02, still, still, still, dict.fromkeys(found.channels, still)), Carried())
+        found.split(
+            GridSegment(np.arange(2), 0.02, still, still, still, dict.fromkeys(found.channels, still)), FilterState()
+        )
         return found
 
     @property
@@ -137,7 +139,7 @@ class Compensation:
         """The effects with their terms, in the order in which they were added."""
         return list(zip(self.model.effects(), self.model.terms, strict=True))
 
-    def split(self, piece: Piece, carried: Carried) -> tuple[list[Array], Carried]:
+    def split(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
         """What each effect takes of the torque, in the order of `pairs`, and what to remember.
 
         (n,) each: a moment [N m]; of an effect that scales the damping its factor; of an inertia zero, because it takes
@@ -149,19 +151,19 @@ class Compensation:
         for first, last in pairwise(edges):
             part = piece.take(slice(first, last))
             if carried.index is not None and (part.index[0] - carried.index) * piece.step >= RUN_PAUSE_S:
-                carried = Carried(
+                carried = FilterState(
                     turns=carried.turns, heading=carried.heading if HEADING_CHANNEL in piece.channels else None
                 )
             values, carried = self._stretch(part, carried)
             found.append(values)
         return [np.concatenate(values) for values in zip(*found, strict=True)], carried
 
-    def _stretch(self, piece: Piece, carried: Carried) -> tuple[list[Array], Carried]:
+    def _stretch(self, piece: GridSegment, carried: FilterState) -> tuple[list[Array], FilterState]:
         """The same for points that belong together; short pauses are bridged as if time had stood still."""
         pairs, model = self.pairs(), self.model
         heading, carried = _heading(piece, carried)
         filters: dict[str, float] = dict(carried.filters)
-        seen = _Seen(
+        seen = _SegmentSignals(
             step=piece.step, start=np.array([0, piece.index.size], dtype=np.intp), time=piece.time,
             rate=piece.rate, torque=piece.torque, channels=piece.channels, heading=heading, inertia=model.inertia,
             scale=model.scale, block=model.block, damping=model.damping_at(piece.rate), drag=model.drag(),
@@ -192,13 +194,13 @@ class Compensation:
         return [values[k] for k in range(len(pairs))], last
 
 
-def plain(carried: Carried) -> dict[str, Any]:
+def plain_data(carried: FilterState) -> dict[str, Any]:
     """As plain data, exact to the bit in JSON; `Carried(**plain(carried))` is the same again."""
     return asdict(carried)
 
 
 @dataclass(frozen=True, slots=True)
-class _Seen(Signals):
+class _SegmentSignals(Signals):
     """What an effect may look at; its filter goes on where it stood at the end of the piece before."""
 
     effect: str = ""
@@ -214,7 +216,7 @@ class _Seen(Signals):
         return np.asarray(out, dtype=np.float64)
 
 
-def _heading(piece: Piece, carried: Carried) -> tuple[Array, Carried]:
+def _heading(piece: GridSegment, carried: FilterState) -> tuple[Array, FilterState]:
     """(n,) the heading, counted on over whole turns [rad]: as received, else the integral of the yaw rate."""
     if HEADING_CHANNEL in piece.channels:
         received = piece.channels[HEADING_CHANNEL]

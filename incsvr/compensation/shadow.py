@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.compensation.bets import evidence, score, standing
+from incsvr.compensation.bets import evidence, final_log_wealth, score
 from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.compensation.freeing import takes_torque
 from incsvr.compensation.promotion import Comparison
@@ -52,7 +52,7 @@ COMMANDED_TORQUE = TorqueNature(held=True, noisy=False, closed=True)
 Streams = Mapping[str, tuple[Array, Array]]
 
 
-def compare(
+def compare_on_fresh_data(
     streams: Streams,
     fresh: float,
     signals: SignalSettings,
@@ -79,8 +79,8 @@ def compare(
     run = as_run({name: (t[t >= fresh], values[t >= fresh]) for name, (t, values) in streams.items()})
     told = _forecasts(streams, fresh, without, effects)
     bare = replace(effects.model, terms=() if without is None else without.model.terms)
-    plain_model = _taught(bare, before, signals, settings, without, told.plain)
-    better_model = _taught(effects.model, before, signals, settings, effects, told.better)
+    plain_model = _with_learned_damping(bare, before, signals, settings, without, told.plain)
+    better_model = _with_learned_damping(effects.model, before, signals, settings, effects, told.better)
     plain, step = _free_run(run, plain_model)
     better, _ = _free_run(run, better_model)
     if not np.isfinite(rms(plain)) or not np.isfinite(rms(better)):
@@ -105,7 +105,7 @@ def compare(
         torque_with,
         evidence=evidence(*scores),
         against=evidence(*(-each for each in scores)),
-        won=standing(*scores),
+        won=final_log_wealth(*scores),
     )
 
 
@@ -169,7 +169,7 @@ def as_run(streams: Streams) -> Run:
     return Run("the recent data", time, columns.pop(YAW_RATE), columns.pop(TORQUE), columns)
 
 
-def _taught(
+def _with_learned_damping(
     model: TracedModel,
     streams: Streams,
     signals: SignalSettings,

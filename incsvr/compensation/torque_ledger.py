@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Carried, Compensation, Piece, plain
+from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation, FilterState, GridSegment, plain_data
 from incsvr.numerics import Array, Streams
 from incsvr.plant import damping_moment
 from incsvr.plant.body import DECLARED_INERTIA
@@ -44,7 +44,7 @@ class TorqueLedger:
         self._step = settings.smoothing / STEPS_PER_WIDTH
         self._channels = compensation.reads(settings.channels)
         self._next = 0
-        self._carried = Carried()
+        self._carried = FilterState()
         self._time: Array = np.empty(0)
         self._values: list[Array] = [np.empty(0) for _ in self._pairs]
 
@@ -78,7 +78,7 @@ class TorqueLedger:
             return
         found = {name: each[good] for name, each in values.items()}
         rate, torque, delayed = (found.pop(name) for name in ("rate", "torque", "delayed"))
-        piece = Piece(index[good], self._step, rate, torque, delayed, found)
+        piece = GridSegment(index[good], self._step, rate, torque, delayed, found)
         parts, self._carried = self._compensation.split(piece, self._carried)
         self._time = np.concatenate((self._time, at[good]))
         self._values = [np.concatenate(pair) for pair in zip(self._values, parts, strict=True)]
@@ -122,7 +122,7 @@ class TorqueLedger:
         """The whole state as plain data; `restore` goes on from it."""
         return {
             "next": self._next,
-            "carried": plain(self._carried),
+            "carried": plain_data(self._carried),
             "time": self._time.tolist(),
             "values": [values.tolist() for values in self._values],
         }
@@ -130,7 +130,7 @@ class TorqueLedger:
     def restore(self, data: Mapping[str, Any]) -> None:
         """Takes up what `to_dict` of a ledger of the same effects gave."""
         self._next = int(data["next"])
-        self._carried = Carried(**data["carried"])
+        self._carried = FilterState(**data["carried"])
         self._time = np.array(data["time"], dtype=np.float64)
         self._values = [np.array(values, dtype=np.float64) for values in data["values"]]
 

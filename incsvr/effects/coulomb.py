@@ -25,7 +25,7 @@ class Coulomb(Effect):
     sentence = "dry (Coulomb) friction: a moment of constant size against the sense of turning"
     source = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994"
     acts = "motion"
-    looks = 2.0
+    multiplicity = 2.0
     dry_friction = True
 
     def __init__(self, variant: Literal["", "sharp"]) -> None:

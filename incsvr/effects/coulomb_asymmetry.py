@@ -36,7 +36,7 @@ class CoulombAsymmetry(Coulomb):
     def implausible(self, term: Term, s: Signals) -> str:
         return "the friction would drive the turn" if min(term.coefficients) <= 0.0 else ""
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         forward, backward = term.coefficients
         if abs(forward - backward) < MIN_DIFFERENCE_SHARE * 0.5 * (forward + backward):
             return f"the friction would be the same to either side within {MIN_DIFFERENCE_SHARE:.0%}"

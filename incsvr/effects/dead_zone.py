@@ -27,7 +27,7 @@ class DeadZone(Effect):
     stage = 1
     searched = True
     fixed_coefficient = True
-    looks = 12.0
+    multiplicity = 12.0
 
     def __init__(self, variant: Literal["shifted", "step"]) -> None:
         self.variant = variant
@@ -47,7 +47,7 @@ class DeadZone(Effect):
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"half_width_nm": term.inner[-1]}
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         if term.inner[-1] < NOISE_DEVIATIONS * s.torque_noise:
             return "the dead band would lie within the noise of the measured torque, which it takes away"
         return ""

@@ -17,7 +17,7 @@ class DragStep(Effect):
     source = "B. Wehbe et al., IROS 2017, Section IV-C (hull around the rear thruster)"
     acts = "damping"
     searched = True
-    looks = 25.0
+    multiplicity = 25.0
     needs_clock = True
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:

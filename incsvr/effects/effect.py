@@ -49,7 +49,7 @@ class Effect(ABC):
         stage: the order of thrust effects, from command to thrust.
         searched: whether the last inner parameter is continuous and searched.
         shapes: range of the first inner parameter where that is searched, too, else None.
-        looks: about how many independent values of the inner parameters a search tries (paid for in evidence).
+        multiplicity: about how many independent values of the inner parameters a search tries (paid for in evidence).
         curved: whether the columns change with θ.
         channels: extra streams that it reads.
         fixed_coefficient: whether its coefficient is one by nature (inside a dead band all is lost).
@@ -68,7 +68,7 @@ class Effect(ABC):
     stage: ClassVar[int] = 0
     searched: bool = False
     shapes: tuple[float, float] | None = None
-    looks: float = 1.0
+    multiplicity: float = 1.0
     curved: bool = False
     channels: tuple[str, ...] = ()
     fixed_coefficient: ClassVar[bool] = False
@@ -139,7 +139,7 @@ class Effect(ABC):
         """Why physics forbids this term; empty if it does not."""
         return ""
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         """Why it is no more than what nobody declares more closely; empty if it is more."""
         return ""
 

@@ -30,7 +30,7 @@ class Inertia(Effect):
     def implausible(self, term: Term, s: Signals) -> str:
         return "the inertia would be negative" if term.coefficients[0] <= -s.inertia else ""
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.coefficients[0]) < DECLARED_INERTIA_ERROR * s.inertia:
             within = f"{DECLARED_INERTIA_ERROR:.0%}"
             return f"the inertia would be the declared one within {within}, better than it can be known"

@@ -37,7 +37,7 @@ class Memory(Effect):
     source = "W. E. Cummins, Schiffstechnik 9, 1962 (memory of the fluid); T. I. Fossen, 2011, ch. 5"
     acts = "motion"
     searched = True
-    looks = 8.0
+    multiplicity = 8.0
     lingers = True
 
     def __init__(self, variant: Literal["linear", "co-rotating"]) -> None:

@@ -22,12 +22,12 @@ class Tether(Effect):
     sentence = "a tether turns the vehicle back with a moment that grows with the turned angle"
     source = "F. Dukan, M. Ludvigsen, A. J. Sørensen, OCEANS 2011 (ROV with umbilical)"
     acts = "motion"
-    looks = 2.0
+    multiplicity = 2.0
 
     def __init__(self, variant: Literal["", "slack"]) -> None:
         self.variant = variant
         self.searched = variant == "slack"
-        self.looks = 6.0 if self.searched else 1.0
+        self.multiplicity = 6.0 if self.searched else 1.0
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         if not self.searched:

@@ -44,7 +44,7 @@ class _ThrustOfTime(Effect):
             else f"the thrust would become {left:.2g} times what its table says"
         )
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.coefficients[0]) < THRUST_TABLE_ERROR:
             return f"the thrust would change by less than {THRUST_TABLE_ERROR:.0%}, better than its table can be known"
         return ""
@@ -63,7 +63,7 @@ class ThrustStep(_ThrustOfTime):
     sentence = "the thrust jumps at one instant: a thruster fails or is fouled, or one comes back"
     source = "G. Antonelli, Underwater Robots, 2014, ch. 4 (faults of thrusters)"
     searched = True
-    looks = 25.0
+    multiplicity = 25.0
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         return [(float(at),) for at in np.linspace(*self.bounds(s), 25)]

@@ -29,7 +29,7 @@ class ThrustCurve(Effect):
     stage = 1
     searched = True
     fixed_coefficient = True
-    looks = 8.0
+    multiplicity = 8.0
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:
         top = float(np.quantile(np.abs(s.torque), 0.999))
@@ -41,7 +41,7 @@ class ThrustCurve(Effect):
     def parameters(self, term: Term, inertia: float) -> dict[str, float]:
         return {"exponent": term.inner[-1]}
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(term.inner[-1] - 1.0) < THRUST_EXPONENT_ERROR:
             return (
                 f"the exponent would be that of the table within {THRUST_EXPONENT_ERROR:g}, better than it can be known"

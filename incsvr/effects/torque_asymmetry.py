@@ -36,7 +36,7 @@ class TorqueAsymmetry(Effect):
             return f"reverse thrust would have {efficiency:.2g} times the efficiency of forward thrust"
         return ""
 
-    def slight(self, term: Term, s: Signals) -> str:
+    def below_relevance(self, term: Term, s: Signals) -> str:
         if abs(1.0 / (1.0 + term.coefficients[0]) - 1.0) < THRUST_TABLE_ERROR:
             within = f"{THRUST_TABLE_ERROR:.0%}"
             return f"reverse thrust would be forward thrust within {within}, better than a thrust table is known"

@@ -39,7 +39,7 @@ class Saturation(Effect):
     stage = 2
     searched = True
     fixed_coefficient = True
-    looks = 12.0
+    multiplicity = 12.0
 
     def __init__(self, variant: Literal["limit", "rounded corner", "smooth limit"]) -> None:
         self.variant = variant

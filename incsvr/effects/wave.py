@@ -19,7 +19,7 @@ class Wave(Effect):
     source = "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, ch. 8 (wave moments)"
     acts = "outside"
     searched = True
-    looks = 300.0
+    multiplicity = 300.0
     needs_clock = True
 
     def starts(self, s: Signals) -> list[tuple[float, ...]]:

@@ -27,7 +27,7 @@ MIN_SAMPLES = 50
 
 
 @dataclass(frozen=True, slots=True)
-class Others:
+class NeglectedTerms:
     """What other velocities take of an axis' torque.
 
     Attributes:
@@ -45,9 +45,9 @@ class Others:
         return self.rms / self.torque
 
 
-def neglected(
+def neglected_terms(
     axis: Axis, rate: Array, damping: Array, torque: Array, motion: Mapping[str, tuple[Array, Array]]
-) -> Others | None:
+) -> NeglectedTerms | None:
     """What the other velocities take, where it is clear and not small; None else.
 
     Args:
@@ -80,7 +80,7 @@ def neglected(
     weights = np.linalg.lstsq(design, y, rcond=None)[0][own.shape[1] :]
     taken = design[:, own.shape[1] :] @ weights
     rms = root_mean_square(taken)
-    return Others(tuple(chosen), rms, level) if rms > SMALL_RMS_SHARE * level else None
+    return NeglectedTerms(tuple(chosen), rms, level) if rms > SMALL_RMS_SHARE * level else None
 
 
 def _terms(axis: Axis, rate: Array, motion: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:

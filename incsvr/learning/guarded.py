@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from incsvr.checks import Curve, Served, Vehicle, Verdict, check
+from incsvr.checks import Curve, ServedCurve, Vehicle, Verdict, check
 from incsvr.checks import State as Checks
 from incsvr.learning.learner import Iteration, Settings, State, start, step
 from incsvr.learning.model import Model
@@ -132,6 +132,6 @@ def curve(model: Model) -> Callable[[Array], Curve] | None:
     return lambda rate: Curve.of(partial(_served, model), rate, known, sigma)
 
 
-def _served(model: Model, rate: Array) -> Served:
+def _served(model: Model, rate: Array) -> ServedCurve:
     said = model.predict(rate)
-    return Served(said.damping, said.curve_sigma, ~said.extrapolated)
+    return ServedCurve(said.damping, said.curve_sigma, ~said.extrapolated)

@@ -44,7 +44,7 @@ FASTEST_QUANTILE = 0.98
 
 
 @dataclass(frozen=True, slots=True)
-class Unresolved:
+class ResolutionFault:
     """What is too quick for the streams.
 
     Attributes:
@@ -110,7 +110,7 @@ class Unresolved:
         return max(self.yaw_rate_period, 0.0 if settings.torque == COMMANDED else self.torque_period)
 
 
-def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:
+def resolution_fault(samples: Samples, smoothing: float) -> ResolutionFault | None:
     """What of the motion behind the samples the streams do not show; None where the curve is right to a tenth.
 
     Args:
@@ -146,7 +146,7 @@ def unresolved(samples: Samples, smoothing: float) -> Unresolved | None:
     worst = max(found, key=lambda each: each[1])
     if worst[1] < MIN_ERROR_SHARE:
         return None
-    return Unresolved(
+    return ResolutionFault(
         rate=worst[0],
         share=worst[1],
         fastest=found[0][0],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from incsvr.checks import MODEL_KINDS, Finding, Vehicle, Verdict, told
+from incsvr.checks import MODEL_KINDS, Finding, Vehicle, Verdict, verdict_sentences
 from incsvr.learning import guarded
 from incsvr.learning.iteration import Settings
 from incsvr.signals.samples import Samples
@@ -64,4 +64,6 @@ def examine(samples: Samples, settings: Settings, vehicle: Vehicle, coupled: boo
 
 def _only(verdicts: Sequence[Verdict], wanted: Callable[[Finding], bool]) -> list[str]:
     """The sentences of some findings; nothing is put aside."""
-    return told(replace(verdict, findings=tuple(filter(wanted, verdict.findings)), learn=True) for verdict in verdicts)
+    return verdict_sentences(
+        replace(verdict, findings=tuple(filter(wanted, verdict.findings)), learn=True) for verdict in verdicts
+    )

@@ -113,7 +113,7 @@ def motion_at(
     return motion, {name: _at(at, streams[name]) for name in coupled.angles}
 
 
-def freed(coupled: Coupled, streams: Streams, smoothing: float) -> tuple[Streams, dict[str, Array]]:
+def decoupled_streams(coupled: Coupled, streams: Streams, smoothing: float) -> tuple[Streams, dict[str, Array]]:
     """The streams with what they take taken from the torque, so that the axis moves as if by itself, and each part.
 
     Values of the torque at which one of them is not known are left out. The axis's own velocity enters as measured.

@@ -8,7 +8,7 @@ MAX_DOUBTED_VALUES = 1000
 """Values that are doubted at most."""
 
 
-class Doubted:
+class DoubtedStamps:
     """What is doubted of one stream, in the order of its arrival."""
 
     def __init__(self, values: list[tuple[float, float]] | None = None, advanced: int = 0) -> None:

@@ -39,12 +39,12 @@ def periods(time: Array, at: Array) -> Array:
         known = int(np.searchsorted(time, at[0], side="right"))
         few = np.sort(np.diff(time[max(known - 1 - PERIOD_STEPS, 0) : known]))
         return np.array([few[(few.size - 1) // 2] if few.size else 0.0])
-    steps, counted = recently(np.diff(time), time, at, filled=np.inf)
+    steps, counted = latest_steps(np.diff(time), time, at, filled=np.inf)
     median = np.sort(steps, axis=1)[np.arange(at.size), np.maximum(counted - 1, 0) // 2]
     return np.where(counted > 0, median, 0.0)
 
 
-def recently(
+def latest_steps(
     of_steps: NDArray[Scalar], time: Array, at: Array, filled: float = 0.0
 ) -> tuple[NDArray[Scalar], NDArray[np.intp]]:
     """(m, PERIOD_STEPS) what is known of a stream's last steps (n − 1,) up to each instant, and how many of them

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.numerics import Array
-from incsvr.signals.following import periods, recently, widenings
+from incsvr.signals.following import latest_steps, periods, widenings
 from incsvr.signals.settings import (
     COMMANDED,
     MAX_PAUSE_S,
@@ -92,7 +92,7 @@ def _repeated(value: Array, time: Array, at: Array) -> Array:
     """(m,) how many of a stream's latest messages repeat the one before, as a share."""
     if value.size < 2:
         return np.zeros(at.size)
-    same, counted = recently(np.diff(value) == 0.0, time, at)
+    same, counted = latest_steps(np.diff(value) == 0.0, time, at)
     return np.asarray(same.sum(axis=1) / np.maximum(counted, 1))
 
 
@@ -102,7 +102,7 @@ def _known_until(time: Array, settled: float) -> float:
     return -np.inf if last < 0 else float(time[last])
 
 
-def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoothed:
+def held_command(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoothed:
     """The command around the instants at which it held throughout; NaN at the others.
 
     Args:
@@ -139,7 +139,7 @@ def held(time: Array, value: Array, at: Array, reach: float, gap: float) -> Smoo
     )
 
 
-def stepped(time: Array, value: Array, at: Array, smoothing: float, gap: float) -> Smoothed:
+def stepped_command(time: Array, value: Array, at: Array, smoothing: float, gap: float) -> Smoothed:
     """A command that holds until the stamp of the next one, through the filter of the yaw rate.
 
     Args:

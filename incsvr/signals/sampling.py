@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from incsvr.numerics import Array, Streams
 from incsvr.plant import damping_moment
 from incsvr.signals import raw
-from incsvr.signals.holding import held, stepped
+from incsvr.signals.holding import held_command, stepped_command
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, REQUIRED, TORQUE, WIDENING_FACTOR, YAW_RATE, SignalSettings
 from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS, Smoothed, smooth
@@ -61,9 +61,9 @@ def _alike(
     smoothing = float(settings.smoothing * WIDENING_FACTOR**widening)
     gap = settings.bridged(smoothing)
     if holds:
-        torque = held(*streams[TORQUE], at, HALF_WINDOW_WIDTHS * smoothing, gap)
+        torque = held_command(*streams[TORQUE], at, HALF_WINDOW_WIDTHS * smoothing, gap)
     elif settings.torque == COMMANDED and (takes is None or not takes.on_a_line):
-        torque = stepped(*streams[TORQUE], at, smoothing, gap)
+        torque = stepped_command(*streams[TORQUE], at, smoothing, gap)
     else:
         torque = smooth(*streams[TORQUE], at, smoothing=smoothing, gap=gap)
     yaw_rate = smooth(*streams[YAW_RATE], at, smoothing=smoothing, gap=gap)

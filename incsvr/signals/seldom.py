@@ -35,7 +35,7 @@ fast the vehicle is."""
 
 
 @dataclass(frozen=True, slots=True)
-class TooSlow:
+class SlowTorque:
     """A torque that is sampled too seldom.
 
     Attributes:
@@ -72,7 +72,7 @@ class TooSlow:
         return f"{self.fault}; send it at {self.hertz} Hz or more{cure}"
 
 
-def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> TooSlow | None:
+def slow_torque(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> SlowTorque | None:
     """Whether the torque is sampled too seldom for how fast the vehicle turns.
 
     Args:
@@ -89,4 +89,4 @@ def too_slow(rate: tuple[Array, Array], torque: tuple[Array, Array]) -> TooSlow 
     if high - low > MAX_PAUSE_SPREAD * period or scale <= MIN_SCALE_SAMPLES * even:
         return None
     hertz = ceil(1.0 / (MAX_PERIOD_SCALES * scale))
-    return None if period * hertz < JITTER_FACTOR else TooSlow(period, scale, hertz)
+    return None if period * hertz < JITTER_FACTOR else SlowTorque(period, scale, hertz)

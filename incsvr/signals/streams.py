@@ -31,7 +31,7 @@ import numpy as np
 
 from incsvr.numerics import Array
 from incsvr.signals.bursts import bursts
-from incsvr.signals.doubt import Doubted
+from incsvr.signals.doubt import DoubtedStamps
 
 JUMP_S = 10.0
 """Distance of a stamp from the newest beyond which it may be wrong, or of a clock that was set [s]."""
@@ -99,7 +99,7 @@ class Stream:
         self.rejected: dict[str, int] = {} if rejected is None else rejected
         self._time = array("d")
         self._value = array("d")
-        self._doubted = Doubted()
+        self._doubted = DoubtedStamps()
         self._wrapped = 0.0  # what the counter lost by wrapping [s]
 
     @property
@@ -212,7 +212,7 @@ class Stream:
         self.since = -inf if data["since"] is None else float(data["since"])
         self._time, self._value = array("d", data["time"]), array("d", data["value"])
         doubted = [(float(time), float(value)) for time, value in data["doubted"]]
-        self._doubted = Doubted(doubted, int(data["advanced"]))
+        self._doubted = DoubtedStamps(doubted, int(data["advanced"]))
         self._wrapped = float(data["wrapped"])
         self.rejected.clear()
         self.rejected.update({str(reason): int(count) for reason, count in data["rejected"].items()})

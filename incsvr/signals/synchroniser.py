@@ -61,7 +61,7 @@ class Synchroniser:
         self.clock_restarts = 0
         """How often the time of the samples went back with the clocks."""
         self._spikes = SpikeCount()
-        self.taken_up = 0
+        self.clock_switches = 0
         """How often clocks that began anew were gone on with."""
 
     @property
@@ -156,7 +156,7 @@ class Synchroniser:
         begin = self._clocks.take_up(self._next * period + reach)
         if begin is None:
             return False
-        self.taken_up += 1
+        self.clock_switches += 1
         self._spikes.clock_began_anew()
         following = ceil((begin - reach) / period)
         if following < self._next:

@@ -13,20 +13,22 @@ from incsvr.plant.axes import YAW
 from incsvr.tracing import local_gain
 from incsvr.tracing.candidates import leads
 from incsvr.tracing.errors import Problem
-from incsvr.tracing.findings import Unexplained
+from incsvr.tracing.findings import UnexplainedChannel
 from incsvr.tracing.fit import Fit
-from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.search import FittedHypothesis, Search
 from incsvr.tracing.spells import sentence, spans, spells
 from incsvr.tracing.statistics import p_value, whitened
 from incsvr.tracing.thresholds import MAX_SMOOTH_TERMS, SMOOTH_LEADS
 
 
-def smooth_terms(search: Search, best: Tried, channels: Sequence[str]) -> tuple[Tried, tuple[Unexplained, ...]]:
+def smooth_terms(
+    search: Search, best: FittedHypothesis, channels: Sequence[str]
+) -> tuple[FittedHypothesis, tuple[UnexplainedChannel, ...]]:
     """`best` with smooth terms of what still predicts its residual, and their names."""
     s = search.problem.cells.signals
     names = [*channels, *(["time"] if s.one_clock else []), *(["heading"] if s.rate_name == YAW.rate else [])]
     effects = [SmoothTerm(name) for name in names]
-    found = list[Unexplained]()
+    found = list[UnexplainedChannel]()
     while len(found) < MAX_SMOOTH_TERMS:
         tried = []
         for lead in leads(search.problem, best.fitted, effects, SMOOTH_LEADS, 0):
@@ -38,19 +40,19 @@ def smooth_terms(search: Search, best: Tried, channels: Sequence[str]) -> tuple[
         gain, best = max(tried, key=lambda each: each[0])
         part = best.hypothesis.parts[-1]
         p = p_value(2.0 * gain / best.inflation, part.coefficients, len(names))
-        found.append(Unexplained(part.name.split(":", 1)[1], p))
+        found.append(UnexplainedChannel(part.name.split(":", 1)[1], p))
     return best, tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
-class Uneven:
+class Unevenness:
     """Where what is left is louder, or the thrust's gain another, than elsewhere: spans [s], and a sentence each."""
 
     spans: tuple[tuple[float, float], ...]
     notes: tuple[str, ...]
 
 
-def uneven(problem: Problem, fitted: Fit, residual: Array) -> Uneven:
+def unevenness(problem: Problem, fitted: Fit, residual: Array) -> Unevenness:
     """Spells of a fit's residual (n,) [N m] over the cells."""
     cells = problem.cells
     s = cells.signals
@@ -62,6 +64,6 @@ def uneven(problem: Problem, fitted: Fit, residual: Array) -> Uneven:
     other: tuple[tuple[float, float], ...] = ()
     if not problem.of_innovations:  # where a controller answers, the gain says nothing
         thrust = whitened(fitted.response.dynamics.thrust, cells.start, residual)
-        other = spans(s.time, local_gain.uneven(white, thrust, per_scale), cells.step)
+        other = spans(s.time, local_gain.uneven_gain(white, thrust, per_scale), cells.step)
         notes += [local_gain.sentence(other)] if other else []
-    return Uneven((*loud, *other), tuple(notes))
+    return Unevenness((*loud, *other), tuple(notes))

@@ -75,7 +75,7 @@ def _every(problem: Problem, fitted: Fit, effects: Sequence[Effect]) -> Iterator
     pushes = np.concatenate(columns).reshape(owner.size, *fitted.response.shape)
     root = np.sqrt(fitted.weight)
     x = fitted.colour.whiten(problem.looked_at(fitted.response.of(pushes))) * root
-    beside = _Beside.of(problem, fitted, x.reshape(owner.size, -1))
+    beside = _NormalEquations.of(problem, fitted, x.reshape(owner.size, -1))
     inertia = next((k for k, part in enumerate(begun) if part.effect.acts == "inertia"), None)
     wider, first = None, 0.0
     if inertia is not None:
@@ -115,7 +115,7 @@ def residual(dynamics: Dynamics) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
-class _Beside:
+class _NormalEquations:
     """Normal equations of a fit, and how the columns of candidates stand to them.
 
     Attributes:
@@ -133,14 +133,14 @@ class _Beside:
     slope: Array
 
     @staticmethod
-    def of(problem: Problem, fitted: Fit, x: Array) -> _Beside:
+    def of(problem: Problem, fitted: Fit, x: Array) -> _NormalEquations:
         """Beside the fit, its colour free as well."""
         root = np.sqrt(fitted.weight)
         base = (fitted.jacobian * root).reshape(fitted.jacobian.shape[0], -1)
         errors = (fitted.errors * root).ravel()
         prior = precision(problem, fitted.hypothesis, fitted.colour) * fitted.variance
         values = np.concatenate([fitted.hypothesis.vector, np.zeros(fitted.colour.vector.size)])
-        return _Beside(base @ base.T + prior, base @ errors + prior @ values, x, base @ x.T, x @ errors)
+        return _NormalEquations(base @ base.T + prior, base @ errors + prior @ values, x, base @ x.T, x @ errors)
 
     def gain(self, which: NDArray[np.bool_], tied: bool) -> tuple[float, Array]:
         """By how much half the weighted square falls by one step in some of the columns, and that step.
@@ -158,7 +158,7 @@ class _Beside:
         step = -np.linalg.lstsq(left, slope)[0]
         return -0.5 * float(slope @ step), np.asarray(step, dtype=np.float64)
 
-    def with_row(self, row: NDArray[np.bool_]) -> _Beside:
+    def with_row(self, row: NDArray[np.bool_]) -> _NormalEquations:
         """The same beside one more column."""
         own, more = self.x[row], self.cross[:, row]
         information = np.block([[self.information, more], [more.T, own @ own.T]])

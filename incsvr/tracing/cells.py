@@ -15,7 +15,7 @@ from incsvr.effects import Signals
 from incsvr.errors import BadInput
 from incsvr.numerics import Array, cell_means, integral_at
 from incsvr.signals import scales
-from incsvr.tracing.interpolation import snapped, without_spikes
+from incsvr.tracing.interpolation import snapped_edges, without_spikes
 from incsvr.tracing.run import Run, pieces, sample_period, stream
 from incsvr.tracing.thresholds import MIN_PIECE_CELLS, USUAL_QUANTILES
 from incsvr.tracing.torque_nature import TorqueNature
@@ -178,7 +178,7 @@ def _piece(run: Run, inertia: float, names: Sequence[str], how: Cut, parts: int)
         return None
     edges = begin + how.step * np.arange(count + 1)
     if clock is not None:
-        edges = snapped(edges, clock, how.step)
+        edges = snapped_edges(edges, clock, how.step)
     edges = np.interp(np.arange(count * divide + 1) / divide, np.arange(count + 1), edges)
     count *= divide
     torque = without_spikes(torque) if how.nature.noisy else torque

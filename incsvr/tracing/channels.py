@@ -12,7 +12,7 @@ from incsvr.tracing.run import Run, stream
 from incsvr.tracing.thresholds import COPY_CORRELATION, FUNCTION_R2
 
 
-def usable(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
+def usable_channels(runs: Sequence[Run]) -> tuple[list[str], dict[str, str]]:
     """Names of the channels that may be candidates, and the reason for each that may not (heading is never one)."""
     names = sorted({name for run in runs for name in run.channels} - {"heading"})
     kept: dict[str, Array] = {}

@@ -137,7 +137,7 @@ class Dynamics:
         self.motions, self.friction = list[Part](), list[Part]()
         for part in model.parts:
             if part.effect.acts == "outside":
-                self.drive = self.drive - taken(part, self.seen)
+                self.drive = self.drive - torque_taken(part, self.seen)
             elif part.effect.acts == "damping":
                 self.factor = self.factor * part.effect.factor(self.seen, part.term)
             elif part.effect.acts == "motion":
@@ -186,7 +186,7 @@ class Dynamics:
         if parts:
             now = self.instant(cell, rate, heading, water, self.channels)
             for part in parts:
-                moment = moment - taken(part, now)
+                moment = moment - torque_taken(part, now)
         return moment / self.inertia
 
     def simulate(self, windows: Windows) -> Trajectory:
@@ -205,13 +205,13 @@ class Dynamics:
                 break
             before = rate
             if rubbed is not None:
-                rate = rub(rate, *rubbed)
+                rate = coulomb_half_step(rate, *rubbed)
             rate = self._stepped(index[k], rate, heading, water)
             if rubbed is not None:
-                rate = rub(rate, *rubbed)
+                rate = coulomb_half_step(rate, *rubbed)
             mean = 0.5 * (before + rate)
             heading = heading + h * mean
-            water = {c: flowed(values, mean, h, c) for c, values in water.items()}
+            water = {c: water_after(values, mean, h, c) for c, values in water.items()}
         return course
 
     def _stepped(self, cell: NDArray[np.intp], rate: Array, heading: Array, water: Mapping[float, Array]) -> Array:
@@ -233,26 +233,26 @@ class Dynamics:
         return loss, term.inner[-1]
 
 
-def flowed(water: Array, rate: Array, step: float, constant: float) -> Array:
+def water_after(water: Array, rate: Array, step: float, constant: float) -> Array:
     """The water's rate a step later, in which the vehicle turned at `rate` in the mean."""
     keep = float(np.exp(-step / constant))
     return keep * water + (1.0 - keep) * rate
 
 
-def rub(rate: Array, loss: Array, width: float) -> Array:
+def coulomb_half_step(rate: Array, loss: Array, width: float) -> Array:
     """Dry friction for a while, exactly: it slows the turn, ends it, and never turns the vehicle."""
     loss = np.where(rate > 0.0, loss[0], loss[1])
     rubbed: Array = np.sign(rate) * np.maximum(np.abs(rate) - loss * np.tanh(np.abs(rate) / width), 0.0)
     return rubbed
 
 
-def taken(part: Part, seen: Signals | Instant) -> Array:
+def torque_taken(part: Part, seen: Signals | Instant) -> Array:
     """(m,) what an effect takes of the torque [N m]."""
     columns = part.effect.columns(cast(Signals, seen), part.term.inner, part.term.coefficients)
     return np.asarray(columns @ part.term.coefficients)
 
 
-def table(function: Callable[[Array], Array], limit: float) -> EvenTable:
+def drag_table(function: Callable[[Array], Array], limit: float) -> EvenTable:
     """d(r) [N m] as a table over rates within ± limit [rad/s]."""
     even = np.linspace(-limit, limit, 2 * DRAG_TABLE_CELLS + 1)
     return EvenTable(-limit, limit / DRAG_TABLE_CELLS, function(even))

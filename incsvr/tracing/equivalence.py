@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from incsvr.tracing.candidates import leads
-from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.search import FittedHypothesis, Search
 from incsvr.tracing.thresholds import MAX_ALTERNATIVES
 
 
-def alternatives(search: Search, best: Tried, k: int) -> list[Tried]:
+def alternatives(search: Search, best: FittedHypothesis, k: int) -> list[FittedHypothesis]:
     """Hypotheses with another effect, their last, in the k-th one's place, that predict unseen data as well."""
     part, rest = best.hypothesis.parts[k], search.tried(best.hypothesis.without(k), best.fitted)
-    found: dict[str, Tried] = {}
+    found: dict[str, FittedHypothesis] = {}
     for lead in leads(search.problem, rest.fitted, search.effects, MAX_ALTERNATIVES, 0):
         if lead.part.name == part.name:
             continue
@@ -20,10 +20,10 @@ def alternatives(search: Search, best: Tried, k: int) -> list[Tried]:
     return list(found.values())
 
 
-def simplest(search: Search, best: Tried) -> Tried:
+def simplest_equivalent(search: Search, best: FittedHypothesis) -> FittedHypothesis:
     """`best`, where each effect that the recordings cannot tell from one of fewer free numbers is that one."""
     for k in range(len(best.names)):
         fewer = [other for other in alternatives(search, best, k) if other.size < best.size]
         if fewer:
-            return simplest(search, min(fewer, key=lambda each: (each.size, -float(each.score.sum()))))
+            return simplest_equivalent(search, min(fewer, key=lambda each: (each.size, -float(each.score.sum()))))
     return best

@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from incsvr.numerics import Array
 from incsvr.tracing.cells import Cells
-from incsvr.tracing.dynamics import MAX_RATE_FACTOR, Dynamics, MotionModel, Windows, table
+from incsvr.tracing.dynamics import MAX_RATE_FACTOR, Dynamics, MotionModel, Windows, drag_table
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.response import Response
 
@@ -125,7 +125,7 @@ class Problem:
 def motion_model(cells: Cells, hypothesis: Hypothesis) -> MotionModel:
     """What a simulation over these cells needs of the hypothesis."""
     limit = MAX_RATE_FACTOR * max(float(np.max(np.abs(cells.signals.rate))), hypothesis.basis.fastest)
-    drag = table(lambda rate: hypothesis.damping @ hypothesis.basis.columns(rate), limit)
+    drag = drag_table(lambda rate: hypothesis.damping @ hypothesis.basis.columns(rate), limit)
     return MotionModel(drag, cells.signals.inertia, hypothesis.parts, hypothesis.offset)
 
 

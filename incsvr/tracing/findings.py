@@ -14,7 +14,7 @@ from incsvr.tracing.model import TracedModel
 
 
 @dataclass(frozen=True, slots=True)
-class Unexplained:
+class UnexplainedChannel:
     """A smooth term of a channel that the residual follows."""
 
     channel: str
@@ -64,7 +64,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Rejected:
+class RejectedEffect:
     """A candidate that was looked at and not added."""
 
     effect: str
@@ -125,8 +125,8 @@ class Trace:
     inertia: float
     verdict: str
     effects: tuple[Finding, ...]
-    rejected: tuple[Rejected, ...]
-    unexplained: tuple[Unexplained, ...]
+    rejected: tuple[RejectedEffect, ...]
+    unexplained: tuple[UnexplainedChannel, ...]
     error: dict[str, Any]
     ignored_channels: dict[str, str]
     notes: tuple[str, ...]

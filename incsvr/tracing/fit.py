@@ -123,7 +123,7 @@ def fit(
     return Fit(hypothesis, colour, sigma, white, rows, weight, log_densities(squares, sigma), response)
 
 
-def unseen(problem: Problem, fitted: Fit, folds: NDArray[np.intp]) -> Array:
+def held_out_scores(problem: Problem, fitted: Fit, folds: NDArray[np.intp]) -> Array:
     """(w,) log density of each window by a fit to all windows but those of its fold, begun at the whole fit.
 
     Args:

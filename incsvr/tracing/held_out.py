@@ -58,7 +58,7 @@ class Errors:
         return {"torque_mae": mae, "torque_rmse": rmse, "free_run_rmse": rms(self.free_run)}
 
 
-def joined(parts: Sequence[Errors]) -> Errors:
+def joined_errors(parts: Sequence[Errors]) -> Errors:
     """The errors on several held-out sets as one."""
     ahead = tuple(
         Ahead(*(np.concatenate([getattr(each, name) for each in same]) for name in ("error", "change", "rate")))
@@ -89,7 +89,7 @@ def trivial(measured: Sequence[Array]) -> dict[str, Mapping[str, float]]:
     return {"zero": {"free_run_rmse": rms(measured)}, "hold": {"free_run_rmse": rms(held)}}
 
 
-def proven(error: Mapping[str, Any], closed_loop: bool) -> bool:
+def is_proven(error: Mapping[str, Any], closed_loop: bool) -> bool:
     """Whether the errors on unseen data got better beyond chance, of free runs in open loop, of predictions else; the
     free run did not get worse, and errs less than a rate of zero."""
     change = error["change"]["torque_rmse" if closed_loop else "free_run_rmse"]

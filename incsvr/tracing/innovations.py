@@ -25,7 +25,7 @@ from incsvr.tracing.thresholds import (
     SUBSTEP_SETTLINGS,
 )
 from incsvr.tracing.torque_nature import TorqueNature
-from incsvr.tracing.windows import nothing
+from incsvr.tracing.windows import hypothesis_of_nothing
 
 
 def cutting(runs: Sequence[Run], inertia: float, nature: TorqueNature) -> Cut:
@@ -61,7 +61,13 @@ def pose(
     ahead = Windows.tiled(pieces_of(cells), max(round(how.scale / cells.step), how.divide))
     share = windows.first.size / total if thinned and total > MAX_INNOVATIONS else 1.0
     return Problem(
-        cells, windows, 0.5 * OFFSET_PRIOR_PERIODS * cells.torque_period, nothing(cells), colour, ahead, share
+        cells,
+        windows,
+        0.5 * OFFSET_PRIOR_PERIODS * cells.torque_period,
+        hypothesis_of_nothing(cells),
+        colour,
+        ahead,
+        share,
     )
 
 

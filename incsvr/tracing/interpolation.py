@@ -26,7 +26,7 @@ def without_spikes(values: Array) -> Array:
     return out
 
 
-def snapped(edges: Array, stamps: Array, step: float) -> Array:
+def snapped_edges(edges: Array, stamps: Array, step: float) -> Array:
     """(m,) the edges, or the stamps (n,) themselves where these are as even as a grid of `step` [s]."""
     nearest = stamps[np.clip(np.searchsorted(stamps, edges - 0.5 * step), 0, stamps.size - 1)]
     return nearest if float(np.max(np.abs(nearest - edges))) < MAX_STAMP_ERROR_PERIODS * step else edges

@@ -23,7 +23,7 @@ from incsvr.tracing.thresholds import (
 )
 
 
-def uneven(innovation: Array, torque: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
+def uneven_gain(innovation: Array, torque: Array, per_scale: float, seed: int = 0) -> NDArray[np.bool_]:
     """(n,) which innovations lie where the gain differs, where it differs more than chance would have it; else none.
 
     The squared gains of windows, each weighed by its information, against those beside circularly shifted torques: a

@@ -20,7 +20,7 @@ from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Colour, Problem, motion_model, pieces_of
 from incsvr.tracing.fit import fit
 from incsvr.tracing.run import Run
-from incsvr.tracing.search import Tried
+from incsvr.tracing.search import FittedHypothesis
 from incsvr.tracing.thresholds import (
     ENOUGH_EVIDENCE,
     MANOEUVRE_SCALES,
@@ -49,7 +49,7 @@ class Manoeuvre:
         return (*found, (round(float(self.torque.size * step), 4), 0.0))
 
 
-def separate(problem: Problem, found: Tried, alternative: Tried) -> tuple[str, Rows]:
+def separate(problem: Problem, found: FittedHypothesis, alternative: FittedHypothesis) -> tuple[str, Rows]:
     """A sentence with the shortest manoeuvre that tells `found` from `alternative`, or that there is none; its rows."""
     other, step = alternative.hypothesis.parts[-1].name, problem.cells.resolution
     if float(np.ptp(problem.cells.signals.torque)) == 0.0:
@@ -105,7 +105,7 @@ def manoeuvres(problem: Problem) -> Iterator[Manoeuvre]:
         yield Manoeuvre(words, top * np.sin(2.0 * np.pi * sweep))
 
 
-def _evidence(problem: Problem, found: Tried, alternative: Tried, manoeuvre: Manoeuvre) -> float:
+def _evidence(problem: Problem, found: FittedHypothesis, alternative: FittedHypothesis, manoeuvre: Manoeuvre) -> float:
     run = _driven(problem, found, manoeuvre)
     if float(np.max(np.abs(run.yaw_rate))) > MAX_MANOEUVRE_RATE * float(np.max(np.abs(problem.cells.signals.rate))):
         return 0.0
@@ -122,19 +122,19 @@ def _evidence(problem: Problem, found: Tried, alternative: Tried, manoeuvre: Man
     return max(missed - 1.5 * own, 0.0) / (2.0 * sigma**2)  # what its own model leaves is the error of integration
 
 
-def _sigma_ahead(problem: Problem, found: Tried) -> float:
+def _sigma_ahead(problem: Problem, found: FittedHypothesis) -> float:
     """Deviation of the errors a time scale ahead [rad/s]."""
     errors, _ = problem.errors(found.hypothesis, problem.ahead)
     return float(np.sqrt(np.median(np.mean(errors**2, axis=0))))
 
 
-def _left(problem: Problem, tried: Tried) -> float:
+def _left(problem: Problem, tried: FittedHypothesis) -> float:
     """Squared errors of windows that a hypothesis leaves of a noiseless motion, all its numbers free [rad²/s²]."""
     fitted = fit(problem, tried.hypothesis, Colour(), rounds=4)
     return float(np.sum(np.mean(fitted.errors**2, axis=0)))
 
 
-def _driven(problem: Problem, found: Tried, manoeuvre: Manoeuvre) -> Run:
+def _driven(problem: Problem, found: FittedHypothesis, manoeuvre: Manoeuvre) -> Run:
     """The manoeuvre as the found model drives it, the channels going up and down their range."""
     s, step, n = problem.cells.signals, problem.cells.resolution, manoeuvre.torque.size
     channels = {}

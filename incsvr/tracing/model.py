@@ -15,7 +15,7 @@ from incsvr.effects import Effect, Signals, Term, catalogue
 from incsvr.effects.even_table import EvenTable
 from incsvr.numerics import Array
 from incsvr.tracing.cells import plain
-from incsvr.tracing.dynamics import MAX_RATE_FACTOR, Dynamics, MotionModel, Windows, table
+from incsvr.tracing.dynamics import MAX_RATE_FACTOR, Dynamics, MotionModel, Windows, drag_table
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.fit import Fit
 from incsvr.tracing.hypothesis import Part
@@ -67,7 +67,7 @@ class TracedModel:
 
     def drag(self) -> EvenTable:
         """d [N m] over all rates of a free run [rad/s]."""
-        return table(self.damping_at, MAX_RATE_FACTOR * float(np.max(np.abs(self.rate))))
+        return drag_table(self.damping_at, MAX_RATE_FACTOR * float(np.max(np.abs(self.rate))))
 
     def motion(self) -> MotionModel:
         """What a simulation needs of it."""

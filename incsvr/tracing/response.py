@@ -14,7 +14,7 @@ import numpy as np
 
 from incsvr.effects import Signals
 from incsvr.numerics import Array
-from incsvr.tracing.dynamics import Dynamics, Instant, Trajectory, Windows, flowed, taken
+from incsvr.tracing.dynamics import Dynamics, Instant, Trajectory, Windows, torque_taken, water_after
 from incsvr.tracing.hypothesis import Hypothesis, Part
 
 HEADING_EFFECTS = ("heading_current", "tether", "unexplained:heading")
@@ -75,7 +75,7 @@ class Response:
             new = self.keep[k] * change + self.gain[k] * push
             if self.by_heading is not None:
                 heading = heading + 0.5 * step * (change + new)
-            water = {c: flowed(values, 0.5 * (change + new), step, c) for c, values in water.items()}
+            water = {c: water_after(values, 0.5 * (change + new), step, c) for c, values in water.items()}
             out[:, k] = change = new
         return out
 
@@ -94,10 +94,10 @@ class Response:
             change = d.factor / factor * (effect.factor(d.seen, part.term) - factor)
             return np.asarray(-change[self.cell] * d.drag(self.rate) / d.inertia)
         if effect.acts == "outside":
-            moment = taken(part, d.seen) - (taken(before, d.seen) if before else 0.0)
+            moment = torque_taken(part, d.seen) - (torque_taken(before, d.seen) if before else 0.0)
             return np.asarray(-moment[self.cell] / d.inertia)
         now = self._instant(part, before)
-        return np.asarray((taken(before, now) if before else 0.0) - taken(part, now)) / d.inertia
+        return np.asarray((torque_taken(before, now) if before else 0.0) - torque_taken(part, now)) / d.inertia
 
     def _instant(self, part: Part, before: Part | None) -> Instant:
         """What the effect looks at along the trajectory."""
@@ -115,7 +115,7 @@ class Response:
         water, rate = s.lowpass(s.rate, constant)[self.windows.first], self.rate.reshape(self.shape)
         out = np.empty(self.shape)
         for k in range(self.shape[0]):
-            new = flowed(water, rate[k], step, constant)
+            new = water_after(water, rate[k], step, constant)
             out[k], water = 0.5 * (water + new), new
         return out.ravel()
 

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from incsvr.effects import Signals
-from incsvr.tracing.adequacy import smooth_terms, uneven
+from incsvr.tracing.adequacy import smooth_terms, unevenness
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.cells import Cells
 from incsvr.tracing.confidence import intervals
 from incsvr.tracing.disturbance import disturbance
 from incsvr.tracing.equivalence import alternatives
-from incsvr.tracing.findings import Finding, Pictures, Rejected, Trace
-from incsvr.tracing.held_out import proven
+from incsvr.tracing.findings import Finding, Pictures, RejectedEffect, Trace
+from incsvr.tracing.held_out import is_proven
 from incsvr.tracing.manoeuvre import hopeless, separate
 from incsvr.tracing.model import model_of
-from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.search import FittedHypothesis, Search
 from incsvr.tracing.sentences import of_clocks, of_loop, of_share, sentence, streams
 from incsvr.tracing.statistics import p_value
 from incsvr.tracing.thresholds import MAX_REJECTED
@@ -27,7 +27,12 @@ from incsvr.tracing.validation import block_means, block_size, validate
 
 
 def result_of(
-    search: Search, nothing: Tried, best: Tried, other: Cells | None, ignored: Mapping[str, str], loop: Loop
+    search: Search,
+    nothing: FittedHypothesis,
+    best: FittedHypothesis,
+    other: Cells | None,
+    ignored: Mapping[str, str],
+    loop: Loop,
 ) -> Trace:
     """The findings with their errors on unseen data.
 
@@ -45,7 +50,7 @@ def result_of(
     validation = validate(problem, nothing.fitted, complete.fitted, other)
     size = block_size(cells)
     left, before = (residual(each.fitted.response.dynamics) for each in (complete, nothing))
-    spread = uneven(problem, complete.fitted, left)
+    spread = unevenness(problem, complete.fitted, left)
     model = model_of(problem, complete.fitted, float(np.std(block_means(left, size))))
     declared = model_of(problem, nothing.fitted, float(np.std(block_means(before, size))))
     error = validation.to_dict(model.sigma) | {
@@ -63,7 +68,7 @@ def result_of(
         ignored_channels=dict(ignored),
         notes=(*of_clocks(s), *of_loop(loop), *of_share(problem.share), *spread.notes),
         loop="closed" if closed else "open",
-        proven=bool(best.names) and proven(error, closed),
+        proven=bool(best.names) and is_proven(error, closed),
         spans=spread.spans,
         one_clock=s.one_clock,
         sought=not unsought,
@@ -86,7 +91,7 @@ def _moving(cells: Cells) -> Signals:
     return replace(cells.signals, acceleration=(cells.end - cells.signals.rate) / cells.step)
 
 
-def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
+def _findings(search: Search, nothing: FittedHypothesis, best: FittedHypothesis) -> list[Finding]:
     problem, declared = search.problem, search.problem.cells.signals.inertia
     spans = intervals(problem, best.fitted, search.blocks)
     without = [search.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]
@@ -105,7 +110,7 @@ def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
                 channels=streams(part.effect),
                 parameters=parameters,
                 interval=spans[k],
-                p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.looks),
+                p_value=p_value(2.0 * gain, max(part.vector.size, 1), looked_at * part.effect.multiplicity),
                 share=share,
                 cannot_tell_from=(*(other.hypothesis.parts[-1].name for other in others), *part.effect.ties),
                 next_manoeuvre=advice,
@@ -116,15 +121,19 @@ def _findings(search: Search, nothing: Tried, best: Tried) -> list[Finding]:
     return findings
 
 
-def _rejected(search: Search, best: Tried) -> list[Rejected]:
+def _rejected(search: Search, best: FittedHypothesis) -> list[RejectedEffect]:
     """What was looked at and not added, the most telling first."""
-    found, looked_at = dict[str, Rejected](), len(search.effects)
+    found, looked_at = dict[str, RejectedEffect](), len(search.effects)
     for lead in leads(search.problem, best.fitted, search.effects, MAX_REJECTED, 0):
         name = lead.part.name
         if name not in found:
-            p = p_value(2.0 * lead.gain / best.inflation, lead.part.vector.size, looked_at * lead.part.effect.looks)
-            found[name] = Rejected(name, p, search.refused.get(name, "beside what was found it brings too little"))
+            p = p_value(
+                2.0 * lead.gain / best.inflation, lead.part.vector.size, looked_at * lead.part.effect.multiplicity
+            )
+            found[name] = RejectedEffect(
+                name, p, search.refused.get(name, "beside what was found it brings too little")
+            )
     for name, why in search.refused.items():
         if name not in found and name not in best.names:
-            found[name] = Rejected(name, 1.0, why)
+            found[name] = RejectedEffect(name, 1.0, why)
     return sorted(found.values(), key=lambda rejected: rejected.p_value)

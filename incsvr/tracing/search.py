@@ -14,7 +14,7 @@ from incsvr.numerics import Array
 from incsvr.tracing.candidates import leads, residual
 from incsvr.tracing.dynamics import Dynamics
 from incsvr.tracing.errors import Problem, blocks_of
-from incsvr.tracing.fit import Fit, fit, unseen
+from incsvr.tracing.fit import Fit, fit, held_out_scores
 from incsvr.tracing.folds import Difference, difference, folds_of, inflation
 from incsvr.tracing.hypothesis import Hypothesis, Part
 from incsvr.tracing.response import Response
@@ -35,7 +35,7 @@ from incsvr.tracing.thresholds import (
 
 
 @dataclass(frozen=True, slots=True)
-class Tried:
+class FittedHypothesis:
     """A fitted hypothesis, and how well it predicts what it did not see.
 
     Attributes:
@@ -78,7 +78,7 @@ class Search:
     effects: tuple[Effect, ...]
     folds: NDArray[np.intp]
     blocks: NDArray[np.intp]
-    memory: dict[tuple[str, ...], Tried] = field(default_factory=dict)
+    memory: dict[tuple[str, ...], FittedHypothesis] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
 
     @staticmethod
@@ -91,16 +91,16 @@ class Search:
             length = min(BLOCK_WINDOWS, max(windows.first.size / MIN_BLOCKS, 1.0)) * windows.length * cells.step
         return Search(problem, tuple(effects), folds_of(problem), blocks_of(cells, windows, length))
 
-    def tried(self, hypothesis: Hypothesis, beside: Fit | None = None) -> Tried:
+    def tried(self, hypothesis: Hypothesis, beside: Fit | None = None) -> FittedHypothesis:
         """The hypothesis, fitted; `beside` is a fit from whose colour it begins."""
         key = tuple(sorted(part.effect.key for part in hypothesis.parts))
         if key not in self.memory:
             fitted = fit(self.problem, hypothesis, self.problem.colour if beside is None else beside.colour)
-            score = unseen(self.problem, fitted, self.folds)
-            self.memory[key] = Tried(fitted, score, inflation(fitted, self.blocks))
+            score = held_out_scores(self.problem, fitted, self.folds)
+            self.memory[key] = FittedHypothesis(fitted, score, inflation(fitted, self.blocks))
         return self.memory[key]
 
-    def run(self) -> tuple[Tried, Tried]:
+    def run(self) -> tuple[FittedHypothesis, FittedHypothesis]:
         """Nothing added, and the best that was found."""
         nothing = best = self.tried(self.problem.start)
         for _ in range(2 * MAX_EFFECTS):
@@ -113,21 +113,21 @@ class Search:
             best = pruned
         return nothing, best
 
-    def better(self, new: Tried, old: Tried) -> Difference:
+    def better(self, new: FittedHypothesis, old: FittedHypothesis) -> Difference:
         """By how much the new one predicts unseen data better."""
         return difference(new.score, old.score, self.blocks, new.inflation)
 
-    def alike(self, better: Tried, worse: Tried) -> bool:
+    def alike(self, better: FittedHypothesis, worse: FittedHypothesis) -> bool:
         """Whether unseen data hardly tell the two apart; each free number more asks as much again of the better."""
         more = max(better.size - worse.size, 0)
         return self.better(better, worse).evidence < ALIKE_EVIDENCE * (1 + more)
 
-    def why_not(self, new: Tried, old: Tried) -> str:
+    def why_not(self, new: FittedHypothesis, old: FittedHypothesis) -> str:
         """Why what the new hypothesis has more than the old one is not to be named; empty if it is."""
         found = self.better(new, old)
         added = [part for part in new.hypothesis.parts if part.name not in old.names]
         each = INNOVATION_EVIDENCE if self.problem.of_innovations else WINDOW_EVIDENCE
-        asked = each * max(len(added), 1) + sum(math.log(part.effect.looks) for part in added)
+        asked = each * max(len(added), 1) + sum(math.log(part.effect.multiplicity) for part in added)
         if found.evidence < asked or found.deviations < STEADY_STANDARD_ERRORS:
             if self.problem.of_innovations:
                 return f"on unseen data it brings {found.evidence:.3g} of the {asked:.3g} that are asked"
@@ -140,18 +140,18 @@ class Search:
             return f"it takes away {found.share:.2%} of the unseen squared error, less than matters"
         return self.objection(new)
 
-    def objection(self, tried: Tried) -> str:
+    def objection(self, tried: FittedHypothesis) -> str:
         """Why physics or relevance forbid one of the effects; empty if they do not."""
         return next((why for _, why in self.objections(tried)), "")
 
-    def objections(self, tried: Tried) -> Iterator[tuple[int, str]]:
+    def objections(self, tried: FittedHypothesis) -> Iterator[tuple[int, str]]:
         """Places of effects that physics or relevance forbid, and why."""
         response, cells = tried.fitted.response, self.problem.cells
         d = response.dynamics
         usual = float(np.mean(cells.signals.torque**2))
         seen = replace(d.seen, acceleration=np.gradient(cells.signals.rate, cells.step), residual=residual(d))
         for k, part in enumerate(tried.hypothesis.parts):
-            why = part.effect.implausible(part.term, seen) or part.effect.slight(part.term, seen)
+            why = part.effect.implausible(part.term, seen) or part.effect.below_relevance(part.term, seen)
             if why:
                 yield k, why
             if part.effect.lingers and part.effect.acts == "thrust" and part.vector[0] < cells.resolution:
@@ -163,12 +163,12 @@ class Search:
                     f"it moves less than {RELEVANT_TORQUE_SHARE:.0%} of the torque, less than a thrust table is known",
                 )
 
-    def _grown(self, best: Tried) -> Tried | None:
+    def _grown(self, best: FittedHypothesis) -> FittedHypothesis | None:
         """With the one candidate more that predicts best; None where none may be named.
 
         What is not told apart from the best is no worse for having fewer free numbers.
         """
-        passed = list[Tried]()
+        passed = list[FittedHypothesis]()
         for lead in leads(self.problem, best.fitted, self.effects, FITTED_LEADS, FITTED_PAIRS):
             hypothesis = best.hypothesis
             for part in lead.parts:
@@ -191,7 +191,7 @@ class Search:
             self.refused.pop(name, None)
         return chosen
 
-    def _pruned(self, best: Tried) -> Tried:
+    def _pruned(self, best: FittedHypothesis) -> FittedHypothesis:
         """Without what does not pay beside the others."""
         while len(best.names) > 1:
             without = [self.tried(best.hypothesis.without(k), best.fitted) for k in range(len(best.names))]

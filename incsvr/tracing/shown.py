@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.tracing.search import Search, Tried
+from incsvr.tracing.search import FittedHypothesis, Search
 from incsvr.tracing.thresholds import RELEVANT_FREE_RUN_SHARE
 from incsvr.tracing.validation import free_runs
 
 
-def shown_by_free_run(search: Search, best: Tried) -> Tried:
+def without_unseen_effects(search: Search, best: FittedHypothesis) -> FittedHypothesis:
     """`best` without the effects that free runs over held-out pieces can do without.
 
     In closed loop nothing goes: where a controller answers the water, a free run proves nothing.

@@ -54,7 +54,7 @@ class TorqueNature:
     closed: bool = False
 
 
-def as_told(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
+def declared_nature(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
     """What the torque is by what a person says, or else by its messages alone.
 
     Args:
@@ -67,7 +67,7 @@ def as_told(runs: Sequence[Run], kind: TorqueKind | None) -> TorqueNature:
     return TorqueNature(held=held, noisy=not held)
 
 
-def stands_for(runs: Sequence[Run]) -> float:
+def standing_time(runs: Sequence[Run]) -> float:
     """How long the torque usually stands before it changes [s]; within that time it answers nothing."""
     stood = [np.empty(0)]
     for run in runs:

@@ -11,8 +11,8 @@ from incsvr.signals.settings import MEASURED, TorqueKind
 from incsvr.tracing import innovations, windows
 from incsvr.tracing.candidates import admissible, residual
 from incsvr.tracing.cells import Cut, cut
-from incsvr.tracing.channels import usable
-from incsvr.tracing.equivalence import simplest
+from incsvr.tracing.channels import usable_channels
+from incsvr.tracing.equivalence import simplest_equivalent
 from incsvr.tracing.errors import Problem
 from incsvr.tracing.findings import Trace
 from incsvr.tracing.fit import Fit, fit
@@ -20,9 +20,9 @@ from incsvr.tracing.refusals import refuse_too_little_motion
 from incsvr.tracing.result import result_of
 from incsvr.tracing.run import Run, check
 from incsvr.tracing.search import Search
-from incsvr.tracing.shown import shown_by_free_run
+from incsvr.tracing.shown import without_unseen_effects
 from incsvr.tracing.thresholds import LOOP_CORRELATION, MIN_HEADING_SAMPLES, OTHER_GYRO_CORRELATION
-from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, as_told, of_this_gyro, stands_for
+from incsvr.tracing.torque_nature import Loop, TorqueNature, answers, declared_nature, of_this_gyro, standing_time
 
 __all__ = ["Run", "Trace", "trace"]
 
@@ -44,16 +44,16 @@ def trace(
     check(runs)
     if validate:
         check(validate)
-    names, ignored = usable([*runs, *(validate or [])])
+    names, ignored = usable_channels([*runs, *(validate or [])])
     headings = [run.channels.get("heading", np.empty(0)) for run in (*runs, *(validate or ()))]
     heading = ["heading"] * all(np.isfinite(values).sum() > MIN_HEADING_SAMPLES for values in headings)
     try:
         nature, loop = nature_of(runs, inertia, [*names, *heading], torque)
-        problem, how = posed(runs, inertia, [*names, *heading], nature)
+        problem, how = problem_of(runs, inertia, [*names, *heading], nature)
         search = Search.of(problem, admissible(names, problem.cells))
         refuse_too_little_motion(search)
         nothing, best = search.run()
-        best = shown_by_free_run(search, simplest(search, best))
+        best = without_unseen_effects(search, simplest_equivalent(search, best))
         if loop is Loop.OTHER_GYRO and answer_left(problem, best.fitted) < OTHER_GYRO_CORRELATION:
             loop = Loop.OPEN  # what was missing had looked like an answer
         if loop is Loop.OTHER_GYRO:
@@ -69,7 +69,7 @@ def trace(
         ) from error
 
 
-def posed(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: TorqueNature) -> tuple[Problem, Cut]:
+def problem_of(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: TorqueNature) -> tuple[Problem, Cut]:
     """The predictions by which the recordings are judged: windows, or innovations of commands that answer the rate."""
     form = innovations if nature.closed else windows
     return form.pose(runs, inertia, names, nature), form.cutting(runs, inertia, nature)
@@ -79,9 +79,9 @@ def nature_of(
     runs: Sequence[Run], inertia: float, names: Sequence[str], torque: TorqueKind | None
 ) -> tuple[TorqueNature, Loop]:
     """What the torque is, and how it follows the rate."""
-    nature = as_told(runs, torque)
-    problem, how = posed(runs, inertia, names, nature)
-    if stands_for(runs) > how.steps * how.step:
+    nature = declared_nature(runs, torque)
+    problem, how = problem_of(runs, inertia, names, nature)
+    if standing_time(runs) > how.steps * how.step:
         return nature, Loop.OPEN
     fitted = fit(problem, problem.start, problem.colour)
     answer = answer_left(problem, fitted)

@@ -15,7 +15,7 @@ from incsvr.tracing.cells import Cells
 from incsvr.tracing.dynamics import Dynamics, Windows
 from incsvr.tracing.errors import Problem, motion_model, pieces_of
 from incsvr.tracing.fit import Fit, fit
-from incsvr.tracing.held_out import Ahead, Errors, horizons, joined, trivial
+from incsvr.tracing.held_out import Ahead, Errors, horizons, joined_errors, trivial
 from incsvr.tracing.hypothesis import Hypothesis
 from incsvr.tracing.statistics import change_of_rms, rms
 from incsvr.tracing.thresholds import (
@@ -78,7 +78,7 @@ def validate(problem: Problem, nothing: Fit, best: Fit, other: Cells | None) -> 
             full = _fitted_on(problem, best, fitted_on) if best.hypothesis.parts else bare
             pairs.append((bare, full, held_out))
     found = [[errors(cells, each, slices, problem.cells) for each in both] for *both, slices in pairs]
-    before, after = (joined(each) for each in zip(*found, strict=True))
+    before, after = (joined_errors(each) for each in zip(*found, strict=True))
     return Validation(before, after, "blocks" if other is None else "recordings", cells.step, cells.signals.scale)
 
 

@@ -48,10 +48,12 @@ def pose(runs: Sequence[Run], inertia: float, names: Sequence[str], nature: Torq
     if count > MAX_WINDOWS:
         windows = windows.take(np.unique(np.linspace(0, count - 1, MAX_WINDOWS).astype(np.intp)))
     share = windows.first.size / max(count, 1)
-    return Problem(cells, windows, OFFSET_PRIOR_PERIODS * cells.resolution, nothing(cells), Colour(), share=share)
+    return Problem(
+        cells, windows, OFFSET_PRIOR_PERIODS * cells.resolution, hypothesis_of_nothing(cells), Colour(), share=share
+    )
 
 
-def nothing(cells: Cells) -> Hypothesis:
+def hypothesis_of_nothing(cells: Cells) -> Hypothesis:
     """The hypothesis of no effect, from which fits begin."""
     s = cells.signals
     fastest = max(float(np.quantile(np.abs(s.rate), USUAL_QUANTILES[1])), 1e-9)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from incsvr.learning.resolution import Unresolved, unresolved
+from incsvr.learning.resolution import ResolutionFault, resolution_fault
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, TorqueKind
 from service.cli.progress import progress
@@ -35,7 +35,7 @@ class _Gain:
 
 
 def proposal(
-    quick: Unresolved,
+    quick: ResolutionFault,
     runs: Sequence[Recording],
     judged_on: Sequence[Recording],
     signals: SignalSettings,
@@ -71,7 +71,7 @@ def proposal(
     )
 
 
-def _flags(quick: Unresolved, signals: SignalSettings) -> list[tuple[str, float | None, TorqueKind | None]]:
+def _flags(quick: ResolutionFault, signals: SignalSettings) -> list[tuple[str, float | None, TorqueKind | None]]:
     """The flags that may mend it, with the filter's width [s] and the kind of torque that each sets."""
     flags: list[tuple[str, float | None, TorqueKind | None]] = []
     width = None if quick.late else quick.narrower(signals)
@@ -103,7 +103,7 @@ def _tried(
     if not iterations or not iterations[-1].model.is_trained:
         return None
     error = terms.free_run(judged_on, signals, iterations[-1].model)
-    left = unresolved(samples, other.smoothing)
+    left = resolution_fault(samples, other.smoothing)
     return None if error is None else _Gain(flag, error, 0.0 if left is None else left.share)
 
 

@@ -19,7 +19,7 @@ from incsvr.learning.model import Model
 from incsvr.numerics import Array
 from incsvr.plant.body import Coupled
 from incsvr.signals import SignalSettings
-from incsvr.signals.coupled import freed
+from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.samples import Samples
 from service.live.effects import TracedEffects
 from service.recordings.recording import Recording
@@ -95,7 +95,7 @@ class Terms:
             streams: Mapping[str, tuple[Array, Array]] = one.streams()
             if compensation is not None:
                 streams = wanted_streams(one, signals, True)
-                streams = streams if coupled is None else freed(coupled, streams, signals.smoothing)[0]
+                streams = streams if coupled is None else decoupled_streams(coupled, streams, signals.smoothing)[0]
             found = motions(streams, signals.longest_pause)
             if coupled is not None and compensation is None:
                 found = [motion.among(coupled, streams, signals.smoothing) for motion in found]

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from incsvr.checks import Verdict
-from incsvr.checks import told as in_sentences
+from incsvr.checks import verdict_sentences as in_sentences
 from incsvr.errors import BadInput
 from incsvr.free_run.errors import rmse
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.learning.coefficients import Interval, coefficients, negative_drag
 from incsvr.learning.excitation import EXCITING_MANOEUVRE, Excitation, torque_answers
 from incsvr.learning.learner import Iteration, Settings
-from incsvr.learning.resolution import unresolved
+from incsvr.learning.resolution import resolution_fault
 from incsvr.plant.body import Coupled
 from incsvr.plant.inertia import inertia_in_force
 from incsvr.signals import SignalSettings
@@ -118,7 +118,7 @@ class Fit:
         )
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
         sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
-        quick = None if declaration.doubt is not None else unresolved(samples, signals.smoothing)
+        quick = None if declaration.doubt is not None else resolution_fault(samples, signals.smoothing)
         if quick is not None:
             sentences.append(f"{quick.sentence}; {proposal(quick, runs, unseen or runs, signals, terms, model)}")
         if excitation.little:

@@ -12,7 +12,7 @@ import numpy as np
 
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
-from incsvr.signals.seldom import too_slow
+from incsvr.signals.seldom import slow_torque
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.cli.progress import progress
 from service.config.sources import read as read_config
@@ -82,7 +82,7 @@ def _read(args: argparse.Namespace, description: LogDescription) -> LogSummary:
         except BadInput as error:
             raise type(error)(f"{path}: {error}") from None
     if measured is not None and {"yaw_rate", "torque"} <= set(measured.streams):
-        slow = too_slow(measured.streams["yaw_rate"], measured.streams["torque"])
+        slow = slow_torque(measured.streams["yaw_rate"], measured.streams["torque"])
         measured = (
             measured
             if slow is None

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from incsvr.errors import BadInput
-from incsvr.learning.decoupling import Others, neglected
+from incsvr.learning.decoupling import NeglectedTerms, neglected_terms
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.attitude import ATTITUDE
 from incsvr.plant.axes import AXES, VELOCITIES, Axis
@@ -20,7 +20,7 @@ from incsvr.plant.body import CORIOLIS, COUPLED_INERTIA, RESTORING, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import TORQUE as TORQUE_STREAM
 from incsvr.signals import SignalSettings
-from incsvr.signals.coupled import freed
+from incsvr.signals.coupled import decoupled_streams
 from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 from incsvr.signals.smoothing import smooth
@@ -152,7 +152,7 @@ def freed_recordings(
     smoothing = signals_for(recordings, coupled.inertia, coupled.axis.fastest).smoothing
     freed_of, parts, left = [], [], []
     for recording in recordings:
-        streams, taken = freed(coupled, recording.streams(), smoothing)
+        streams, taken = decoupled_streams(coupled, recording.streams(), smoothing)
         at, values = streams[TORQUE_STREAM]
         torque = np.full(recording.time.size, np.nan)
         torque[np.searchsorted(recording.time, at)] = values
@@ -174,7 +174,7 @@ def coupling_sentence(joined: Recording, samples: Samples, signals: SignalSettin
             joined.time[here], values[here], samples.time, smoothing=signals.smoothing, gap=2.0 * signals.smoothing
         )
         motion[name] = filtered.value, filtered.slope
-    found = neglected(joined.axis, samples.yaw_rate, samples.damping, samples.raw[TORQUE], motion)
+    found = neglected_terms(joined.axis, samples.yaw_rate, samples.damping, samples.raw[TORQUE], motion)
     return None if found is None else _sentence(found)
 
 
@@ -191,7 +191,7 @@ def coupling_of_recordings(recordings: Sequence[Recording], inertia: float) -> s
     return coupling_sentence(joined, samples, signals)
 
 
-def _sentence(found: Others) -> str:
+def _sentence(found: NeglectedTerms) -> str:
     take = "takes" if len(found.terms) == 1 else "take"
     return (
         f"the axis is not by itself: {', '.join(found.terms)} {take} about {found.rms:.3g} N m (RMS), "

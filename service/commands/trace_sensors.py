@@ -9,7 +9,7 @@ import numpy as np
 
 from incsvr.checks import Vehicle
 from incsvr.errors import BadInput
-from incsvr.learning.resolution import unresolved
+from incsvr.learning.resolution import resolution_fault
 from incsvr.learning.sensors import Sensors, examine
 from incsvr.plant.axes import YAW, products
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, synchronise
@@ -106,7 +106,7 @@ def _slow_torque(recording: Recording, inertia: float) -> str | None:
         samples, _ = synchronise(signals, {name: recording.streams()[name] for name in REQUIRED})
     except BadInput:
         return None
-    quick = unresolved(samples, signals.smoothing)
+    quick = resolution_fault(samples, signals.smoothing)
     if quick is None:
         return None
     return (

@@ -10,7 +10,7 @@ import numpy as np
 
 from incsvr.checks import implausible
 from incsvr.numerics import Array, running_integral
-from incsvr.signals.seldom import too_slow
+from incsvr.signals.seldom import slow_torque
 from service.inputs.input_mapper import InputMapper
 from service.inputs.source_binding import RATE, TORQUE, SourceBinding
 
@@ -78,7 +78,7 @@ class Survey:
         if heading:
             found[RATE].append(heading)
         if RATE in self.records and TORQUE in self.records:
-            slow = too_slow(self.records[RATE].stream, self.records[TORQUE].stream)
+            slow = slow_torque(self.records[RATE].stream, self.records[TORQUE].stream)
             found[TORQUE] += [] if slow is None else [slow.on_a_bus(self.mapper.inputs.preset == "blueos")]
         return {name: sentences for name, sentences in found.items() if sentences}
 

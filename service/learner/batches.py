@@ -97,9 +97,9 @@ class Batches:
             else:
                 self._synchroniser.push(stream, t, value)
             self._count_turns(stream)
-            restarts = self._synchroniser.taken_up
+            restarts = self._synchroniser.clock_switches
             samples = self._synchroniser.ready()
-            if self._window is not None and self._synchroniser.taken_up > restarts:
+            if self._window is not None and self._synchroniser.clock_switches > restarts:
                 self._window.switch_clocks()
             if not self.clocks_apart:
                 self._take(samples)

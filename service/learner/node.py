@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
-from incsvr.checks import Said, Vehicle
+from incsvr.checks import CurrentWarnings, Vehicle
 from incsvr.errors import BadInput
 from incsvr.learning import guarded as guard
 from incsvr.learning.guarded import Guarded
@@ -77,7 +77,9 @@ class LearnerNode:
         known = restore(memory, self._settings)
         self._guarded, self._covered = known.guarded, RateCoverage(known.covered)
         paused = known.guarded.checks.paused_since is not None
-        self.current_warnings = Said("it was before the restart; the next batch will tell" if paused else None)
+        self.current_warnings = CurrentWarnings(
+            "it was before the restart; the next batch will tell" if paused else None
+        )
         compensation = None if effects is None else effects.compensation
         signals = config.signal_settings()
         self._vehicle = Vehicle(signals.inertia, self._settings.rate_range, signals.smoothing)

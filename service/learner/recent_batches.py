@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 from incsvr.learning.excitation import Excitation
-from incsvr.learning.resolution import Unresolved, unresolved
+from incsvr.learning.resolution import ResolutionFault, resolution_fault
 from incsvr.signals.samples import Samples
 
 RECENT_BATCHES = 5
@@ -18,14 +18,14 @@ class RecentBatches:
     def __init__(self) -> None:
         self._excitation: deque[Excitation] = deque(maxlen=RECENT_BATCHES)
         self._samples: deque[Samples] = deque(maxlen=RECENT_BATCHES)
-        self.unresolved: Unresolved | None = None
+        self.unresolved: ResolutionFault | None = None
         """What is too quick for the streams."""
 
     def add(self, excitation: Excitation, batch: Samples, smoothing: float) -> None:
         """A batch was learned, of samples that were smoothed over so long [s]."""
         self._excitation.append(excitation)
         self._samples.append(batch)
-        self.unresolved = unresolved(Samples.concatenate(tuple(self._samples)), smoothing)
+        self.unresolved = resolution_fault(Samples.concatenate(tuple(self._samples)), smoothing)
 
     @property
     def excitation(self) -> Excitation | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from incsvr.numerics import Array
-from incsvr.signals.seldom import TooSlow, too_slow
+from incsvr.signals.seldom import SlowTorque, slow_torque
 from incsvr.signals.streams import JUMP_S
 
 CAPACITY_VALUES = 1024
@@ -55,13 +55,13 @@ class SampleRateWatch:
     rate: RecentStream = field(default_factory=RecentStream)
     torque: RecentStream = field(default_factory=RecentStream)
     checked_at: float = -np.inf
-    finding: TooSlow | None = None
+    finding: SlowTorque | None = None
 
-    def look(self) -> TooSlow | None:
+    def look(self) -> SlowTorque | None:
         if not self.torque.t or not self.rate.t:
             return None
         newest = self.torque.t[-1]
         if newest - self.torque.t[0] < MIN_SPAN_S or 0.0 <= newest - self.checked_at < 0.5 * MIN_SPAN_S:
             return self.finding
-        self.checked_at, self.finding = newest, too_slow(self.rate.stream, self.torque.stream)
+        self.checked_at, self.finding = newest, slow_torque(self.rate.stream, self.torque.stream)
         return self.finding

@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 
 from incsvr.compensation.effects_in_force import Compensation
-from incsvr.compensation.shadow import as_run, compare
+from incsvr.compensation.shadow import as_run, compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.numerics import Streams
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, SignalSettings
-from incsvr.signals.coupled import freed
+from incsvr.signals.coupled import decoupled_streams
 from incsvr.tracing import trace
 from incsvr.tracing.model import TracedModel
 from service.live.tracing_process import NO_ANSWER
@@ -62,7 +62,7 @@ def answer(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
         BadInput: the data cannot answer.
     """
     if "body" in job:
-        streams, _ = freed(Coupled.from_dict(job["body"]), streams, job["smoothing"])
+        streams, _ = decoupled_streams(Coupled.from_dict(job["body"]), streams, job["smoothing"])
     return _compare(job, streams) if job["work"] == "prove" else _trace(job, streams)
 
 
@@ -106,7 +106,7 @@ def _compare(job: Mapping[str, Any], streams: Streams) -> dict[str, Any]:
     settings = Settings(**job["learner"] | {"rate_range": tuple(job["learner"]["rate_range"])})
     without = None if job["without"] is None else _compensation(job["without"])
     effects = _compensation(job["effects"])
-    return asdict(compare(streams, job["fresh"], signals, settings, without, effects, job["closed"]))
+    return asdict(compare_on_fresh_data(streams, job["fresh"], signals, settings, without, effects, job["closed"]))
 
 
 def _compensation(model: Mapping[str, Any]) -> Compensation:

@@ -16,7 +16,7 @@ from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import stream_of
 from incsvr.plant.body import Coupled
 from incsvr.signals import REQUIRED, TORQUE, YAW_RATE, SignalSettings, synchronise
-from incsvr.signals.holding import REPEATED_SHARE, held
+from incsvr.signals.holding import REPEATED_SHARE, held_command
 from incsvr.signals.raw import HEADING
 from incsvr.signals.samples import Samples
 from incsvr.signals.settings import COMMANDED, MAX_PAUSE_S, MEASURED, ROTOR_LAG_S, TorqueKind
@@ -126,7 +126,7 @@ def _held_share(recordings: Sequence[Recording], smoothing: float) -> float:
         (time, rate), (stamps, command) = each[YAW_RATE], each[TORQUE]
         at = np.arange(time[0], time[-1], smoothing)
         rates.append(np.interp(at, time, rate))
-        known.append(held(stamps, command, at, HALF_WINDOW_WIDTHS * smoothing, MAX_PAUSE_S).complete)
+        known.append(held_command(stamps, command, at, HALF_WINDOW_WIDTHS * smoothing, MAX_PAUSE_S).complete)
     everywhere, there = np.concatenate(rates), np.concatenate(known)
     if there.size == 0:
         return 0.0

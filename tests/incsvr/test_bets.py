@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from incsvr.compensation.bets import evidence, score, standing, wealth
+from incsvr.compensation.bets import evidence, final_log_wealth, score, wealth
 
 ROUNDS = 500
 
@@ -46,15 +46,15 @@ def test_bets_that_go_on_from_what_was_won_before_keep_their_level() -> None:
             earlier, most = 0.0, 0.0
             for trial in zip(np.split(score(one), 5), np.split(score(other), 5), strict=True):
                 most = max(most, earlier + evidence(*trial))
-                earlier += standing(*trial)
+                earlier += final_log_wealth(*trial)
             won.append(most)
         assert np.mean(np.array(won) >= np.log(20.0)) <= 0.05
 
 
 def test_bets_that_go_on_win_what_one_long_bet_wins() -> None:
     first, second = np.split(score(walks(0.5, 1.0, 7, 1)[0]), 2)
-    both = standing(first) + standing(second)
-    assert both > 0.5 * standing(np.concatenate([first, second])) > np.log(20.0)
+    both = final_log_wealth(first) + final_log_wealth(second)
+    assert both > 0.5 * final_log_wealth(np.concatenate([first, second])) > np.log(20.0)
 
 
 def test_without_data_there_is_no_evidence() -> None:

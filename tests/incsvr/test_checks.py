@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from incsvr.checks import Decision, Vehicle, Verdict, told
+from incsvr.checks import Decision, Vehicle, Verdict, verdict_sentences
 from incsvr.checks.power import drives
 from incsvr.checks.unmoved import unmoved
 from incsvr.learning import guarded
@@ -148,7 +148,8 @@ def test_learning_goes_on_by_itself_a_batch_after_the_sensor_is_sound_again() ->
     assert aside[0][0] <= FAILS
     assert FAILS + 60.0 <= aside[-1][1] <= FAILS + 120.0
     assert (
-        told(verdicts)[-1] == f"{len(aside)} batches were put aside, from {aside[0][0]:.10g} to {aside[-1][1]:.10g} s"
+        verdict_sentences(verdicts)[-1]
+        == f"{len(aside)} batches were put aside, from {aside[0][0]:.10g} to {aside[-1][1]:.10g} s"
     )
 
 

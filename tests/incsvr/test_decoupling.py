@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from incsvr.learning.decoupling import SMALL_RMS_SHARE, Others, neglected
+from incsvr.learning.decoupling import SMALL_RMS_SHARE, NeglectedTerms, neglected_terms
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 
@@ -20,14 +20,16 @@ def wandering(random: np.random.Generator, level: float) -> Array:
     return level * values / np.std(values)
 
 
-def found(seed: int, munk: float, sway_inertia: float = 0.0) -> Others | None:
+def found(seed: int, munk: float, sway_inertia: float = 0.0) -> NeglectedTerms | None:
     """Of a yaw with drag, noise of a tenth, and a moment `munk` u v + `sway_inertia` v̇."""
     random = np.random.default_rng(seed)
     rate, surge, sway = wandering(random, RATE), wandering(random, 0.5), wandering(random, 0.2)
     slope = np.gradient(sway)
     damping = DRAG * rate + munk * surge * sway + sway_inertia * slope + wandering(random, 0.1 * DRAG * RATE)
     torque = damping + 20.0 * np.gradient(rate)
-    return neglected(AXES["yaw"], rate, damping, torque, {"surge": (surge, np.gradient(surge)), "sway": (sway, slope)})
+    return neglected_terms(
+        AXES["yaw"], rate, damping, torque, {"surge": (surge, np.gradient(surge)), "sway": (sway, slope)}
+    )
 
 
 def test_a_munk_moment_is_told_with_its_size() -> None:
@@ -52,5 +54,8 @@ def test_what_is_small_or_not_there_is_not_told() -> None:
 def test_unknown_velocities_and_few_samples_say_nothing() -> None:
     nothing = np.full(COUNT, np.nan)
     rate = wandering(np.random.default_rng(900_403), RATE)
-    assert neglected(AXES["yaw"], rate, rate, rate, {"surge": (nothing, nothing), "sway": (nothing, nothing)}) is None
-    assert neglected(AXES["yaw"], rate, rate, rate, {}) is None
+    assert (
+        neglected_terms(AXES["yaw"], rate, rate, rate, {"surge": (nothing, nothing), "sway": (nothing, nothing)})
+        is None
+    )
+    assert neglected_terms(AXES["yaw"], rate, rate, rate, {}) is None

@@ -10,7 +10,7 @@ import pytest
 
 from incsvr.free_run.motions import held_motions
 from incsvr.free_run.output_error import identify
-from incsvr.learning.resolution import unresolved
+from incsvr.learning.resolution import resolution_fault
 from incsvr.numerics import Array
 from incsvr.signals import SignalSettings, Synchroniser, synchronise
 from incsvr.signals.samples import Samples
@@ -37,7 +37,7 @@ def test_a_slow_command_that_holds_gives_samples_that_are_right(every: float, to
     assert len(samples) > 400
     assert abs(error(samples)) < 0.03
     assert np.max(np.abs(samples.damping - slow_commands.damping(samples.yaw_rate))) < 0.5
-    assert unresolved(samples, SETTINGS.smoothing) is None
+    assert resolution_fault(samples, SETTINGS.smoothing) is None
 
 
 def test_on_a_line_between_its_messages_it_is_wrong_and_that_is_said() -> None:
@@ -45,7 +45,7 @@ def test_on_a_line_between_its_messages_it_is_wrong_and_that_is_said() -> None:
     settings = replace(SETTINGS, torque="measured", smoothing=0.45)
     samples, _ = synchronise(settings, streams)
     assert error(samples) > 0.2
-    told = unresolved(samples, settings.smoothing)
+    told = resolution_fault(samples, settings.smoothing)
     assert told is not None
     assert told.share > 0.15
     assert "the damping curve may be off by" in told.sentence

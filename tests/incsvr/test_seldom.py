@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.numerics import Array
 from incsvr.signals.scales import time_scale
-from incsvr.signals.seldom import TooSlow, too_slow
+from incsvr.signals.seldom import SlowTorque, slow_torque
 
 TIME = np.arange(0.0, 200.0, 0.05, dtype=np.float64)
 
@@ -39,7 +39,7 @@ def test_commands_at_2_hz_are_said_with_the_cure() -> None:
     for hz in (2.0, 20.0):
         instants = np.arange(0.1, TIME[-1], 1.0 / hz, dtype=np.float64)
         told = levels[np.clip(np.searchsorted(at, instants, side="right") - 1, 0, None)]
-        found[hz] = too_slow((TIME, rate), (instants, told))
+        found[hz] = slow_torque((TIME, rate), (instants, told))
     assert found[20.0] is None
     slow = found[2.0]
     assert slow is not None
@@ -50,11 +50,11 @@ def test_commands_at_2_hz_are_said_with_the_cure() -> None:
 
 def test_what_is_sent_on_change_is_known_between() -> None:
     at, levels = held(780101)
-    assert too_slow((TIME, turning(at, levels)), (at, levels)) is None
+    assert slow_torque((TIME, turning(at, levels)), (at, levels)) is None
 
 
 def test_the_cure_is_in_the_words_of_whose_log_it_is() -> None:
-    slow = TooSlow(0.5, 0.3, 20)
+    slow = SlowTorque(0.5, 0.3, 20)
     assert "SDLOG_PROFILE" in slow.of_a_log_by("px4")
     assert "SERVO_OUTPUT_RAW" in slow.of_a_log_by("blueos")
     assert slow.of_a_log_by(None).endswith("record it at 20 Hz or more")
@@ -64,4 +64,4 @@ def test_noise_of_a_gyro_says_nothing_of_how_fast_a_vehicle_is() -> None:
     """It changes from sample to sample: that asked for a torque at 501 Hz."""
     noise = np.random.default_rng(780102).normal(0.0, 0.005, TIME.size)
     told = np.random.default_rng(780103).uniform(-1.0, 1.0, TIME.size)
-    assert too_slow((TIME, noise), (TIME, told)) is None
+    assert slow_torque((TIME, noise), (TIME, told)) is None

@@ -7,7 +7,7 @@ import pytest
 
 from incsvr.compensation.effects_in_force import Compensation
 from incsvr.compensation.promotion import FALSE_PROOF_CHANCE, Comparison, Verdict, in_force, level, on_trial
-from incsvr.compensation.shadow import compare
+from incsvr.compensation.shadow import compare_on_fresh_data
 from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.signals import SignalSettings
@@ -32,7 +32,7 @@ def streams() -> Streams:
 
 
 def compared(streams: Streams, without: Compensation | None, found: Compensation) -> Comparison:
-    return compare(streams, 200.0, SignalSettings(), Settings(), without, found)
+    return compare_on_fresh_data(streams, 200.0, SignalSettings(), Settings(), without, found)
 
 
 def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
@@ -47,7 +47,7 @@ def test_the_true_effects_are_promoted_and_stay(streams: Streams) -> None:
 def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> None:
     straight = leng.recording("T1", seed=3).streams()
     late = effects(("torque_lag", 1.5))
-    found = compare(straight, 250.0, SignalSettings(), Settings(), None, late, closed=False)
+    found = compare_on_fresh_data(straight, 250.0, SignalSettings(), Settings(), None, late, closed=False)
     assert on_trial(found) == "refused"
     assert in_force(found) == "withdrawn"
 
@@ -60,7 +60,7 @@ def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
 def test_effects_are_proven_where_nothing_was_learned_before(streams: Streams) -> None:
     """As while a heading is held: the damping is then that of the forecasts."""
     seldom = SignalSettings(sample_period=20.0)
-    found = compare(streams, 200.0, seldom, Settings(), None, TRUE)
+    found = compare_on_fresh_data(streams, 200.0, seldom, Settings(), None, TRUE)
     assert on_trial(found) == "promoted"
     assert found.without + found.estimate < 0.5 * found.without
 
@@ -79,7 +79,7 @@ def test_a_vehicle_that_lies_still_tells_nothing(streams: Streams) -> None:
 
 def test_too_little_before_the_fresh_data_is_said(streams: Streams) -> None:
     with pytest.raises(BadInput, match="too few to learn the damping from"):
-        compare(streams, 1.0, SignalSettings(), Settings(), None, TRUE)
+        compare_on_fresh_data(streams, 1.0, SignalSettings(), Settings(), None, TRUE)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.tracing import trace
 from incsvr.tracing.run import Run
-from incsvr.tracing.torque_nature import Loop, as_told, of_this_gyro
+from incsvr.tracing.torque_nature import Loop, declared_nature, of_this_gyro
 from incsvr.tracing.trace import nature_of
 from simulator.missions import Mission, play
 from tests.incsvr.turning import INERTIA, command, instants, turning
@@ -52,9 +52,9 @@ def test_where_the_controller_has_another_gyro_nothing_is_sought_and_that_is_sai
 def test_a_command_that_repeats_itself_holds_and_a_noisy_torque_does_not() -> None:
     run = turning(1, command(1, TIME))
     noisy = replace(run, torque=run.torque + np.random.default_rng(5).normal(0.0, 1.0, TIME.size))
-    assert as_told([run], None).held
-    assert as_told([noisy], None).noisy
-    assert not as_told([noisy], "commanded").noisy
+    assert declared_nature([run], None).held
+    assert declared_nature([noisy], None).noisy
+    assert not declared_nature([noisy], "commanded").noisy
 
 
 def drifting(torque: float) -> Run:

@@ -14,7 +14,7 @@ import pytest
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.tracing import Trace, trace
-from incsvr.tracing.findings import Unexplained
+from incsvr.tracing.findings import UnexplainedChannel
 from incsvr.tracing.run import Run
 from incsvr.tracing.sentences import headline
 from service.commands.trace import text
@@ -201,7 +201,7 @@ def test_no_chance_is_printed_as_zero(found: Trace, tmp_path: Path) -> None:
     cells = [word.strip() for word in page.words]
     assert "< 1e−300" in cells
     assert "0.25" in cells
-    surely = replace(found, unexplained=(Unexplained("depth", 0.0),))
+    surely = replace(found, unexplained=(UnexplainedChannel("depth", 0.0),))
     assert "depth still predicts the residual (p < 1e-300)" in text(surely)
     assert surely.to_dict()["unexplained"] == [{"channel": "depth", "p_value": 0.0}]
 
