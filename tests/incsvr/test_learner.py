@@ -52,6 +52,7 @@ def test_a_state_from_a_file_goes_on_to_the_bit(settings: Settings) -> None:
     goes_on_to_the_bit(settings, of(settings, stream(3, 700, hull_from=400)))
 
 
+@pytest.mark.slow
 @policies
 def test_a_state_of_the_passes_of_eq_8_goes_on_to_the_bit(policy: Policy) -> None:
     goes_on_to_the_bit(Settings(policy=policy, solver="passes"), stream(3, 100))

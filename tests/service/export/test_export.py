@@ -136,6 +136,7 @@ def test_tables_hold_figures_intervals_and_range(traced: Path, capsys: pytest.Ca
     assert float(rows["form_error_rms"]["estimate"]) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_running_learner_and_its_state_tell_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run, whole = tmp_path / "T1.csv", leng.recording("T1", 3)
     write(run, whole)

@@ -109,6 +109,7 @@ def test_outputs_at_2_hz_are_too_slow_for_the_vehicle_and_the_cure_is_a_command(
     assert slow.startswith("the torque comes every 0.5 s, too seldom for a vehicle whose yaw rate changes within")
 
 
+@pytest.mark.slow
 def test_the_process_learns_from_two_lines_behind_a_router(swim: Dive, tmp_path: Path) -> None:
     config, endpoint, keys = tmp_path / "config.yaml", free_endpoint(), Keys("leng/yaw")
     config.write_text("inputs: {preset: blueos}\nvehicle: {inertia: 0.6, rate_range: [-2.8, 2.8]}\n", encoding="utf-8")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
 import zenoh
 
 from incsvr.errors import BadInput
@@ -20,6 +21,7 @@ def router(endpoint: str) -> zenoh.Config:
     return config
 
 
+@pytest.mark.slow
 def test_of_several_that_start_in_the_same_moment_exactly_one_stays() -> None:
     endpoint, together = free_endpoint(), threading.Barrier(LEARNERS)
 

@@ -150,6 +150,7 @@ def part(run: Recording, first: float, last: float) -> Recording:
     return Recording(run.name, run.time[inside], {name: values[inside] for name, values in run.columns.items()})
 
 
+@pytest.mark.slow
 def test_a_state_learned_with_other_effects_is_refused_aloud(
     start: StartBench, run: Recording, traced: Path, tmp_path: Path
 ) -> None:

@@ -55,6 +55,7 @@ def test_data_that_cannot_answer_are_one_sentence(child: StartChild) -> None:
         ended(child(short)).answer()
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_program_is_one_sentence_too(child: StartChild) -> None:
     with pytest.raises(BadInput, match=r"^KeyError: 'inertia'$"):
         ended(child(recording(1, 5.0).streams(), {"work": "trace", "axis": "yaw"})).answer()

@@ -86,6 +86,7 @@ def test_a_log_is_looked_at_in_80_columns(capsys: pytest.CaptureFixture[str], tm
     assert "there is no topic ATTITUDES" in said(capsys, "inspect", path, "--topic", "ATTITUDES", status=2)
 
 
+@pytest.mark.slow
 def test_a_log_is_converted_and_learned_alike(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     truth = dive(seconds=120.0)
     log, out = dataflash(truth).save(tmp_path / "dive.BIN"), tmp_path / "dive.csv"

@@ -48,6 +48,7 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     return capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", WRITERS)
 def test_parts_are_the_whole(tmp_path: Path, form: str) -> None:
     """By name and as a folder, in whatever order: parameters and arming of the first part hold in the second one."""

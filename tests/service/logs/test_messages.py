@@ -88,7 +88,7 @@ def test_a_plain_recording_has_no_marks(tmp_path: Path, capsys: pytest.CaptureFi
     assert "degrees?" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["fit", "trace"])
+@pytest.mark.parametrize("command", ["fit", pytest.param("trace", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("names", "columns", "flag"),
     [

@@ -89,6 +89,7 @@ def test_without_a_certificate_of_the_authority_nobody_comes_in(bus: Secured, tm
             open_session(config)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("role", "status"), [("viewer", 1), ("vehicle", 0)])
 def test_a_player_that_is_not_heard_says_so_at_once(bus: Secured, tmp_path: Path, role: str, status: int) -> None:
     run = leng.recording("V1", seed=1)

@@ -12,24 +12,12 @@ import numpy as np
 import pytest
 
 from service import wire
-from service.learner.node import LearnerNode
 from service.learner.prepared_iteration import CommittedIteration
 from service.state.history import NotKept
 from service.state.state_file import StateFile
 from service.state.store import Store
-from simulator import leng
 from tests.service.conftest import StartBench, configured
-
-
-@pytest.fixture(scope="module")
-def outcomes() -> list[CommittedIteration]:
-    node = LearnerNode(configured(), boot="b")
-    for name, (t, value) in leng.recording("T1", seed=2).streams().items():
-        node.push(name, t[t < 100.0], value[t < 100.0])
-    found = []
-    while (outcome := node.learn()) is not None:
-        found.append(outcome)
-    return found
+from tests.service.state.iterations import save
 
 
 @pytest.fixture
@@ -40,12 +28,6 @@ def state(tmp_path: Path, outcomes: list[CommittedIteration]) -> Path:
         save(store, outcome)
     store.close()
     return store.path
-
-
-def save(store: Store, outcome: CommittedIteration, memory: dict[str, Any] | None = None) -> None:
-    model = outcome.snapshot
-    report = wire.encode(outcome.report)
-    store.save(memory or outcome.memory, model.revision, model.t, wire.encode(model), report)
 
 
 def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
@@ -80,6 +62,14 @@ def test_after_any_flipped_bit_what_is_read_is_what_was_written_or_it_is_said(
 
 def emptied(path: Path) -> None:
     path.write_bytes(b"")
+
+
+def no_database(path: Path) -> None:
+    path.write_bytes(b"not a database at all, but long enough to have a header")
+
+
+def zeroed(path: Path) -> None:
+    path.write_bytes(b"\x00" * 5000)
 
 
 def removed(path: Path) -> None:
@@ -117,6 +107,8 @@ def changed(statement: str) -> Callable[[Path], None]:
         (removed, "it is gone"),
         (removed_but_for_its_log, "it is gone"),
         (halved, "damaged"),
+        (no_database, "damaged"),
+        (zeroed, "damaged"),
         (a_directory, "a directory stands in its place"),
         (changed("UPDATE memory SET value = '{}'"), "checksum"),
         (changed("UPDATE memory SET value = replace(CAST(value AS TEXT), '1', '2')"), "checksum"),
@@ -131,9 +123,11 @@ def test_what_is_lost_or_damaged_is_said_and_the_learner_begins_anew(
     tmp_path: Path, state: Path, damage: Callable[[Path], None], said: str, outcomes: list[CommittedIteration]
 ) -> None:
     damage(state)
+    left = state.read_bytes() if said == "damaged" else None
     store = Store(tmp_path, configured())
     assert store.memory is None
     (notice,) = store.notices
+    assert left is None or state.with_name("yaw.refused-1.sqlite").read_bytes() == left
     assert said in notice
     assert "learning begins anew" in notice
     save(store, outcomes[0])

@@ -7,6 +7,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from service import wire
 from service.state.store import Store
 from tests.service.conftest import PATIENCE, Bench, StartBench, configured, teach
@@ -40,6 +42,7 @@ def test_a_copy_of_the_one_file_holds_all_that_was_published(tmp_path: Path, sta
     assert bench.health().revision == 3
 
 
+@pytest.mark.slow
 def test_a_state_that_is_removed_while_it_runs_is_said_and_written_again(tmp_path: Path, start: StartBench) -> None:
     bench, models = taught(start, tmp_path / "state")
     published = [models.get(timeout=PATIENCE) for _ in range(3)]
@@ -54,6 +57,7 @@ def test_a_state_that_is_removed_while_it_runs_is_said_and_written_again(tmp_pat
     store.close()
 
 
+@pytest.mark.slow
 def test_a_state_that_is_damaged_while_it_runs_is_set_aside_and_learning_goes_on(
     tmp_path: Path, start: StartBench
 ) -> None:

@@ -23,9 +23,7 @@ from service.state.store import Store
 from service.wire import encode
 from tests.service.commands.test_processes import KEYS, answered, client_after, following, next_model, serving
 from tests.service.conftest import PATIENCE, configured, teach
-from tests.service.state.test_store import outcomes, save
-
-__all__ = ["outcomes"]
+from tests.service.state.iterations import save
 
 
 @pytest.fixture
@@ -65,6 +63,7 @@ def health_at(session: zenoh.Session, level: str) -> wire.Health:
         assert time.monotonic() < until, health
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_it_learns_starts_and_recovers_and_no_revision_is_two_models(disk: Path) -> None:
     endpoint = free_endpoint()
     models: queue.Queue[wire.ModelSnapshot]

@@ -18,24 +18,9 @@ from service.state.store import Store
 from service.wire import encode
 from simulator import leng
 from tests.service.conftest import configured
+from tests.service.state.iterations import save
 
 MANY = 10**9
-
-
-@pytest.fixture(scope="module")
-def outcomes() -> list[CommittedIteration]:
-    node = LearnerNode(configured(), boot="b")
-    for name, (t, value) in leng.recording("T1", seed=2).streams().items():
-        node.push(name, t[t < 100.0], value[t < 100.0])
-    found = []
-    while (outcome := node.learn()) is not None:
-        found.append(outcome)
-    return found
-
-
-def save(store: Store, outcome: CommittedIteration) -> None:
-    snapshot = outcome.snapshot
-    store.save(outcome.memory, snapshot.revision, snapshot.t, encode(snapshot), encode(outcome.report))
 
 
 def test_what_was_saved_is_found_again(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:
@@ -114,18 +99,6 @@ def test_another_vehicles_state_is_set_aside(
     set_aside = sqlite3.connect(tmp_path / "leng" / "yaw.refused-1.sqlite")
     assert set_aside.execute("SELECT count(*) FROM history").fetchone() == (1,)
     set_aside.close()
-
-
-@pytest.mark.parametrize("content", [b"not a database at all, but long enough to have a header", b"\x00" * 5000])
-def test_a_damaged_file_is_set_aside(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "leng").mkdir()
-    (tmp_path / "leng" / "yaw.sqlite").write_bytes(content)
-    store = Store(tmp_path, configured())
-    assert store.memory is None
-    (said,) = store.notices
-    assert "damaged" in said
-    assert (tmp_path / "leng" / "yaw.refused-1.sqlite").read_bytes() == content
-    store.close()
 
 
 def test_history_is_bounded(tmp_path: Path, outcomes: list[CommittedIteration]) -> None:

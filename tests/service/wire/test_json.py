@@ -84,6 +84,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return found | published
 
 
+@pytest.mark.slow
 def test_what_is_no_number_in_any_field_of_any_result_is_null(results: dict[str, Any]) -> None:
     for name, result in results.items():
         places = list(numbers(result))

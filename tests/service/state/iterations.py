@@ -1,0 +1,31 @@
+"""What the tests of durable state save: the iterations of a learner without a bus."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from service.learner.node import LearnerNode
+from service.learner.prepared_iteration import CommittedIteration
+from service.state.store import Store
+from service.wire import encode
+from simulator import leng
+from tests.service.conftest import configured
+
+
+@cache
+def outcomes() -> list[CommittedIteration]:
+    """Three iterations."""
+    node = LearnerNode(configured(), boot="b")
+    for name, (t, value) in leng.recording("T1", seed=2).streams().items():
+        node.push(name, t[t < 100.0], value[t < 100.0])
+    found = []
+    while (outcome := node.learn()) is not None:
+        found.append(outcome)
+    return found
+
+
+def save(store: Store, outcome: CommittedIteration, memory: dict[str, Any] | None = None) -> None:
+    """As the learner saves an iteration; with another memory where it is given."""
+    model = outcome.snapshot
+    store.save(memory or outcome.memory, model.revision, model.t, encode(model), encode(outcome.report))
