@@ -15,8 +15,8 @@ from mcap.writer import CompressionType, Writer
 from pymavlink.dialects.v20 import ardupilotmega as link
 
 from tests.service.inputs.mavlink import ARMED, DISARMED, put
+from tests.service.logs.autopilot_files import Dataflash, tlog
 from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, YAW, Dive
-from tests.service.logs.test_vehicles import Dataflash, tlog
 
 SUBMARINE, BOAT = 12, 11
 Outputs = tuple[int, ...]
@@ -128,11 +128,11 @@ def _in_json(message: Any) -> dict[str, Any]:
     return {}
 
 
-def as_mcap(path: Path, said: Iterable[Said]) -> Path:
-    """As BlueOS's recorder writes it: each key a channel, by the recorder's clock."""
+def as_mcap(path: Path, said: Iterable[Said], finish: bool = True) -> Path:
+    """As BlueOS's recorder writes it: each key a channel, by the recorder's clock; `finish` writes index and end."""
     said = list(said)
     with path.open("wb") as file:
-        writer = Writer(file, chunk_size=65536, compression=CompressionType.ZSTD)
+        writer = Writer(file, chunk_size=4096, compression=CompressionType.ZSTD)
         writer.start()
         channels: dict[str, int] = {}
         for each, (key, payload) in zip(said, as_keys(said), strict=True):
@@ -140,7 +140,8 @@ def as_mcap(path: Path, said: Iterable[Said]) -> Path:
                 channels[key] = writer.register_channel(key, "json", 0)
             when = round(1e9 * (EPOCH + each.at))
             writer.add_message(channels[key], when, payload, when)
-        writer.finish()  # type: ignore[no-untyped-call]
+        if finish:
+            writer.finish()  # type: ignore[no-untyped-call]
     return path
 
 

@@ -14,8 +14,8 @@ import pytest
 from service.cli.command_line import main
 from service.recordings.recording_csv import read
 from tests.conftest import ROOT
-from tests.service.logs.dive import BOOT, dive
-from tests.service.logs.test_vehicles import dataflash, telemetry, tlog
+from tests.service import link
+from tests.service.logs.dive import BOOT, Dive, dive
 
 NEVER = "was never armed, so there is nothing to learn from"
 REAL = {
@@ -34,6 +34,11 @@ REAL = {
     ),
 }
 """Counts and rates [Hz] of streams, and what is said where somebody wants to learn from it."""
+
+
+def messages(truth: Dive) -> list[link.Said]:
+    """What is on the link while it dives, with its parameters."""
+    return link.in_order(link.parameters(), link.swum(truth))
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str | Path, status: int = 0) -> Any:
@@ -75,7 +80,7 @@ def test_nothing_is_learned_from_what_holds_nothing(
 
 
 def test_a_log_is_looked_at_in_80_columns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = tlog(tmp_path / "dive.tlog", telemetry(dive()))
+    path = link.as_tlog(tmp_path / "dive.tlog", messages(dive()))
     assert main(["inspect", str(path)]) == 0
     shown = capsys.readouterr().out
     assert all(len(line) <= 80 for line in shown.splitlines())
@@ -89,7 +94,7 @@ def test_a_log_is_looked_at_in_80_columns(capsys: pytest.CaptureFixture[str], tm
 @pytest.mark.slow
 def test_a_log_is_converted_and_learned_alike(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     truth = dive(seconds=120.0)
-    log, out = dataflash(truth).save(tmp_path / "dive.BIN"), tmp_path / "dive.csv"
+    log, out = link.as_dataflash(tmp_path / "dive.BIN", messages(truth)), tmp_path / "dive.csv"
     told = said(capsys, "convert", log, out, "--json", "-")
     assert told["values"]["yaw_rate"] == truth.time.size
     run = read(out)
@@ -114,12 +119,12 @@ def test_a_log_is_converted_and_learned_alike(capsys: pytest.CaptureFixture[str]
 def test_what_cannot_be_converted(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, files: tuple[str, ...], sentence: str
 ) -> None:
-    dataflash(dive(seconds=8.0)).save(tmp_path / "dive.BIN")
+    link.as_dataflash(tmp_path / "dive.BIN", messages(dive(seconds=8.0)))
     assert sentence in said(capsys, "convert", *(tmp_path / name for name in files), status=2)
 
 
 def test_a_missing_package_is_one_sentence_with_the_install_that_works(tmp_path: Path) -> None:
-    path = dataflash(dive(seconds=8.0)).save(tmp_path / "dive.BIN")
+    path = link.as_dataflash(tmp_path / "dive.BIN", messages(dive(seconds=8.0)))
     program = (
         "import sys; sys.modules['pymavlink'] = None; from service.cli.command_line import main; "
         "sys.exit(main(sys.argv[1:]))"

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from incsvr.errors import BadInput
 from tests.service import link
 from tests.service.logs.dive import EPOCH
-from tests.service.logs.test_middleware import DIVE, ROS1, ROS2, blueos, imu, read, same, wrench
+from tests.service.logs.test_middleware import DIVE, ROS1, ROS2, imu, read, same, wrench
 from tests.service.logs.test_whose import DIVE as SWUM
 from tests.service.logs.test_whose import read as read_vehicle
 from tests.service.logs.test_whose import written
@@ -64,8 +64,8 @@ def test_a_bag_of_which_most_cannot_be_read_is_refused_in_a_sentence(tmp_path: P
 
 
 def test_a_file_that_ends_early_says_where(tmp_path: Path) -> None:
-    whole = blueos()
-    half = tmp_path / "half.mcap"
+    half = link.as_mcap(tmp_path / "half.mcap", link.in_order(link.parameters(), link.swum(DIVE, armed_from=0.0)))
+    whole = half.read_bytes()
     half.write_bytes(whole[: len(whole) // 2])
     recording = read(half)
     time = recording.streams()["yaw_rate"][0]

@@ -6,7 +6,6 @@ import json
 import struct
 import time as clock
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import keelson
 import numpy as np
 import pytest
 from keelson.payloads.Primitives_pb2 import TimestampedBool, TimestampedFloat
-from mcap.writer import CompressionType, Writer
+from mcap.writer import Writer
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -28,7 +27,8 @@ from service.logs.cdr import RosTypes
 from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
-from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, dive
+from tests.service import link
+from tests.service.logs.dive import BOOT, EPOCH, dive
 
 DIVE = dive(seconds=10.0)
 ROS2 = get_typestore(Stores.ROS2_JAZZY)
@@ -126,48 +126,13 @@ def test_cdr_by_hand() -> None:
     assert RosTypes("by hand").decode(big, "geometry_msgs/msg/Wrench") == decoded
 
 
-def blueos(begin: float = EPOCH, finish: bool = True) -> bytes:
-    """What BlueOS's recorder writes: a channel for each key of the MAVLink server, JSON, zstd, the recorder's clock."""
-    file = BytesIO()
-    writer = Writer(file, chunk_size=4096, compression=CompressionType.ZSTD)
-    writer.start()
-    channels: dict[str, int] = {}
-
-    def put(at: float, kind: str, component: int, **fields: Any) -> None:
-        key = f"mavlink/1/{component}/{kind}"
-        if key not in channels:
-            channels[key] = writer.register_channel(key, "json", writer.register_schema(kind, "jsonschema", b"{}"))
-        header = {"system_id": 1, "component_id": component, "sequence": 0, "message_id": 0}
-        data = json.dumps({"header": header, "message": {"type": kind, **fields}}).encode()
-        when = round(1e9 * (begin + at))
-        writer.add_message(channels[key], when, data, when)
-
-    for name, value in PARAMETERS.items():
-        characters = [*name, *["\0"] * (16 - len(name))]
-        put(0.0, "PARAM_VALUE", 1, param_id=characters, param_value=value, param_count=16, param_index=0)
-    for t, rate, pulses in zip(DIVE.time, DIVE.rate, DIVE.pulses, strict=True):
-        if t == int(t):
-            put(t, "HEARTBEAT", 1, base_mode={"bits": 209}, mavtype={"type": "MAV_TYPE_SUBMARINE"})
-            put(t, "HEARTBEAT", 194, base_mode={"bits": 0}, mavtype={"type": "MAV_TYPE_ONBOARD_CONTROLLER"})
-            put(t, "BATTERY_STATUS", 1, voltages=[round(1000 * VOLTS), *[65535] * 9])
-        boot = BOOT + t
-        put(t, "ATTITUDE", 1, time_boot_ms=round(1000 * boot), roll=0.0, pitch=0.0, yaw=0.0, yawspeed=rate)
-        outputs = {
-            f"servo{k}_raw": pulse for k, pulse in enumerate([*map(int, pulses), 1500, 1500, 1500, 1500], start=1)
-        }
-        put(t + 0.01, "SERVO_OUTPUT_RAW", 1, time_usec=round(1e6 * boot) % 2**32, port=0, **outputs)
-    if finish:
-        writer.finish()  # type: ignore[no-untyped-call]
-    return file.getvalue()
-
-
 def test_recordings_of_blueos(tmp_path: Path) -> None:
-    path = tmp_path / "recorder_1.mcap"
-    path.write_bytes(blueos())
+    said = link.in_order(link.parameters(), link.swum(DIVE, armed_from=0.0))
+    path = link.as_mcap(tmp_path / "recorder_1.mcap", said)
     recording = read(path)
     same(recording, BOOT)
     assert any("BlueROV2 Heavy" in note for note in recording.notes)
-    whole = blueos(finish=False)  # the battery was pulled: neither an index nor an end
+    whole = link.as_mcap(path, said, finish=False).read_bytes()  # the battery was pulled: neither an index nor an end
     path.write_bytes(whole[: len(whole) * 4 // 5])
     time, _ = read(path).streams()["yaw_rate"]
     assert 0.6 * DIVE.time.size < time.size < DIVE.time.size

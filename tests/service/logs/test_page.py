@@ -10,8 +10,9 @@ import pytest
 
 from service.cli.command_line import main
 from tests.conftest import ROOT
+from tests.service import link
 from tests.service.logs.dive import dive
-from tests.service.logs.test_vehicles import dataflash, telemetry, tlog, ulog
+from tests.service.logs.test_vehicles import ulog
 
 PAGE = (ROOT / "docs" / "logs.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^incsvr (.*)$", PAGE, re.MULTILINE)
@@ -22,8 +23,9 @@ CONFIGURATION = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[0]
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the files that the page speaks of."""
     at, truth = tmp_path_factory.mktemp("logs"), dive(seconds=60.0)
-    dataflash(truth).save(at / "dive.BIN")
-    tlog(at / "dive.tlog", telemetry(truth))
+    said = link.in_order(link.parameters(), link.swum(truth))
+    link.as_dataflash(at / "dive.BIN", said)
+    link.as_tlog(at / "dive.tlog", said)
     (at / "dive.ulg").write_bytes(ulog(truth))
     rows = zip((1000.0 * truth.time).tolist(), (-57.29578 * truth.rate).tolist(), truth.torque.tolist(), strict=True)
     (at / "others.csv").write_text("stamp;r;tau\n" + "".join(f"{t:.0f};{r};{tau}\n" for t, r, tau in rows))

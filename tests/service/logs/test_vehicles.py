@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +16,13 @@ from service.logs import open_any
 from service.logs.reading import LogDescription
 from service.recordings.reading import Reading
 from service.recordings.recording import Recording
-from tests.service.logs.dive import BOOT, EPOCH, PARAMETERS, VOLTS, Dive, dive
+from tests.service import link
+from tests.service.logs.autopilot_files import Packet, tlog
+from tests.service.logs.dive import BOOT, PARAMETERS, VOLTS, Dive, dive
 
 DIVE = dive()
 ARMED_FROM = 5.0
 """When the pilot arms [s]."""
-Packet = tuple[float, bytes]
 
 
 def read(path: Path, *columns: str, learns: bool = True) -> Recording:
@@ -70,12 +70,6 @@ def telemetry(truth: Dive, *, boot: float = BOOT, two: bool = True, armed_from: 
     return sorted(packets, key=lambda packet: packet[0])
 
 
-def tlog(path: Path, packets: Sequence[Packet], begin: float = EPOCH) -> Path:
-    content = b"".join(struct.pack(">Q", round(1e6 * (begin + t))) + packet for t, packet in packets)
-    path.write_bytes(content)
-    return path
-
-
 def test_a_telemetry_log(tmp_path: Path) -> None:
     path = tlog(tmp_path / "dive.log", telemetry(DIVE))
     counts = {topic.name: topic.count for topic in open_any(path).topics}
@@ -116,66 +110,17 @@ def test_damaged_packets_are_skipped(tmp_path: Path) -> None:
     assert read(path).time.size
 
 
-class Dataflash:
-    """A DataFlash log by its specification: each message is 0xA3 0x95, its number and its packed fields."""
-
-    def __init__(self) -> None:
-        self._content = bytearray()
-        self._numbers: dict[str, tuple[int, str]] = {}
-        self._define("FMT", 128, "BBnNZ", "Type,Length,Name,Format,Columns")
-
-    def _define(self, name: str, number: int, form: str, columns: str) -> None:
-        self._numbers[name] = (number, form)
-        length = 3 + struct.calcsize("<" + "".join(_STRUCT[each] for each in form))
-        self.add("FMT", number, length, name.encode(), form.encode(), columns.encode())
-
-    def define(self, name: str, form: str, columns: str) -> None:
-        self._define(name, 130 + len(self._numbers), form, columns)
-
-    def add(self, name: str, *values: Any) -> None:
-        number, form = self._numbers[name]
-        self._content += b"\xa3\x95" + bytes([number])
-        self._content += struct.pack("<" + "".join(_STRUCT[each] for each in form), *values)
-
-    def save(self, path: Path) -> Path:
-        path.write_bytes(bytes(self._content))
-        return path
-
-
-_STRUCT: Mapping[str, str] = {"B": "B", "n": "4s", "N": "16s", "Z": "64s", "Q": "Q", "f": "f", "H": "H", "c": "h"}
-
-
-def dataflash(truth: Dive, arms: bool = True) -> Dataflash:
-    log = Dataflash()
-    log.define("PARM", "QNf", "TimeUS,Name,Value")
-    log.define("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
-    log.define("RCOU", "Q" + "H" * 8, "TimeUS," + ",".join(f"C{k}" for k in range(1, 9)))
-    log.define("BAT", "QBf", "TimeUS,Instance,Volt")
-    log.define("ARM", "QB", "TimeUS,ArmState")
-    for name, value in PARAMETERS.items():
-        log.add("PARM", round(1e6 * BOOT), name.encode(), value)
-    for k, (t, rate, pulses) in enumerate(zip(truth.time, truth.rate, truth.pulses, strict=True)):
-        stamp = round(1e6 * (BOOT + t))
-        if arms and t == ARMED_FROM:
-            log.add("ARM", stamp, 1)
-        log.add("IMU", stamp, 0, 0.0, 0.0, rate, 0.0, 0.0, -9.8)
-        log.add("IMU", stamp, 1, 0.0, 0.0, rate + 0.5, 0.0, 0.0, -9.8)
-        log.add("RCOU", stamp, *map(int, pulses), 1500, 1500, 1500, 1500)
-        if k % 20 == 0:
-            log.add("BAT", stamp, 0, VOLTS)
-    return log
-
-
 def test_a_dataflash_log(tmp_path: Path) -> None:
-    path = dataflash(DIVE).save(tmp_path / "00000012.BIN")
+    said = link.in_order(link.parameters(), link.swum(DIVE))
+    path = link.as_dataflash(tmp_path / "00000012.BIN", said, gyros=2)
     counts = {topic.name: topic.count for topic in open_any(path).topics}
     assert counts["IMU"] == counts["IMU[1]"] == counts["RCOU"] == DIVE.time.size
     same(read(path), DIVE, BOOT, ARMED_FROM)
     other = read(path, "yaw_rate=IMU[1].GyrZ")
     np.testing.assert_allclose(other.streams()["yaw_rate"][1], DIVE.rate[DIVE.time >= ARMED_FROM] + 0.5, atol=1e-6)
-    idle = Dive(DIVE.time, DIVE.rate, 0.01 * DIVE.command)
+    idle = link.swum(Dive(DIVE.time, DIVE.rate, 0.01 * DIVE.command))
     with pytest.raises(BadInput, match="never armed"):
-        read(dataflash(idle, arms=False).save(tmp_path / "deck.BIN"))
+        read(link.as_dataflash(tmp_path / "deck.BIN", link.in_order(link.parameters(), idle), events=False))
 
 
 def ulog(truth: Dive) -> bytes:
