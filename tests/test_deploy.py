@@ -18,7 +18,7 @@ from urllib.request import urlopen
 import pytest
 import yaml
 
-from service.bus.session import free_endpoint, listening, open_session
+from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import whole_parser
 from service.config.sources import read
 from tests.conftest import ROOT
@@ -84,7 +84,7 @@ def test_every_configuration_is_good(name: str) -> None:
 def router() -> Iterator[str]:
     """A Zenoh router as BlueOS runs one."""
     endpoint = free_endpoint()
-    with open_session(listening(endpoint)):
+    with open_session(listener_config_at(endpoint)):
         yield endpoint
 
 

@@ -23,7 +23,7 @@ import zenoh
 
 from incsvr.numerics import Array
 from service.bus.ingest import RING_PLACES
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.wire import Health, Keys, decode, measurement
 from service.wire.json_text import json_text
 from simulator import leng
@@ -81,7 +81,7 @@ def learner(**settings: Any) -> Iterator[Learner]:
         chosen = {"state": state, "bus.listen": endpoint, **settings}
         words = [word for name, value in chosen.items() for word in ("--set", f"{name}={json_text(value)}")]
         served = stack.enter_context(process("service.cli.command_line", "serve", *words))
-        session = stack.enter_context(open_session(connecting(endpoint), PATIENCE_S))
+        session = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE_S))
         wait_for_learner(session, KEYS, PATIENCE_S, threading.Event())
         yield Learner(psutil.Process(served.pid), endpoint, session)
 
@@ -138,7 +138,7 @@ def latency() -> dict[str, Any]:
     with (
         learner() as subject,
         partner("echo", echo_endpoint),
-        open_session(connecting(echo_endpoint), PATIENCE_S) as echo,
+        open_session(client_config_at(echo_endpoint), PATIENCE_S) as echo,
     ):
         _teach(subject)
         idle = _ask_in_turn(subject.session, echo)

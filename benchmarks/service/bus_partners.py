@@ -15,14 +15,14 @@ import zenoh
 
 from benchmarks.service.bus import BLOCK, KEYS, PATIENCE_S
 from service.bus.ingest import places
-from service.bus.session import connecting, listening, open_session
+from service.bus.session import client_config_at, listener_config_at, open_session
 from service.wire import Keys, measurement
 from simulator import leng
 
 
 def echo(endpoint: str) -> None:
     """A bare echo: nothing but the bus."""
-    with open_session(listening(endpoint)) as session:
+    with open_session(listener_config_at(endpoint)) as session:
         queryable = session.declare_queryable("echo", zenoh.handlers.RingChannel(256), complete=True)
         print("ready", flush=True)
         while True:
@@ -32,7 +32,7 @@ def echo(endpoint: str) -> None:
 
 def router(endpoint: str) -> None:
     """Nothing but a router, as a vehicle may have one."""
-    with open_session(listening(endpoint)):
+    with open_session(listener_config_at(endpoint)):
         print("ready", flush=True)
         threading.Event().wait()
 
@@ -41,7 +41,7 @@ def feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
     """Sends Leng's run again and again: `often` batches of samples a second, each in so many messages of a stream."""
     streams, pace = leng.recording("T1", seed=1).streams(), float(often)
     span, length = 50 * leng.SIGNALS.sample_period, 425.0
-    with open_session(connecting(endpoint), PATIENCE_S) as session:
+    with open_session(client_config_at(endpoint), PATIENCE_S) as session:
         began = time.perf_counter()
         for number in itertools.count():
             lap, at = divmod(number * span, length)
@@ -57,7 +57,7 @@ def feed(endpoint: str, often: str = "50", messages_each: str = "1") -> None:
 
 def many(endpoint: str, *prefixes: str) -> None:
     """Both streams of many learners at 10 Hz, until the process is ended; first what has used every place of a ring."""
-    with open_session(connecting(endpoint), PATIENCE_S) as session:
+    with open_session(client_config_at(endpoint), PATIENCE_S) as session:
         keys = [Keys(prefix) for prefix in prefixes]
         for _ in range(places(len(keys))):
             for each in keys:

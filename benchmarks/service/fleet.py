@@ -21,7 +21,7 @@ import zenoh
 from benchmarks.service.bus import PATIENCE_S, partner, process
 from benchmarks.study import Record, begin, options, publish
 from benchmarks.tables import page, table
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.wire import IterationHistory, Keys, decode
 from simulator.player import wait_for_learner
 
@@ -51,7 +51,7 @@ def measure(vehicles: int, speed: float) -> Record:
             )
             for each in prefixes
         ]
-        shore = stack.enter_context(open_session(connecting(endpoint), PATIENCE_S))
+        shore = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE_S))
         for each in prefixes:
             wait_for_learner(shore, Keys(each), PATIENCE_S, threading.Event())
         wire = Wire(shore, prefixes)

@@ -89,12 +89,12 @@ def client_settings(endpoint: str) -> dict[str, Any]:
     return copy.deepcopy(_COMMON_SETTINGS) | {"mode": "client", "connect": connect}
 
 
-def listening(endpoint: str) -> zenoh.Config:
+def listener_config_at(endpoint: str) -> zenoh.Config:
     """The configuration of a learner that listens at `endpoint`."""
     return zenoh.Config.from_json5(json_text(listener_settings(endpoint)))
 
 
-def connecting(endpoint: str) -> zenoh.Config:
+def client_config_at(endpoint: str) -> zenoh.Config:
     """The configuration of a client at `endpoint`."""
     return zenoh.Config.from_json5(json_text(client_settings(endpoint)))
 
@@ -109,7 +109,7 @@ def from_file(path: Path) -> zenoh.Config:
 
 def client_config(bus: Bus) -> zenoh.Config:
     """The configuration of a client of a learner's bus."""
-    return connecting(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
+    return client_config_at(bus.connect or bus.listen) if bus.zenoh_file is None else from_file(bus.zenoh_file)
 
 
 def client_place(bus: Bus) -> str:

@@ -27,7 +27,7 @@ import zenoh
 
 from incsvr.errors import BadInput, Failed
 from incsvr.signals import RUN_PAUSE_S
-from service.bus.session import answer, connecting, free_endpoint, open_session
+from service.bus.session import answer, client_config_at, free_endpoint, open_session
 from service.cli.output import add_json_argument, destination, emit, writing
 from service.commands import demo_underway
 from service.commands.demo_report import HEAD, line, played, summary
@@ -127,7 +127,7 @@ def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
         state = stack.enter_context(TemporaryDirectory())
         settings = [f"state={state}", f"bus.listen={endpoint}", *validation, *demo_underway.SETTINGS]
         learner = stack.enter_context(_process(out, "serve", *(word for each in settings for word in ("--set", each))))
-        session = stack.enter_context(open_session(connecting(endpoint), _START_TIMEOUT_S))
+        session = stack.enter_context(open_session(client_config_at(endpoint), _START_TIMEOUT_S))
         reports: queue.Queue[IterationReport] = queue.Queue()
         session.declare_subscriber(
             KEYS.iteration, lambda sample: reports.put(decode(IterationReport, sample.payload.to_bytes()))

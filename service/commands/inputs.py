@@ -16,7 +16,7 @@ import zenoh
 from incsvr.errors import BadInput
 from service.bus.arrivals import Arrivals
 from service.bus.mapped_ingest import mapping
-from service.bus.session import connecting, from_file, listening, open_session
+from service.bus.session import client_config_at, from_file, listener_config_at, open_session
 from service.cli.output import WIDTH, add_json_argument, emit, shortened, wrapped
 from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
@@ -109,13 +109,13 @@ def _met(config: Config, patience_s: float) -> zenoh.Session:
         return open_session(from_file(bus.zenoh_file), patience_s)
     if bus.connect is not None:
         try:
-            return open_session(connecting(bus.connect), patience_s)
+            return open_session(client_config_at(bus.connect), patience_s)
         except BadInput as error:
             raise BadInput(f"{error}; name the place of the vehicle's router with --connect") from None
     try:
-        return open_session(connecting(bus.listen))
+        return open_session(client_config_at(bus.listen))
     except BadInput:
-        return open_session(listening(bus.listen))
+        return open_session(listener_config_at(bus.listen))
 
 
 def _listen(survey: Survey, arrivals: Arrivals, seconds: float) -> None:

@@ -11,7 +11,14 @@ import threading
 from pathlib import Path
 
 from incsvr.errors import BadInput
-from service.bus.session import connecting, finish_in_time, from_file, listening, open_session, stop_event
+from service.bus.session import (
+    client_config_at,
+    finish_in_time,
+    from_file,
+    listener_config_at,
+    open_session,
+    stop_event,
+)
 from service.config.configuration import Config, check_inertia
 from service.config.sources import add_config_arguments, from_arguments
 from service.health import systemd
@@ -64,9 +71,9 @@ def serve(config: Config, stop: threading.Event) -> None:
     if config.bus.zenoh_file is not None:
         zenoh_config = from_file(config.bus.zenoh_file)
     elif config.bus.connect is not None:
-        zenoh_config = connecting(config.bus.connect)
+        zenoh_config = client_config_at(config.bus.connect)
     else:
-        zenoh_config = listening(config.bus.listen)
+        zenoh_config = listener_config_at(config.bus.listen)
     patience = float("inf") if config.bus.connect is not None else 0.0
     try:
         session = open_session(zenoh_config, patience, stop)

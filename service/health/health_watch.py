@@ -23,10 +23,10 @@ from service import wire
 from service.config.sections import HealthLimits
 from service.health import sentences
 from service.health.learning_state import LearningState
+from service.health.sample_rate_watch import SampleRateWatch
 from service.health.starvation import STREAM_NAMES, Starvation, slow_stream
 from service.health.stream_monitor import RecentRejections, StreamMonitor
 from service.learner.node import LearnerNode
-from service.learner.recent_stream import SampleRateWatch
 
 MIN_SILENCE_S = 1.0
 """The silence after which a stream is one to stand in for [s]: streams come at 2 Hz and more."""

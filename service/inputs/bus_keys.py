@@ -7,7 +7,6 @@ zenoh-bridge-ros2dds put on different keys, or, with the preset blueos, the name
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 import zenoh
 
@@ -40,13 +39,13 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
             f"inputs.preset: {inputs.preset} is a preset of logs; on a bus take ros2, or blueos where it speaks MAVLink"
         )
     wanted = dict.fromkeys(_of_preset(inputs.preset))
-    for name, topic in topics(inputs):
-        for text in expressions(topic, inputs.preset):
+    for place in inputs.places():
+        for text in expressions(place.topic, inputs.preset):
             try:
                 wanted[str(zenoh.KeyExpr(text))] = None
             except zenoh.ZError:
                 raise BadInput(
-                    f"inputs.{name}: {topic!r} is no key expression; write one such as vessel/imu/*"
+                    f"inputs.{place.name}: {place.topic!r} is no key expression; write one such as vessel/imu/*"
                 ) from None
     keys = {text: zenoh.KeyExpr(text) for text in wanted}
     return tuple(
@@ -54,31 +53,6 @@ def key_expressions(inputs: Inputs) -> tuple[str, ...]:
         for text, key in keys.items()
         if not any(other.includes(key) for name, other in keys.items() if name != text)
     )
-
-
-def topics(inputs: Inputs) -> Iterator[tuple[str, str]]:
-    """What a configuration names: where it does so, and the topic."""
-    for name in ("yaw_rate", "torque", "armed"):
-        source = getattr(inputs, name)
-        if source is not None:
-            yield name, source.topic
-    for name, channel in inputs.channels.items():
-        yield f"channels.{name}", channel.topic
-    if inputs.thrusters is not None:
-        for number, topic in enumerate(inputs.thrusters.topics):
-            yield f"thrusters.each.{number}", topic
-        for source in inputs.thrusters.further_sources():
-            yield "thrusters", source.topic
-
-
-def forms(inputs: Inputs) -> Iterator[tuple[str, str]]:
-    """The forms that a configuration names, by topic."""
-    for source in (inputs.yaw_rate, inputs.torque, inputs.armed, *inputs.channels.values()):
-        if source is not None:
-            yield source.topic, source.form
-    if inputs.thrusters is not None:
-        yield from ((topic, inputs.thrusters.form) for topic in inputs.thrusters.topics)
-        yield from ((source.topic, source.form) for source in inputs.thrusters.further_sources())
 
 
 def expressions(topic: str, preset: str | None) -> tuple[str, ...]:
@@ -126,7 +100,7 @@ def form_of(key: str, announced: str | None, inputs: Inputs) -> str:
     found = form(key) or (f"cdr:{announced}" if announced else None)
     if found is not None:
         return found
-    return next((each for topic, each in forms(inputs) if matches(topic, key, inputs.preset)), "json")
+    return next((place.form for place in inputs.places() if matches(place.topic, key, inputs.preset)), "json")
 
 
 def _of_preset(preset: Preset | None) -> tuple[str, ...]:

@@ -65,8 +65,8 @@ class InputMapper:
     def __init__(self, inputs: Inputs, parameters: Mapping[str, Any] | None = None) -> None:
         self._configured = inputs
         self.keys = bus_keys.key_expressions(inputs)
-        for _, form in bus_keys.forms(inputs):
-            decoder(form)
+        for place in inputs.places():
+            decoder(place.form)
         self.bindings: dict[str, SourceBinding] = {}
         self.types: dict[str, str] = {}
         self._parameters = VehicleParameters(parameters)

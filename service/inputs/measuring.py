@@ -43,16 +43,8 @@ class MeasuredStreams:
 
 def topics_read(inputs: Inputs, *others: Thrusters) -> frozenset[str]:
     """The topics that the mapping reads, and those of thrusters that are others under way."""
-    thrusters = (*((inputs.thrusters,) if inputs.thrusters else ()), *others)
-    sources: list[Source | Armed | None] = [
-        inputs.yaw_rate,
-        inputs.torque,
-        inputs.armed,
-        *inputs.channels.values(),
-        *(source for each in thrusters for source in each.further_sources()),
-    ]
-    commands = (topic for each in thrusters for topic in each.topics)
-    return frozenset(each.topic for each in sources if each is not None) | frozenset(commands)
+    named: tuple[Inputs | Thrusters, ...] = (inputs, *others)
+    return frozenset(place.topic for each in named for place in each.places())
 
 
 def measure(inputs: Inputs, tables: Mapping[str, Table], changes: Sequence[Change] = ()) -> MeasuredStreams:

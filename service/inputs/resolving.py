@@ -70,7 +70,7 @@ def resolve(
         )
     proposal = found.with_inputs(configured)
     inputs = proposal.inputs
-    spelt_out = {topic: heard[topic] for _, topic in bus_keys.topics(configured) if topic in heard}
+    spelt_out = {place.topic: heard[place.topic] for place in configured.places() if place.topic in heard}
     known |= spelt_out  # also of a vehicle that is left alone, for a person asked for it
     for name, source in _named_sources(inputs).items():
         key = key_of(source.topic, known, preset)
@@ -82,9 +82,7 @@ def resolve(
         known[key].armed = inputs.armed.model_copy(update={"field": path})
     if inputs.thrusters is not None:
         inputs = inputs.model_copy(update={"thrusters": _thrusters_with_paths(inputs.thrusters, known, inputs)})
-    missing = {
-        name: _cure_on_a_bus(name) if name in proposal.unseen else cure for name, cure in proposal.missing.items()
-    }
+    missing = {name: _cure_on_bus(name) if name in proposal.unseen else cure for name, cure in proposal.missing.items()}
     armed = EXPECTED_HEARTBEAT if preset == "blueos" and inputs.armed is None else inputs.armed
     return ResolvedMapping(inputs, missing, armed, proposal.sentences)
 
@@ -157,6 +155,6 @@ def _absent_batteries(topics: Sequence[Topic], known: Mapping[str, SourceBinding
     return frozenset(found)
 
 
-def _cure_on_a_bus(name: str) -> str:
+def _cure_on_bus(name: str) -> str:
     """What to do about a quantity of which nothing was heard."""
     return f"nothing that was heard is the {name}: say where it comes in inputs.{name}, with topic, form and field"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal, Self, TypedDict
@@ -117,6 +119,21 @@ class Thruster(Section):
         return np.asarray({**along, **about}[axis])
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where an input comes from, as a configuration names it.
+
+    Attributes:
+        name: of what it is in the section, such as `channels.depth` or `thrusters`.
+        topic: topic of a log, key expression on the bus.
+        form: of a message on the bus.
+    """
+
+    name: str
+    topic: str
+    form: str
+
+
 class Thrusters(Section):
     """The torque, put together from what the thrusters are told."""
 
@@ -149,10 +166,13 @@ class Thrusters(Section):
         """Where the command of each thruster stands, in their order."""
         return tuple(each.topic or self.topic for each in self.each)
 
-    def further_sources(self) -> tuple[Source, ...]:
-        """What is read beside the commands: the battery's voltage, angles."""
-        sources = (self.measured_voltage, *(each.turned_by for each in self.each))
-        return tuple(source for source in sources if source is not None)
+    def places(self) -> Iterator[Place]:
+        """Where the commands come from, then the battery's voltage and the angles."""
+        for number, topic in enumerate(self.topics):
+            yield Place(f"thrusters.each.{number}", topic, self.form)
+        for source in (self.measured_voltage, *(each.turned_by for each in self.each)):
+            if source is not None:
+                yield Place("thrusters", source.topic, source.form)
 
 
 class Inputs(Section):
@@ -173,6 +193,16 @@ class Inputs(Section):
     @classmethod
     def _name_system(cls, system: object) -> object:
         return str(system) if isinstance(system, int) and not isinstance(system, bool) else system
+
+    def places(self) -> Iterator[Place]:
+        """All that it names."""
+        for name, source in (("yaw_rate", self.yaw_rate), ("torque", self.torque), ("armed", self.armed)):
+            if source is not None:
+                yield Place(name, source.topic, source.form)
+        for name, channel in self.channels.items():
+            yield Place(f"channels.{name}", channel.topic, channel.form)
+        if self.thrusters is not None:
+            yield from self.thrusters.places()
 
     @property
     def own(self) -> bool:

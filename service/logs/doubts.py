@@ -37,7 +37,7 @@ def in_degrees(inputs: Inputs, streams: Mapping[str, Stream]) -> dict[str, str]:
     heading, rate = sources.get("heading"), sources["yaw_rate"]
     if found or heading is None or rate is None or not {"heading", "yaw_rate"} <= set(streams):
         return found
-    ratio = _turns(*streams["heading"], *streams["yaw_rate"])
+    ratio = _turning_ratio(*streams["heading"], *streams["yaw_rate"])
     if (
         heading.unit in ("", "rad")
         and DEGREES_RATIOS[0] < ratio / degrees(1.0) < DEGREES_RATIOS[1]
@@ -79,7 +79,7 @@ def _compass(heading: Array) -> bool:
     return bool(np.max(np.abs(heading)) > 2.2 * pi) and bool(np.max(np.abs(heading)) <= FULL_TURN_DEG)
 
 
-def _turns(at: Array, heading: Array, time: Array, rate: Array) -> float:
+def _turning_ratio(at: Array, heading: Array, time: Array, rate: Array) -> float:
     """How far the heading moves for each radian that the yaw rate turns; zero where neither shows it."""
     if at.size < 3 or time.size < 3:
         return 0.0

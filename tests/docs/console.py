@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.config.configuration import Config
 from service.config.sections import Bus
 from service.wire import Keys
@@ -78,7 +78,7 @@ class Shell:
         process = subprocess.Popen(words, cwd=self.folder, env=self._settings, stdout=silent, stderr=silent)
         self.beside.callback(process.wait)
         self.beside.callback(process.terminate)
-        with open_session(connecting(self.endpoint), PATIENCE) as session:
+        with open_session(client_config_at(self.endpoint), PATIENCE) as session:
             wait_for_learner(session, Keys(Config().prefix), PATIENCE, Event())
         return ""
 

@@ -16,7 +16,7 @@ import pytest
 import zenoh
 
 from service import wire
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.config.sources import read
 from service.learner.host import Host
@@ -109,12 +109,12 @@ def benches() -> Iterator[StartBench]:
         def begin(**settings: Any) -> Bench:
             config = configured(**settings)
             endpoint = free_endpoint()
-            server = stack.enter_context(open_session(listening(endpoint)))
+            server = stack.enter_context(open_session(listener_config_at(endpoint)))
             learners = config.each()
             hosts = [Host(server, each, len(learners)) for each in learners]
             crew = stack.enter_context(ExitStack())
             crew.enter_context(WorkerThreads(hosts))
-            client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
+            client = outer.enter_context(open_session(client_config_at(endpoint), PATIENCE))
             return Bench(hosts[0], hosts, client, hosts[0].keys, crew.close, endpoint)
 
         yield begin

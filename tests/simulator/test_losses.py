@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from service.bus import ingest
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
@@ -30,7 +30,7 @@ VALUES = 7500
 def learner() -> Iterator[str]:
     """One that runs, and its endpoint."""
     endpoint = free_endpoint()
-    with open_session(listening(endpoint)) as session, WorkerThreads([Host(session, configured())]):
+    with open_session(listener_config_at(endpoint)) as session, WorkerThreads([Host(session, configured())]):
         yield endpoint
 
 
@@ -50,7 +50,7 @@ def test_what_is_lost_at_too_high_a_speed_is_said_with_a_lower_one(
         said = capsys.readouterr().err
         found = re.search(r"the learner of leng/yaw lost ([\d,]+) of 7,500 values; .* --speed (\d+)\n", said)
         assert found is not None, said
-        with open_session(connecting(endpoint), PATIENCE) as client:
+        with open_session(client_config_at(endpoint), PATIENCE) as client:
             now = settled(client, KEYS, threading.Event())
         assert now is not None
         lost = int(found[1].replace(",", ""))
@@ -66,7 +66,7 @@ def test_where_nothing_is_lost_it_says_how_far_it_is_and_no_more(run: Path, caps
             "incsvr replay: plays run.csv, 100 s at 100 times the vehicle's pace, which takes 1 s",
             "incsvr replay: played 100 s, 7,500 messages, in N s",
         ]
-        with open_session(connecting(endpoint), PATIENCE) as client:
+        with open_session(client_config_at(endpoint), PATIENCE) as client:
             now = health(client, KEYS)
     assert now is not None
     assert loss(KEYS, {}, now, now) == Loss("leng/yaw", 0, 0)
@@ -87,7 +87,7 @@ def test_without_a_learner_a_recording_and_a_simulation_say_the_same(
 ) -> None:
     endpoint = free_endpoint()
     cure = "no learner answers for leng/yaw; start `incsvr serve`" if bus else f"nobody answers at {endpoint}: start"
-    with open_session(listening(endpoint)) if bus else nullcontext():
+    with open_session(listener_config_at(endpoint)) if bus else nullcontext():
         for command in (["replay", str(run)], ["simulate", "--set", "simulation.runs=[V2]"]):
             assert main([*command, "--connect", endpoint, "--wait", "0.1"]) == 2
             assert f"incsvr {command[0]}: {cure}" in capsys.readouterr().err

@@ -12,7 +12,7 @@ import zenoh
 
 from incsvr.errors import BadInput
 from service import wire
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
 from service.recordings.recording_csv import read
 from simulator.messages import Faults, messages
@@ -55,7 +55,7 @@ def test_faults_are_those_that_were_asked_for_and_follow_the_seed() -> None:
 def test_the_player_keeps_the_pace_and_numbers_its_messages() -> None:
     endpoint = free_endpoint()
     taken: dict[str, list[tuple[float, wire.Measurement]]] = {}
-    with open_session(listening(endpoint)) as bus, open_session(connecting(endpoint), 5.0) as session:
+    with open_session(listener_config_at(endpoint)) as bus, open_session(client_config_at(endpoint), 5.0) as session:
 
         def take(sample: zenoh.Sample) -> None:
             form = wire.decode(wire.Measurement, sample.payload.to_bytes())
@@ -89,8 +89,8 @@ def test_the_player_keeps_the_pace_and_numbers_its_messages() -> None:
 def test_it_says_so_where_nobody_learns() -> None:
     endpoint = free_endpoint()
     with (
-        open_session(listening(endpoint)),
-        open_session(connecting(endpoint), 5.0) as session,
+        open_session(listener_config_at(endpoint)),
+        open_session(client_config_at(endpoint), 5.0) as session,
         pytest.raises(BadInput, match="no learner answers for leng/yaw"),
     ):
         wait_for_learner(session, KEYS, 0.1, threading.Event())
@@ -99,7 +99,7 @@ def test_it_says_so_where_nobody_learns() -> None:
 def test_the_stop_is_heard() -> None:
     endpoint = free_endpoint()
     stop = threading.Event()
-    with open_session(listening(endpoint)), open_session(connecting(endpoint), 5.0) as session:
+    with open_session(listener_config_at(endpoint)), open_session(client_config_at(endpoint), 5.0) as session:
         sent = play(session, KEYS, messages(STREAMS), speed=1.0, stop=stop, progress=lambda count, t: stop.set())
     assert sent < 151
 

@@ -18,7 +18,7 @@ import pytest
 import zenoh
 
 from incsvr.numerics import Array
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.config.sources import read
 from service.learner.node import LearnerNode
 from service.wire import Health, IterationReport, Keys, Measurement, ModelSnapshot, decode, encode
@@ -137,7 +137,7 @@ class House:
         return self.start(["view", "--connect", self.endpoint, *words], limit_file)
 
     def client(self) -> zenoh.Session:
-        return self.stack.enter_context(open_session(connecting(self.endpoint), PATIENCE))
+        return self.stack.enter_context(open_session(client_config_at(self.endpoint), PATIENCE))
 
     def start(self, words: list[str], limit_file: int | None = None) -> Process:
         """Starts any command."""

@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 
 from incsvr.effects import Term
 from incsvr.tracing.model import TracedModel
-from service.bus.session import listening, open_session
+from service.bus.session import listener_config_at, open_session
 from service.learner.node import LearnerNode
 from service.live.effects import effects_from_trace
 from service.wire import IterationReport, encode
@@ -65,7 +65,7 @@ def test_every_sample_is_drawn_once_and_the_recording_goes_on(
     house: House, reports: list[IterationReport], tmp_path: Path
 ) -> None:
     path = tmp_path / "run.rrd"
-    with open_session(listening(house.endpoint)) as session:
+    with open_session(listener_config_at(house.endpoint)) as session:
         viewer = house.view("--headless", "--save", str(path))
         viewer.wait_for("viewer ready")
         token: Any = session.liveliness().declare_token(KEYS.alive)

@@ -17,7 +17,7 @@ from urllib.parse import quote
 
 import pytest
 
-from service.bus.session import connecting, free_endpoint
+from service.bus.session import client_config_at, free_endpoint
 from viewer.page.hosts import foreign, ours
 from viewer.page.learner import Learner
 from viewer.page.recordings import Recordings
@@ -49,7 +49,7 @@ def archive(tmp_path: Path) -> Path:
 def page(archive: Path) -> Iterator[Server]:
     """The page of a bus at which nobody listens."""
     endpoint, recordings = free_endpoint(), Recordings(archive)
-    learner = Learner(connecting(endpoint), endpoint, "leng/yaw", recordings)
+    learner = Learner(client_config_at(endpoint), endpoint, "leng/yaw", recordings)
     with server("127.0.0.1", 0, learner, recordings, ours("127.0.0.1", ["rov.example.org"])) as served:
         threading.Thread(target=served.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         yield served

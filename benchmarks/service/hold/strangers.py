@@ -16,7 +16,7 @@ import zenoh
 from benchmarks.service.bus import BLOCK, KEYS, PATIENCE_S, ask
 from benchmarks.service.hold.row import Row
 from benchmarks.service.hold.subject import Subject, fed, same
-from service.bus.session import connecting, open_session
+from service.bus.session import client_config_at, open_session
 from service.wire import DampingReply, ModelSnapshot, measurement
 
 FORMS = (
@@ -53,8 +53,8 @@ FLOOD_VALUES = 45_000
 """Values in each message of a flood: 0.8 MB."""
 STOPS = """
 import sys, time
-from service.bus.session import connecting, open_session
-with open_session(connecting(sys.argv[1]), 30.0) as session:
+from service.bus.session import client_config_at, open_session
+with open_session(client_config_at(sys.argv[1]), 30.0) as session:
     waiting = []
     for count in [50_000] * 3 + [5_000] * 40:
         payload = '{"rate": [' + ",".join(["0.123456789"] * count) + "]}"
@@ -106,7 +106,7 @@ def flood(seconds: float) -> Row:
         assert subject.process is not None
         learner = psutil.Process(subject.process.pid)
         before, sent, peak, waits = subject.health(), 0, 0.0, []
-        with open_session(connecting(subject.endpoint), PATIENCE_S) as stranger:
+        with open_session(client_config_at(subject.endpoint), PATIENCE_S) as stranger:
             until = time.monotonic() + seconds
             while time.monotonic() < until:
                 for _ in range(20):

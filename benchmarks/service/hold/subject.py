@@ -15,7 +15,7 @@ import zenoh
 
 from benchmarks.service.bus import KEYS, PARTNERS, PATIENCE_S, process
 from incsvr.errors import BadInput
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.wire import Form, FormType, Health, ModelSnapshot, decode
 from service.wire.json_text import json_text
 
@@ -32,7 +32,7 @@ class Subject:
         self.state, self.endpoint = state, router or free_endpoint()
         self._place = f"bus.connect={router}" if router else f"bus.listen={self.endpoint}"
         self.process: subprocess.Popen[bytes] | None = None
-        self.session = open_session(connecting(self.endpoint), PATIENCE_S) if router else None
+        self.session = open_session(client_config_at(self.endpoint), PATIENCE_S) if router else None
         self.published: dict[int, ModelSnapshot] = {}
         self.twice = 0
         self.came = threading.Condition()
@@ -60,7 +60,7 @@ class Subject:
             stderr=subprocess.DEVNULL,
         )
         if self.session is None:
-            self.session = open_session(connecting(self.endpoint), PATIENCE_S)
+            self.session = open_session(client_config_at(self.endpoint), PATIENCE_S)
         if not self._listening:
             self._listening = True
             self.session.liveliness().declare_subscriber(

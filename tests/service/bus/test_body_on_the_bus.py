@@ -17,7 +17,7 @@ from incsvr.plant.axes import AXES
 from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, RESTORING
 from incsvr.signals import SignalSettings, synchronise
 from service import wire
-from service.bus.session import free_endpoint, listening, open_session
+from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
 from service.commands.status import text
 from service.learner.host import Host
@@ -155,7 +155,7 @@ def test_a_recording_of_the_whole_vehicle_is_replayed_to_all_axes(tmp_path: Path
     (tmp_path / "config.yaml").write_text(json.dumps(configured(**THREE).model_dump(mode="json", exclude_unset=True)))
     words = ["--config", str(tmp_path / "config.yaml"), "--connect", endpoint, "--speed", "50"]
     learners = configured(**THREE).each()
-    with open_session(listening(endpoint)) as server:
+    with open_session(listener_config_at(endpoint)) as server:
         hosts = [Host(server, each, len(learners)) for each in learners]
         with WorkerThreads(hosts):
             assert main(["replay", str(tmp_path / "whole.csv"), *words]) == 0

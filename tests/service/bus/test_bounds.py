@@ -46,8 +46,8 @@ def test_a_revision_is_answered_as_it_was_or_said_to_be_gone(start: StartBench, 
 
 STOPPED = """
 import sys, time
-from service.bus.session import connecting, open_session
-with open_session(connecting(sys.argv[1]), 20.0) as session:
+from service.bus.session import client_config_at, open_session
+with open_session(client_config_at(sys.argv[1]), 20.0) as session:
     waiting = []
     for count in [50_000] * 3 + [5_000] * 40:
         payload = '{"rate": [' + ",".join(["0.123456789"] * count) + "]}"

@@ -10,7 +10,7 @@ import pytest
 from service import wire
 from service.bus.feed import Feed
 from service.bus.ingest import MIN_RING_PLACES, QUEUE_BYTES, RING_PLACES, Ingest, places
-from service.bus.session import free_endpoint, listening, open_session
+from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.health.health_watch import HealthWatch
 from service.learner.node import LearnerNode
 from tests.service.conftest import PATIENCE, StartBench, configured, teach
@@ -21,7 +21,7 @@ KEYS = wire.Keys("leng/yaw")
 def test_of_what_is_not_taken_in_time_the_newest_is_kept() -> None:
     config = configured()
     node, watch = LearnerNode(config, boot=""), HealthWatch(config.health, time.monotonic(), time.monotonic)
-    with open_session(listening(free_endpoint())) as session:
+    with open_session(listener_config_at(free_endpoint())) as session:
         feed = Feed(node, watch, [Ingest(session, KEYS, watch, learners=RING_PLACES)])
         for number in range(MIN_RING_PLACES + 136):  # within a session a put is with its subscriber when it returns
             session.put(KEYS.rate, wire.measurement(0.02 * number, 0.0, number))
@@ -37,7 +37,7 @@ def test_what_waits_is_bounded_by_its_bytes_and_what_goes_for_it_is_counted() ->
     node, watch = LearnerNode(config, boot=""), HealthWatch(config.health, time.monotonic(), time.monotonic)
     large = wire.measurement(tuple(np.arange(40_000) / 50.0), (0.1,) * 40_000)
     sent = QUEUE_BYTES // len(large) + 10
-    with open_session(listening(free_endpoint())) as session:
+    with open_session(listener_config_at(free_endpoint())) as session:
         feed = Feed(node, watch, [Ingest(session, KEYS, watch)])
         for _ in range(sent):
             session.put(KEYS.torque, large)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from service.bus.session import BusRefusal, free_endpoint, from_file, listening, open_session
+from service.bus.session import BusRefusal, free_endpoint, from_file, listener_config_at, open_session
 from service.cli.command_line import main
 from service.wire import Keys
 from tests.service.security.test_validity import tls
@@ -17,13 +17,13 @@ __all__ = ["tls"]
 
 def refused(endpoint: str) -> str:
     with pytest.raises(BusRefusal) as failed:
-        open_session(listening(endpoint))
+        open_session(listener_config_at(endpoint))
     return str(failed.value)
 
 
 def test_a_learner_is_named_with_the_command_that_shows_it(capsys: pytest.CaptureFixture[str]) -> None:
     endpoint = free_endpoint()
-    with open_session(listening(endpoint)) as there:
+    with open_session(listener_config_at(endpoint)) as there:
         assert f"{endpoint} is in use by a Zenoh router or program without a learner" in refused(endpoint)
         assert f"its client with --connect {endpoint}, or listen at another port with --listen" in refused(endpoint)
         tokens = [there.liveliness().declare_token(Keys(prefix).alive) for prefix in ("rov/yaw", "auv/yaw")]

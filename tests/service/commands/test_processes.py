@@ -17,7 +17,7 @@ import pytest
 import zenoh
 
 from service import wire
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from simulator import leng
 from simulator.messages import messages
 from simulator.player import play
@@ -53,7 +53,7 @@ def endpoint() -> str:
 def client(endpoint: str) -> Iterator[tuple[zenoh.Session, queue.Queue[str]]]:
     """A session, and what its learner's liveliness says."""
     alive: queue.Queue[str] = queue.Queue()
-    with open_session(connecting(endpoint), PATIENCE) as session:
+    with open_session(client_config_at(endpoint), PATIENCE) as session:
         session.liveliness().declare_subscriber(KEYS.alive, lambda sample: alive.put(str(sample.kind)), history=True)
         yield session, alive
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from service.bus.session import free_endpoint, listening, open_session
+from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
 from tests.conftest import ROOT
@@ -133,7 +133,7 @@ class Hanging(Host):
 def test_a_thread_that_learns_no_more_strokes_no_more() -> None:
     """While it hangs all other threads go on and answer, which a watchdog must not take for learning."""
     strokes: queue.Queue[None] = queue.Queue()
-    with open_session(listening(free_endpoint())) as session:
+    with open_session(listener_config_at(free_endpoint())) as session:
         host = Hanging(session, configured())
         with WorkerThreads([host], lambda: strokes.put(None), 0.02):
             strokes.get(timeout=PATIENCE)

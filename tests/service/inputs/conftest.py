@@ -13,7 +13,7 @@ import pytest
 import zenoh
 
 from service.bus import mapped_ingest
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.config.sources import read
 from service.learner.host import Host
@@ -74,12 +74,12 @@ def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Board]:
 
         def begin(inputs: dict[str, Any], state: Path | None = None, **more: Any) -> Vessel:
             endpoint = free_endpoint()
-            outer.enter_context(open_session(listening(endpoint)))
-            session = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+            outer.enter_context(open_session(listener_config_at(endpoint)))
+            session = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE))
             host = Host(session, configured(inputs, state, **more))
             crew = stack.enter_context(ExitStack())
             crew.enter_context(WorkerThreads([host]))
-            client = outer.enter_context(open_session(connecting(endpoint), PATIENCE))
+            client = outer.enter_context(open_session(client_config_at(endpoint), PATIENCE))
             return Vessel(host, [host], client, host.keys, crew.close, endpoint)
 
         yield begin

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.wire import Health, Keys, ModelSnapshot, decode
 from tests.service.commands.test_processes import command
 from tests.service.conftest import PATIENCE
@@ -116,7 +116,7 @@ def test_the_process_learns_from_two_lines_behind_a_router(swim: Dive, tmp_path:
     serve = command("serve", "--config", str(config), "--connect", endpoint, "--set", "state=null")
     models: queue.Queue[ModelSnapshot] = queue.Queue()
     alive: queue.Queue[str] = queue.Queue()
-    with open_session(listening(endpoint)), open_session(connecting(endpoint), PATIENCE) as session:
+    with open_session(listener_config_at(endpoint)), open_session(client_config_at(endpoint), PATIENCE) as session:
         session.declare_subscriber(keys.model, lambda sample: models.put(read_model(sample)))
         session.liveliness().declare_subscriber(keys.alive, lambda sample: alive.put(str(sample.kind)), history=True)
         process = subprocess.Popen(serve, stderr=subprocess.DEVNULL)

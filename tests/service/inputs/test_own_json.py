@@ -11,7 +11,7 @@ import pytest
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.arrivals import Arrivals
-from service.bus.session import free_endpoint, listening, open_session
+from service.bus.session import free_endpoint, listener_config_at, open_session
 from service.config.sources import read
 from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
@@ -54,7 +54,9 @@ def test_what_is_not_taken_in_time_is_bounded_and_told() -> None:
         lost[reason] += count
 
     hearing = InputMapper(Inputs.model_validate(INPUTS))
-    with open_session(listening(free_endpoint())) as session:  # within it a put is with its subscriber when it returns
+    with open_session(
+        listener_config_at(free_endpoint())
+    ) as session:  # within it a put is with its subscriber when it returns
         arrivals = Arrivals(session, hearing, tell, places=10, most_bytes=2_000_000)
         for number in range(8):
             session.put("sensors/gyro", b"x" * 400_000)

@@ -13,7 +13,7 @@ import pytest
 import zenoh
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.cli.command_line import main
 from service.inputs.input_mapper import InputMapper
 from service.inputs.settings import Inputs
@@ -105,7 +105,7 @@ def test_stamps_in_another_unit() -> None:
 @pytest.fixture
 def bus() -> Iterator[tuple[str, zenoh.Session]]:
     endpoint = free_endpoint()
-    with open_session(listening(endpoint)), open_session(connecting(endpoint), PATIENCE) as session:
+    with open_session(listener_config_at(endpoint)), open_session(client_config_at(endpoint), PATIENCE) as session:
         yield endpoint, session
 
 

@@ -9,7 +9,7 @@ import pytest
 import zenoh
 
 from incsvr.errors import BadInput
-from service.bus.session import connecting, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.learner.duplicate_learner import take_prefix
 
 LEARNERS = 3
@@ -33,7 +33,7 @@ def test_of_several_that_start_in_the_same_moment_exactly_one_stays() -> None:
             return str(refusal)
 
     with open_session(router(endpoint)):
-        sessions = [open_session(connecting(endpoint)) for _ in range(LEARNERS)]
+        sessions = [open_session(client_config_at(endpoint)) for _ in range(LEARNERS)]
         try:
             with ThreadPoolExecutor(LEARNERS) as threads:
                 outcomes = list(threads.map(come, sessions))

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from service import wire
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.learner.host import Host
 from service.learner.node import LearnerNode
 from service.learner.worker_threads import WorkerThreads
@@ -61,7 +61,10 @@ CORPUS = [
 def bench() -> Iterator[Bench]:
     """A learner that has learned a little, and goes through all tests of this file."""
     endpoint = free_endpoint()
-    with open_session(listening(endpoint)) as server, open_session(connecting(endpoint), PATIENCE) as client:
+    with (
+        open_session(listener_config_at(endpoint)) as server,
+        open_session(client_config_at(endpoint), PATIENCE) as client,
+    ):
         host = Host(server, configured())
         with WorkerThreads([host]) as crew:
             bench = Bench(host, [host], client, host.keys, lambda: crew.__exit__(None, None, None))

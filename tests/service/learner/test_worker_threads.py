@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from service import wire
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.learner.host import Host
 from service.learner.worker_threads import WorkerThreads
@@ -24,11 +24,11 @@ def test_a_learner_that_lost_its_bus_ends_neither_the_learning_of_others_nor_its
     first, second = (configured(prefix=f"{name}/yaw", state=tmp_path) for name in ("one", "two"))
     endpoint = free_endpoint()
     with ExitStack() as stack:
-        lost: Any = stack.enter_context(open_session(listening(free_endpoint())))
-        session = stack.enter_context(open_session(listening(endpoint)))
+        lost: Any = stack.enter_context(open_session(listener_config_at(free_endpoint())))
+        session = stack.enter_context(open_session(listener_config_at(endpoint)))
         hosts = [Host(lost, first), Host(session, second)]
         with WorkerThreads(hosts):
-            client = stack.enter_context(open_session(connecting(endpoint), PATIENCE))
+            client = stack.enter_context(open_session(client_config_at(endpoint), PATIENCE))
             bench = Bench(hosts[1], hosts, client, hosts[1].keys, lambda: None)
             reports = bench.follow(bench.keys.iteration, wire.IterationReport)
             lost.close()

@@ -17,7 +17,7 @@ from incsvr.effects import Term
 from incsvr.errors import BadInput
 from incsvr.tracing.model import TracedModel
 from service import wire
-from service.bus.session import connecting, free_endpoint, listening, open_session
+from service.bus.session import client_config_at, free_endpoint, listener_config_at, open_session
 from service.config.configuration import Config
 from service.learner.host import Host
 from service.learner.node import LearnerNode
@@ -153,8 +153,8 @@ def test_a_promotion_that_fails_is_in_the_ledger_and_learning_goes_on(
     config, endpoint = configured(**LIVE, state=tmp_path), free_endpoint()
     _leave_in_shadow(found, config)
     # Without `WorkerThreads`: what comes before the proof and what after it must not depend on who is quicker.
-    with open_session(listening(endpoint)) as server, closing(Host(server, config)) as host:
-        with open_session(connecting(endpoint), PATIENCE) as client:
+    with open_session(listener_config_at(endpoint)) as server, closing(Host(server, config)) as host:
+        with open_session(client_config_at(endpoint), PATIENCE) as client:
             ledgers: queue.Queue[wire.EffectsLedger] = queue.Queue()
             client.declare_subscriber(
                 host.keys.effects,

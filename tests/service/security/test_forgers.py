@@ -22,7 +22,7 @@ from zenoh.ext import (
 
 from incsvr.errors import BadInput
 from service import wire
-from service.bus.session import connecting, free_endpoint, from_file, open_session
+from service.bus.session import client_config_at, free_endpoint, from_file, open_session
 from service.cli.command_line import main
 from service.recordings.recording_csv import write
 from simulator import leng
@@ -84,7 +84,7 @@ def test_without_a_certificate_of_the_authority_nobody_comes_in(bus: Secured, tm
     assert main(["keys", str(tmp_path), "--role", "vehicle", "--listen", bus.endpoint]) == 0
     (tmp_path / "ca.pem").write_bytes((bus.folder / "ca.pem").read_bytes())
     stranger = from_file(tmp_path / "vehicle.json5")
-    for config in (connecting(bus.endpoint.replace("tls/", "tcp/")), connecting(bus.endpoint), stranger):
+    for config in (client_config_at(bus.endpoint.replace("tls/", "tcp/")), client_config_at(bus.endpoint), stranger):
         with pytest.raises(BadInput, match="the bus cannot be opened"):
             open_session(config)
 

@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from incsvr.errors import BadInput
 from service import wire
 from service.bus.bus_check import check_bus
-from service.bus.session import BusRefusal, certificates, connecting, free_endpoint, from_file, open_session
+from service.bus.session import BusRefusal, certificates, client_config_at, free_endpoint, from_file, open_session
 from service.bus.zenoh_file import endpoints
 from service.cli.command_line import main
 from service.config.sections import Bus
@@ -189,7 +189,7 @@ def test_where_nobody_listens_or_nothing_is_secured_no_certificate_is_blamed(tls
     with pytest.raises(BadInput, match="Unable to connect") as failed:
         open_session(from_file(tls / "viewer.json5"))
     assert not isinstance(failed.value, BusRefusal)
-    assert certificates(connecting("tcp/127.0.0.1:1")) == ()
+    assert certificates(client_config_at("tcp/127.0.0.1:1")) == ()
 
 
 def endpoint(tls: Path) -> str:
