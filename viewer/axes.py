@@ -14,7 +14,7 @@ from math import ceil, floor, log10
 from PIL import Image, ImageDraw
 
 from incsvr.plant.axes import Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from viewer.painter import SHARP, Mark, Painter
 from viewer.palette import Colour, Palette
 
@@ -121,9 +121,11 @@ class Axes:
         """The same with its labels and legend in the words and units of an axis of the vehicle."""
 
         def labelled(one: NumberedAxis) -> NumberedAxis:
-            return replace(one, label=said(axis, one.label))
+            return replace(one, label=in_words_of(axis, one.label))
 
-        legend = tuple(tuple(replace(entry, text=said(axis, entry.text)) for entry in row) for row in self.legend)
+        legend = tuple(
+            tuple(replace(entry, text=in_words_of(axis, entry.text)) for entry in row) for row in self.legend
+        )
         right = None if self.y_right is None else labelled(self.y_right)
         return replace(self, x=labelled(self.x), y=labelled(self.y), y_right=right, legend=legend)
 

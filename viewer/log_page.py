@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from rerun.components import MarkerShape
 
 from incsvr.plant.axes import YAW
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.signals.samples import Samples
 from service.logs.picture import LogPicture
 from viewer.axes import Axes, Entry
@@ -37,13 +37,13 @@ HINT = (
 
 def blueprint(picture: LogPicture, palette: Palette) -> rrb.Blueprint:
     """Tabs of the streams, the samples and the channels; those that the log has."""
-    shown = [_plot(f"{STREAMS}/{name}", said(picture.axis, title)) for name, title in OWN.items()]
+    shown = [_plot(f"{STREAMS}/{name}", in_words_of(picture.axis, title)) for name, title in OWN.items()]
     pages: list[rrb.Container] = []
     if picture.samples is not None:
-        shown += [_plot(f"{SAMPLES}/damping", said(picture.axis, "Damping samples [N m]"))]
+        shown += [_plot(f"{SAMPLES}/damping", in_words_of(picture.axis, "Damping samples [N m]"))]
         entities = [f"{SAMPLES}/{name}" for name in ("axes", "all", "batch")]
         axes = axes_view(
-            said(picture.axis, "Damping over yaw rate"), entities, (WIDTH, HEIGHT), f"{SAMPLES}/axes", palette
+            in_words_of(picture.axis, "Damping over yaw rate"), entities, (WIDTH, HEIGHT), f"{SAMPLES}/axes", palette
         )
         pages.append(rrb.Horizontal(axes, _words_view(), column_shares=[1.55, 1.0], name="Samples"))
     pages.insert(0, rrb.Vertical(_words_view(), *shown, row_shares=[1.0, *[1.0] * len(shown)], name="Streams"))
@@ -60,7 +60,7 @@ def draw(recorder: Recorder, picture: LogPicture, palette: Palette) -> None:
         own = name in OWN
         path = f"{STREAMS}/{name}/measured" if own else f"{CHANNELS}/{name}/measured"
         colour = LIGHT.before if name == YAW.effort else LIGHT.old
-        title = said(picture.axis, OWN[name].split(" [")[0]) if own else channel(name)
+        title = in_words_of(picture.axis, OWN[name].split(" [")[0]) if own else channel(name)
         _line(recorder, path, title, colour, stamps, values)
     if picture.samples is not None:
         _samples(recorder, picture.samples, picture.batch, palette)
@@ -71,7 +71,7 @@ def _words(picture: LogPicture) -> rr.TextDocument:
     if picture.samples is not None:
         whole = len(picture.samples) // picture.batch
         lines += ["", f"{whole} batches of {picture.batch} samples. {HINT}"]
-    return rr.TextDocument(said(picture.axis, "\n".join(lines)), media_type="text/markdown")
+    return rr.TextDocument(in_words_of(picture.axis, "\n".join(lines)), media_type="text/markdown")
 
 
 def _line(recorder: Recorder, path: str, title: str, colour: Colour, stamps: Floats, values: Floats) -> None:

@@ -9,7 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from service.wire import SETS
 from viewer import error, learning, signals, slices
 from viewer.compare import Choice
@@ -91,7 +91,7 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     scope = ["signals/scope/axes", "signals/scope/yaw_rate", "signals/scope/torque"]
     return rrb.Horizontal(
-        axes_view(said(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
+        axes_view(in_words_of(axis, "Damping over yaw rate"), sets, size, "learning/axes", palette),
         rrb.Vertical(
             rrb.Horizontal(
                 rrb.TextDocumentView(origin="learning/table", name="This iteration"),
@@ -110,7 +110,7 @@ def _learning(palette: Palette, axis: Axis) -> rrb.Horizontal:
 def _compare(palette: Palette, choice: Choice, axis: Axis) -> rrb.Horizontal:
     size = (learning.WIDTH, learning.HEIGHT)
     return rrb.Horizontal(
-        axes_view(said(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
+        axes_view(in_words_of(axis, "Damping over yaw rate"), choice.shown, size, "learning/compare_axes", palette),
         rrb.TextDocumentView(origin="learning/compared", name="Compared"),
         column_shares=[1.55, 1.0],
         name="Before and after",
@@ -125,7 +125,7 @@ def _plot(path: str, name: str, axis: Axis = YAW) -> rrb.TimeSeriesView:
     )
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
     return rrb.TimeSeriesView(
-        origin=path, name=said(axis, name), axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend
+        origin=path, name=in_words_of(axis, name), axis_x=rrb.TimeAxis(view_range=window), plot_legend=legend
     )
 
 
@@ -147,7 +147,7 @@ def _slices(palette: Palette, others: Sequence[str], axis: Axis) -> rrb.Vertical
     for number, name in enumerate(others):
         views = []
         for path, shown, title in zip(slices.axes_paths(number), slices.entities(number), slices.TITLES, strict=True):
-            named = f"{said(axis, title)}: {channel(name)}"
+            named = f"{in_words_of(axis, title)}: {channel(name)}"
             views.append(axes_view(named, [path, *shown], (slices.WIDTH, slices.HEIGHT), path, palette))
         rows.append(rrb.Horizontal(*views))
     return rrb.Vertical(*rows, name="Slices")
@@ -180,7 +180,7 @@ def _health(axis: Axis) -> rrb.Horizontal:
             rrb.StateTimelineView(origin="signals/health/level", name="Level"),
             rrb.TimeSeriesView(
                 origin="signals/health/learned",
-                name=said(axis, "Learned share of the yaw rate range"),
+                name=in_words_of(axis, "Learned share of the yaw rate range"),
                 axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=_END, end=_END)),
                 axis_y=rrb.ScalarAxis(range=(0.0, 1.05)),
             ),

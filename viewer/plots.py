@@ -10,7 +10,7 @@ from incsvr.errors import BadInput
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.tracing import Trace
 from service.cli.extras import how_to_install
 
@@ -35,7 +35,7 @@ def of_log(name: str, rate: tuple[Array, Array], torque: tuple[Array, Array], ax
             (below, torque, "torque τ [N m]"),
         ):
             line(axes, time, values, color=MEASURED, linewidth=1.0)
-            axes.set_ylabel(said(axis, label))
+            axes.set_ylabel(in_words_of(axis, label))
         above.set_title(name)
         below.set_xlabel("time t [s]")
     return figure

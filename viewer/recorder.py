@@ -14,7 +14,7 @@ import rerun.blueprint as rrb
 from rerun.components import MarkerShape, Radius
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from viewer.component_batches import scalars
 from viewer.frame import APPLICATION, ITERATION, VEHICLE_TIME, WALL_TIME, Floats
 from viewer.palette import Colour
@@ -69,7 +69,7 @@ class Recorder:
 
     def write(self, path: str, markdown: str) -> None:
         """A text, in the words and units of the axis."""
-        self.log(path, rr.TextDocument(said(self.axis, markdown), media_type="text/markdown"))
+        self.log(path, rr.TextDocument(in_words_of(self.axis, markdown), media_type="text/markdown"))
 
     def line(self, path: str, colour: Colour, name: str, width: float = 1.6) -> None:
         """How a series of scalars is drawn: as a line."""

@@ -84,11 +84,7 @@ def check(
     warnings = [f for each in saw.values() for f in each.findings if f.decision < Decision.PAUSE]
     state = _reconsidered(state, vehicle, batch, known, pausing)
     if state.agreeing >= RELEARN_BATCHES:
-        sentence = (
-            f"the last {RELEARN_BATCHES} batches fit each other and not what is learned: the damping is learned anew"
-        )
-        verdict = Verdict((Finding(CHANGE, Decision.WARN, sentence),), learn=True, suspect=False, span=_span(batch))
-        return State(usual=state.usual, reach=state.reach, periods=state.periods, told=float(batch.time[-1])), verdict
+        return _relearned(state, batch)
     if pausing is not None:
         also = saw["pace"].findings if pausing != "pace" else []
         return _paused(state, batch, pausing, saw[pausing].findings + also)
@@ -115,6 +111,13 @@ def check(
         return replace(moved, told=float(batch.time[-1])), verdict
     drifts = any(saw["pace"].findings)
     return _usual(after, vehicle, batch, known, drifts), verdict
+
+
+def _relearned(state: State, batch: Samples) -> tuple[State, Verdict]:
+    """The state in which nothing is trusted that was learned, and the verdict that says so."""
+    sentence = f"the last {RELEARN_BATCHES} batches fit each other and not what is learned: the damping is learned anew"
+    verdict = Verdict((Finding(CHANGE, Decision.WARN, sentence),), learn=True, suspect=False, span=_span(batch))
+    return State(usual=state.usual, reach=state.reach, periods=state.periods, told=float(batch.time[-1])), verdict
 
 
 def _trusted(state: State, vehicle: Vehicle, learned: CurveOfRates | None) -> CurveOfRates | None:

@@ -64,7 +64,7 @@ _ADDED = {"surge": "X_u̇", "sway": "Y_v̇", "heave": "Z_ẇ", "roll": "K_ṗ", 
 """SNAME's added masses."""
 
 
-def said(axis: Axis, text: str) -> str:
+def in_words_of(axis: Axis, text: str) -> str:
     """A sentence about yaw, of this axis; of yaw it stays as it is."""
     if axis == YAW:
         return text

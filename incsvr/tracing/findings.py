@@ -8,7 +8,7 @@ from typing import Any
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.inertia import inertia_in_force
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.tracing.held_out import Errors, beats_zero
 from incsvr.tracing.model import TracedModel
 
@@ -157,13 +157,17 @@ class Trace:
         return replace(
             self,
             effects=tuple(
-                replace(each, sentence=said(axis, each.sentence), next_manoeuvre=said(axis, each.next_manoeuvre))
+                replace(
+                    each,
+                    sentence=in_words_of(axis, each.sentence),
+                    next_manoeuvre=in_words_of(axis, each.next_manoeuvre),
+                )
                 for each in self.effects
             ),
-            rejected=tuple(replace(each, reason=said(axis, each.reason)) for each in self.rejected),
-            notes=tuple(said(axis, note) for note in self.notes),
-            doubts=tuple(said(axis, doubt) for doubt in self.doubts),
-            ignored_channels={name: said(axis, reason) for name, reason in self.ignored_channels.items()},
+            rejected=tuple(replace(each, reason=in_words_of(axis, each.reason)) for each in self.rejected),
+            notes=tuple(in_words_of(axis, note) for note in self.notes),
+            doubts=tuple(in_words_of(axis, doubt) for doubt in self.doubts),
+            ignored_channels={name: in_words_of(axis, reason) for name, reason in self.ignored_channels.items()},
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from service.wire import Health, ModelSnapshot, StreamHealth
 
 COLOURS = {"OK": "green", "WARN": "yellow", "ERROR": "red", "STALE": "magenta"}
@@ -62,11 +62,13 @@ def _heard(health: Health, axis: Axis) -> Table:
 
 def _called(name: str, axis: Axis) -> str:
     """What people call a stream."""
-    return said(axis, STREAM_NAMES[name]) if name in STREAM_NAMES else name
+    return in_words_of(axis, STREAM_NAMES[name]) if name in STREAM_NAMES else name
 
 
 def _columns(name: str, stream: StreamHealth, axis: Axis) -> tuple[str, ...]:
-    value = "–" if stream.value is None else f"{stream.value:.3g} {said(axis, STREAM_UNITS.get(name, ''))}".strip()
+    value = (
+        "–" if stream.value is None else f"{stream.value:.3g} {in_words_of(axis, STREAM_UNITS.get(name, ''))}".strip()
+    )
     return (
         value,
         "–" if not stream.period_s else f"{1.0 / stream.period_s:.3g}",
@@ -89,7 +91,7 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
         return facts
     sigma = "" if model.sigma is None else f", noise {model.sigma:.3g} N m"
     traced = "" if model.inertia_in_force == model.inertia else f", traced ({model.inertia:g} declared)"
-    held = said(axis, f"{len(model.support)} vectors, I = {model.inertia_in_force:.4g} kg m²{traced}{sigma}")
+    held = in_words_of(axis, f"{len(model.support)} vectors, I = {model.inertia_in_force:.4g} kg m²{traced}{sigma}")
     facts.add_row("model", f"revision {model.revision}, iteration {model.iteration}, of {model.t:.1f} s")
     facts.add_row("", held)
     if model.trained_range is not None:
@@ -97,7 +99,9 @@ def _facts(health: Health, model: ModelSnapshot | None, axis: Axis) -> Table:
         curve = model.model().predict(rates)
         rows = (("rate rad/s", rates, 3), ("damping N m", curve.damping, 3), ("± N m", curve.sigma, 2))
         for label, values, digits in rows:
-            facts.add_row("", f"{said(axis, label):<12s}" + "".join(f"{value:>10.{digits}g}" for value in values))
+            facts.add_row(
+                "", f"{in_words_of(axis, label):<12s}" + "".join(f"{value:>10.{digits}g}" for value in values)
+            )
     names = [str(effect.get("effect", "?")) for effect in model.effects]
     if names:
         facts.add_row("effects", ", ".join(names))

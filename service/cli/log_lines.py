@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from service.wire import IterationReport, Learning
 
 
@@ -16,7 +16,7 @@ def iteration_line(report: IterationReport, axis: Axis = YAW) -> str:
     did = "nothing new"
     if report.trained:
         did = f"{counts['new']} new, {counts['forgotten']} forgotten, {counts['outliers']} out"
-    error = "" if report.progressive_mae is None else said(axis, f", error {report.progressive_mae:.3g} N m")
+    error = "" if report.progressive_mae is None else in_words_of(axis, f", error {report.progressive_mae:.3g} N m")
     line = f"iteration {report.iteration}, {report.t:.0f} s: {did}, {counts['support']} vectors{error}"
     return line if report.change is None else f"{line}\n  {report.change}"
 

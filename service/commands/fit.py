@@ -14,7 +14,7 @@ from incsvr.errors import BadInput
 from incsvr.learning.learner import Settings
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import Coupled
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.signals import SignalSettings
 from incsvr.signals.settings import COMMANDED, MEASURED
 from service.cli.output import add_json_argument, emit, refuse_unwritable
@@ -106,8 +106,8 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Fit, dict[str, Any], str]:
     try:
         fit, result, words = _fitted(args, config, reading)
     except BadInput as error:
-        raise BadInput(said(axis, str(error))) from None
-    return axis, fit, result, said(axis, words)
+        raise BadInput(in_words_of(axis, str(error))) from None
+    return axis, fit, result, in_words_of(axis, words)
 
 
 def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple[Fit, dict[str, Any], str]:
@@ -133,7 +133,7 @@ def _fitted(args: argparse.Namespace, config: Config, reading: Reading) -> tuple
         _write(args, of_body.model_copy(update={"inputs": reading.description.inputs}), sequence(runs), fit)
         words += f"\n\nwritten to {args.write}; `incsvr serve --config {args.write}` learns on with it"
     result = fit.to_dict() | declared_inertia.estimate_in_result(estimate, fit.closed_loop, fit.remarks)
-    result["remarks"] = [said(reading.axis, each) for each in result["remarks"]]
+    result["remarks"] = [in_words_of(reading.axis, each) for each in result["remarks"]]
     if reading.axis != YAW:
         result |= {"axis": reading.axis.name}
     return fit, result, words

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from incsvr.errors import BadInput
 from incsvr.plant.axes import AXES, YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from service.bus.client import bus_client
 from service.cli.output import emit
 from service.commands.arguments import add_question_arguments
@@ -59,10 +59,10 @@ def velocities(words: Sequence[str], axis: Axis = YAW) -> tuple[list[float], dic
             if not math.isfinite(value):
                 what = "yaw rate" if own else f"value of channel {name}"
                 unit = " in rad/s" if own else ""
-                raise BadInput(said(axis, f"{part} is no {what}; give finite numbers{unit}"))
+                raise BadInput(in_words_of(axis, f"{part} is no {what}; give finite numbers{unit}"))
             (rates if own else others.setdefault(name, [])).append(value)
     if not rates:
-        raise BadInput(said(axis, f"give a yaw rate beside {next(iter(others))}, such as 0.1 in rad/s"))
+        raise BadInput(in_words_of(axis, f"give a yaw rate beside {next(iter(others))}, such as 0.1 in rad/s"))
     return rates, others
 
 
@@ -99,15 +99,15 @@ def not_learned(reply: DampingReply, learned: tuple[float, float] | None, axis: 
         ends = f"up to {high:.3g}" if over and not under else f"down to {low:.3g}" if under and not over else ""
         known = f" ({ends or f'{low:.3g} to {high:.3g}'} rad/s"
         inside = "" if over or under else ", with gaps" if not reply.others else ", among other velocities"
-        known = said(axis, f"{known}{inside})")
+        known = in_words_of(axis, f"{known}{inside})")
     some = "" if len(foreign) == len(reply.rate) else f": {', '.join(f'{rate:g}' for rate in foreign)} rad/s"
-    some = said(axis, some)
+    some = in_words_of(axis, some)
     return f"not learned there{known}{some}"
 
 
 def table(reply: DampingReply, axis: Axis = YAW) -> str:
     """The answer for people."""
-    heads = [(said(axis, head), width) for head, width in HEADS]
+    heads = [(in_words_of(axis, head), width) for head, width in HEADS]
     heads[1:1] = [(name, 10) for name in reply.others]
     lines = ["   ".join(f"{head:>{width}s}" for head, width in heads)]
     for rate, *others, damping, sigma, extrapolated in zip(

@@ -11,7 +11,7 @@ from typing import Any
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.signals.settings import TorqueKind
 from incsvr.tracing import trace
 from incsvr.tracing.findings import Trace
@@ -60,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     axis, found, result = answer(args)
-    words = said(axis, text(found))
+    words = in_words_of(axis, text(found))
     try:
         if args.manoeuvre is not None:
             words += f"\n  {next_manoeuvre(found.effects, args.manoeuvre)}"
@@ -79,8 +79,8 @@ def answer(args: argparse.Namespace) -> tuple[Axis, Trace, dict[str, Any]]:
     try:
         found, others, parts = _traced(args, reading, config)
     except BadInput as error:
-        raise BadInput(said(axis, str(error))) from None
-    told = {"headline": said(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
+        raise BadInput(in_words_of(axis, str(error))) from None
+    told = {"headline": in_words_of(axis, headline(found)), **found.to_dict(), "axis": axis.name, **others.to_dict()}
     told |= {"parts": [part.to_dict() for part in parts]} if parts else {}
     return axis, found, told
 

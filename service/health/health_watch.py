@@ -16,7 +16,7 @@ from incsvr.checks import implausible
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES
 from incsvr.plant.body import Coupled
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.signals import MAX_CHANNELS
 from incsvr.signals.streams import JUMP_S
 from service import wire
@@ -161,7 +161,7 @@ class HealthWatch:
             streams = {name: stream.health(now, readings.get(name)) for name, stream in self._streams.items()}
         return wire.Health(
             level=graded[0][0] if graded else "OK",  # type: ignore[arg-type]
-            reasons=tuple(said(axis, sentence) for _, sentence in graded),
+            reasons=tuple(in_words_of(axis, sentence) for _, sentence in graded),
             counters={
                 "samples": node.batches.samples_seen,
                 "iterations": served.iteration,
@@ -178,7 +178,7 @@ class HealthWatch:
             t=served.t,
             uptime_s=round(now - self._started, 3),
             streams=streams,
-            learning=wire.Learning(state=learning.state, since=learning.since, why=said(axis, learning.why)),
+            learning=wire.Learning(state=learning.state, since=learning.since, why=in_words_of(axis, learning.why)),
         )
 
     def _learning_now(self, now: float, node: LearnerNode) -> LearningState:
@@ -202,7 +202,8 @@ class HealthWatch:
             if received - before >= UNIT_CHECK_VALUES or name not in self._plausible:
                 found = implausible(name, max(count - then, 0), received - before, limit)
                 self._plausible[name] = received, count, None if found is None else found.sentence
-        return next((said for _, _, said in self._plausible.values() if said is not None), None)
+        sentences = (sentence for _, _, sentence in self._plausible.values())
+        return next((sentence for sentence in sentences if sentence is not None), None)
 
     def _errors(self, now: float) -> list[str]:
         unsaved = self._conditions.unsaved

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.signals.streams import MAX_STAMP_S
 from service.inputs.clocks import set_at, without_leaps
 from service.logs.cutting import WHOLE_LOG, Cut, Span, columns_inside, rows_inside, since_1970
@@ -95,7 +95,7 @@ def _unit(axis: Axis, column: str) -> str:
     """What a column holds."""
     if column == "t":
         return _UNITS[column]
-    return said(axis, _UNITS["yaw_rate" if column == axis.rate else "torque"])
+    return in_words_of(axis, _UNITS["yaw_rate" if column == axis.rate else "torque"])
 
 
 def _rows(path: Path, axis: Axis) -> tuple[list[str], list[list[str]]]:

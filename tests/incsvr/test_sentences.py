@@ -6,7 +6,7 @@ import pytest
 
 from incsvr.effects import catalogue
 from incsvr.plant.axes import AXES
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.tracing.sentences import sentence
 
 
@@ -20,7 +20,7 @@ def test_a_negative_delay_is_no_dead_time() -> None:
 
 @pytest.mark.parametrize(("axis", "column"), [("yaw", "torque"), ("roll", "roll_torque"), ("surge", "surge_force")])
 def test_a_flag_names_the_columns_of_the_axis(axis: str, column: str) -> None:
-    turned = said(AXES[axis], "the torque: `--column torque=-torque`, or `--column torque=…*SCALE`")
+    turned = in_words_of(AXES[axis], "the torque: `--column torque=-torque`, or `--column torque=…*SCALE`")
     assert turned.endswith(f"`--column {column}=-{column}`, or `--column {column}=…*SCALE`")
     flags = "give --inertia, --torque commanded, or signals.torque and vehicle.inertia in a --config FILE"
-    assert said(AXES[axis], flags) == flags
+    assert in_words_of(AXES[axis], flags) == flags

@@ -14,7 +14,7 @@ import zenoh
 from incsvr.errors import BadInput
 from incsvr.learning.coefficients import coefficients, negative_drag
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from service.bus.session import answer, open_session
 from service.wire import (
     EffectsLedger,
@@ -64,7 +64,7 @@ class Learner:
 
     def __init__(self, config: zenoh.Config, where: str, prefix: str, recordings: Recordings, axis: Axis = YAW) -> None:
         self._axis = axis
-        self.words = {key: said(axis, text) for key, text in WORDS.items()}
+        self.words = {key: in_words_of(axis, text) for key, text in WORDS.items()}
         self._config, self._where, self._keys, self._recordings = config, where, Keys(prefix), recordings
         self._session: zenoh.Session | None = None
         self._lock = threading.Lock()
@@ -181,7 +181,7 @@ def curve(snapshot: ModelSnapshot, axis: Axis = YAW) -> Mapping[str, Any]:
         "support": {"rate": snapshot.support.rate, "damping": snapshot.support.damping},
         "coefficients": {name: value._asdict() for name, value in known.items()},
         "coefficient_notes": [
-            said(axis, note)
+            in_words_of(axis, note)
             for name, value in known.items()
             if (note := negative_drag(name, value.low, value.high)) is not None
         ],

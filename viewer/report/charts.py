@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import YAW, Axis
 from incsvr.plant.body import DECLARED_INERTIA
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.tracing.findings import Pictures
 from incsvr.tracing.held_out import Errors
 from incsvr.tracing.model import TracedModel
@@ -73,8 +73,8 @@ def residual_against(name: str, x: Array, before: Array, after: Array, axis: Axi
         # one scale for all panels, so that they can be compared
         reach = 1.1 * float(np.quantile(np.abs(np.concatenate([before, after])), 0.95))
         axes.set_ylim(-reach, reach)
-        axes.set_xlabel(said(axis, UNITS[name]) if name in UNITS else name.replace("_", " "))
-        axes.set_ylabel(said(axis, "residual [N m]"))
+        axes.set_xlabel(in_words_of(axis, UNITS[name]) if name in UNITS else name.replace("_", " "))
+        axes.set_ylabel(in_words_of(axis, "residual [N m]"))
         axes.legend(loc="best", ncols=2, handlelength=2.2)
 
     return svg(draw, 3.4, 2.4)
@@ -110,7 +110,7 @@ def draw_free_run(figure: Figure, before: Errors, after: Errors, k: int, scale: 
         label = "before" if number == 0 else None
         line(axes, time, simulated, color=BEFORE, linestyle="--", linewidth=1.3, label=label)
     line(axes, after.time[k][here], after.simulated[k][here], color=AFTER, linewidth=1.5, label="after")
-    axes.set_ylabel(said(axis, "yaw rate r [rad/s]"))
+    axes.set_ylabel(in_words_of(axis, "yaw rate r [rad/s]"))
     axes.set_xlabel("time t [s]")
     axes.margins(x=0.01)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3)
@@ -151,7 +151,7 @@ def torque_split(parts: Mapping[str, Array], axis: Axis = YAW) -> str:
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        names = [said(axis, name) if name == DECLARED_INERTIA else name for name in size]
+        names = [in_words_of(axis, name) if name == DECLARED_INERTIA else name for name in size]
         axes.barh(names, list(size.values()), color=[PARTS[k % len(PARTS)] for k in range(len(names))], height=0.62)
         largest = max(size.values())
         for row, value in enumerate(size.values()):
@@ -159,6 +159,6 @@ def torque_split(parts: Mapping[str, Array], axis: Axis = YAW) -> str:
         axes.set_xlim(0.0, 1.14 * largest)
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
-        axes.set_xlabel(said(axis, "root mean square [N m]"))
+        axes.set_xlabel(in_words_of(axis, "root mean square [N m]"))
 
     return svg(draw, 4.7, max(1.6, 0.9 + 0.42 * len(size)))

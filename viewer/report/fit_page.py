@@ -14,7 +14,7 @@ from incsvr.free_run.errors import FreeRun
 from incsvr.free_run.fit_pictures import FitPictures
 from incsvr.numerics import root_mean_square
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from viewer.report.damping_chart import Curve, damping_chart
 from viewer.report.drawing import AFTER, BEFORE, MEASURED, line, svg
 from viewer.report.figures import between, capital, number, rendered
@@ -39,7 +39,7 @@ def fit_page(
     """
 
     def told(text: str) -> str:
-        return said(axis, text)
+        return in_words_of(axis, text)
 
     declared, inertia = result["declared"]["inertia"], result["inertia"]
     in_use = "" if inertia == declared else f", {inertia:.3g} kg m² in use"
@@ -98,7 +98,7 @@ def _settings(result: Mapping[str, Any], axis: Axis) -> list[tuple[str, str]]:
         ),
         ("batches", f"{result['iterations']} learned, {result['put_aside']} put aside"),
     ]
-    return [(said(axis, name), said(axis, value)) for name, value in rows]
+    return [(in_words_of(axis, name), in_words_of(axis, value)) for name, value in rows]
 
 
 def _damping(pictures: FitPictures, axis: Axis) -> str:
@@ -137,7 +137,7 @@ def _errors(result: Mapping[str, Any], axis: Axis) -> str:
         axes.set_ylim(bottom=0.0)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("iteration")
-        axes.set_ylabel(said(axis, "mean absolute error [N m]"))
+        axes.set_ylabel(in_words_of(axis, "mean absolute error [N m]"))
         axes.legend(loc="upper right")
 
     return svg(draw, 4.7, 3.2)
@@ -155,7 +155,7 @@ def _free_run(run: FreeRun, axis: Axis) -> str:
         axes = figure.subplots()
         line(axes, run.time[here], run.measured[here], color=MEASURED, linewidth=1.1, label="measured")
         line(axes, run.time[here], run.simulated[here], color=AFTER, linewidth=1.5, label="simulated")
-        axes.set_ylabel(said(axis, "yaw rate r [rad/s]"))
+        axes.set_ylabel(in_words_of(axis, "yaw rate r [rad/s]"))
         axes.set_xlabel("time t [s]")
         axes.margins(x=0.01)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)

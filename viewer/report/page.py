@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from incsvr.learning.coefficients import negative_drag
 from incsvr.plant.axes import YAW, Axis
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.tracing import Trace
 from incsvr.tracing.findings import Finding
 from incsvr.tracing.sentences import chance, headline_clauses, left_of_torque
@@ -38,7 +38,7 @@ def page(trace: Trace, axis: Axis = YAW, provenance: Mapping[str, str] | None = 
     """The whole document, in the words and units of an axis; `provenance` says what it was made of, and how."""
 
     def told(text: str) -> str:
-        return said(axis, text)
+        return in_words_of(axis, text)
 
     pictures, error = trace.pictures, trace.error
     coefficients, driven = derivatives(trace, axis)
@@ -105,7 +105,7 @@ def _validated_on(trace: Trace) -> str:
 def _summary(error: Mapping[str, Any]) -> str:
     before, after = error["before"]["free_run_rmse"], error["after"]["free_run_rmse"]
     change = error["change"]["free_run_rmse"]
-    said = (
+    errors = (
         f"On unseen data the free-run error of the yaw rate is {number(before)} rad/s with the declared model and "
         f"{number(after)} rad/s with what was added"
     )
@@ -117,7 +117,7 @@ def _summary(error: Mapping[str, Any]) -> str:
     elif not change["high"] < 0.0:
         doubt = " This interval includes zero: the gain is not proven."
     return (
-        f"{said}: {number(100.0 * (after / before - 1.0), '+')} % "
+        f"{errors}: {number(100.0 * (after / before - 1.0), '+')} % "
         f"(95 % interval of the change {number(change['low'])} to {number(change['high'])} rad/s).{doubt}"
     )
 
@@ -134,7 +134,7 @@ def _finding(finding: Finding, axis: Axis) -> dict[str, Any]:
                 plain,
                 number(value),
                 "set, not fitted" if low == high else f"{number(low)} to {number(high)}",
-                said(axis, unit),
+                in_words_of(axis, unit),
             )
         )
     return {"finding": finding, "name": finding.effect.replace("_", " "), "rows": rows}
@@ -146,8 +146,8 @@ def _error_rows(error: Mapping[str, Any], axis: Axis) -> list[dict[str, str]]:
         change = error["change"].get(key)
         rows.append(
             {
-                "label": said(axis, label),
-                "unit": said(axis, unit),
+                "label": in_words_of(axis, label),
+                "unit": in_words_of(axis, unit),
                 "before": number(error["before"][key]),
                 "after": number(error["after"][key]),
                 "change": f"{number(change['estimate'], '+')} ({number(change['low'])} to {number(change['high'])})"

@@ -12,7 +12,7 @@ import pytest
 from incsvr.errors import BadInput
 from incsvr.numerics import Array
 from incsvr.plant.axes import AXES, YAW
-from incsvr.plant.words import said
+from incsvr.plant.words import in_words_of
 from incsvr.tracing.run import Run, check
 from service.cli.command_line import main
 from service.recordings.recording import Recording, of_axis
@@ -140,4 +140,4 @@ def test_a_limit_is_a_setting(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     ],
 )
 def test_a_sentence_is_told_in_the_words_of_an_axis(axis: str, sentence: str, told: str) -> None:
-    assert said(AXES[axis], sentence) == told
+    assert in_words_of(AXES[axis], sentence) == told
