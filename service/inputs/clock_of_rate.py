@@ -16,7 +16,7 @@ from service.inputs.source_binding import RATE
 
 MAX_APART_S = 10.0
 """The distance from the yaw rate's stamps within which stamps are of its clock [s]: as for our own keys
-(`incsvr.signals.streams.JUMP`), so that a publisher may be behind the other by that."""
+(`incsvr.signals.streams.JUMP_S`), so that a publisher may be behind the other by that."""
 MIN_LAG_S = 1.0
 """The lag behind the yaw rate's stamps that arrive with them from which on stamps are of another clock [s]: no bus
 takes as long."""

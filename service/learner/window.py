@@ -1,7 +1,7 @@
 """The newest stretch of the raw streams: what tracing looks at, and what the learner is taught again from.
 
 A value is taken or refused as the synchroniser does it, so that both know the same. The window is bounded in time, and
-by `incsvr.signals.streams.CAPACITY` in number; a stream of 50 Hz takes 0.7 MB in 900 s.
+by `incsvr.signals.streams.MAX_WAITING_VALUES` in number; a stream of 50 Hz takes 0.7 MB in 900 s.
 """
 
 from __future__ import annotations
