@@ -12,7 +12,7 @@ CAUSE_SIGMAS = 6.0
 LAG_SIGMAS = 5.0
 """Standard deviations from which on a lag alone is believed: in 48 hours without a fault the largest was 4.3."""
 CURVE_ERROR_FACTOR = 2.0
-"""How many times larger a cause is than what an error of the learned curve may feign."""
+"""Factor by which a cause is larger than what an error of the learned curve may feign."""
 LASTING_SIGMAS = 2.0
 """Standard deviations from which on a cause is believed to last."""
 FAULT_LEAD = 15.0

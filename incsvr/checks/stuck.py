@@ -27,7 +27,7 @@ cease by itself."""
 MIN_STILL_SAMPLES = 6
 """Samples in a row of which a stream is stuck: with fewer a slow turn may well agree."""
 UNDAMPED_TURN_FACTOR = 10.0
-"""How many times as far the torque, undamped, would have turned the yaw rate: damping takes most of it away."""
+"""Factor by which the torque, undamped, would have turned the yaw rate further: damping takes most of it away."""
 UNEXPLAINED_NOISES = 3.0
 """Noise levels by which a constant torque fails to explain the motion."""
 UNEXPLAINED_DAMPING_SHARE = 0.15
@@ -41,7 +41,7 @@ it does where the torque follows its turning unseen. A vehicle that changed unde
 HOLDING_TORQUE_SHARE = 0.3
 """Level of a torque, as a part of the largest damping, from which on a vehicle that it holds shows its drag."""
 STREAM_WORDS = {"yaw_rate": "yaw rate", "torque": "torque"}
-"""What messages call the streams."""
+"""Words of messages for the streams."""
 STREAM_UNITS = {"yaw_rate": "rad/s", "torque": "N m"}
 """Units of the streams."""
 

@@ -11,13 +11,13 @@ from incsvr.signals.raw import TORQUE
 from incsvr.signals.samples import Samples
 
 ENERGY_OVER_WORK = 5.0
-"""How many times the torque's work the kinetic energy grows: a declared inertia may be wrong by some tenths, a yaw rate
-in degrees per second makes 57 of it."""
+"""Growth of the kinetic energy over the torque's work from which on a unit is wrong: a declared inertia may be wrong by
+some tenths, a yaw rate in degrees per second makes 57 of it."""
 
 REACH_QUANTILE = 0.75
 """Quantile of what the inertia takes that is held against the torque's reach: a quarter of the samples of a batch."""
 MAX_TORQUE_REACHES = 1.5
-"""Times the torque's whole reach that the inertia alone must not take in these samples."""
+"""Whole reaches of the torque which the inertia alone must not take in these samples."""
 MIN_INERTIA_NOISES = 10.0
 """Noise levels that the inertia takes at least: a gyro's noise, differentiated, asks for much where the filter is
 short."""

@@ -20,7 +20,7 @@ class Decision(IntEnum):
 CHANGE = "change"
 """The kind of a finding that the vehicle changed: no fault."""
 CHANGE_MEMORY_S = 300.0
-"""How long a change of the vehicle is said [s]."""
+"""Time for which a change of the vehicle is said [s]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ their models run freely over the fresh data, from its first measured yaw rate, w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from incsvr.compensation.promotion import Comparison
 from incsvr.effects import Effect, Term
 from incsvr.errors import BadInput
 from incsvr.learning import learner
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.signals import TORQUE, YAW_RATE, SignalSettings, synchronise
 from incsvr.tracing import innovations
 from incsvr.tracing.cells import Cut, cut
@@ -48,8 +48,6 @@ STEPS_PER_SCALE = 20.0
 """Steps of a free run in a time scale of the motion."""
 COMMANDED_TORQUE = TorqueNature(held=True, noisy=False, closed=True)
 """A torque that the vehicle is told to apply, which a controller may have made."""
-
-Streams = Mapping[str, tuple[Array, Array]]
 
 
 def compare_on_fresh_data(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,8 @@ import numpy as np
 from incsvr.compensation.effects_in_force import HEADING_CHANNEL, Compensation
 from incsvr.effects import Signals
 from incsvr.free_run.motions import Motion
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.tracing.model import TracedModel
-
-Streams = Mapping[str, tuple[Array, Array]]
 
 STEPS_PER_SCALE = 40.0
 """Steps of the simulation in the vehicle's time scale."""

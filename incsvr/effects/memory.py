@@ -17,7 +17,7 @@ MAX_MEMORY_SCALES = 10.0
 """Longest time constant in time scales of the motion."""
 
 EDGE_FACTOR = 1.02
-"""Times the shortest memory that is tried: a search that ends there would go on."""
+"""Factor on the shortest memory that is tried within which a search has ended there, and would go on."""
 
 MIN_ENTRAINMENT = 0.01
 """Least β, of the hull's rate what the water that it drags in takes on, of which the secant is taken."""

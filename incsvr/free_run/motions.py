@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.plant.body import Coupled
 from incsvr.signals import TORQUE, YAW_RATE
 from incsvr.signals.coupled import motion_at
@@ -39,7 +39,7 @@ class Motion:
     yaw_rate: Array
     linear: Array | None = None
 
-    def among(self, coupled: Coupled, streams: Mapping[str, tuple[Array, Array]], smoothing: float) -> Motion:
+    def among(self, coupled: Coupled, streams: Streams, smoothing: float) -> Motion:
         """The motion with what the body's other velocities and its attitude take, through a filter this wide [s]."""
         motion, angles = motion_at(coupled, streams, self.torque_time, smoothing)
         outside, linear = coupled.driving(motion, angles, self.torque_time.size)
@@ -58,7 +58,7 @@ class Motion:
         return np.asarray(np.interp(self.rate_time, time, simulated) - self.yaw_rate)
 
 
-def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Motion]:
+def motions(streams: Streams, gap: float) -> list[Motion]:
     """The stretches of a recording in which neither stream pauses for longer than `gap` [s]."""
     (rate_time, rate), (torque_time, torque) = streams[YAW_RATE], streams[TORQUE]
     found = []
@@ -73,7 +73,7 @@ def motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Moti
     return found
 
 
-def held_motions(streams: Mapping[str, tuple[Array, Array]], gap: float) -> list[Motion]:
+def held_motions(streams: Streams, gap: float) -> list[Motion]:
     """The stretches in which a command that was logged while it held stayed the same, and the rotors have followed.
 
     Args:

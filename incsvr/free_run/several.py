@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import ceil
 
 import numpy as np
@@ -10,12 +10,10 @@ import numpy as np
 from incsvr.free_run.integrator import MAX_STEP_S, RUNAWAY_RATES
 from incsvr.free_run.motions import Motion
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 
 
-def free_run_errors(
-    runs: Sequence[tuple[Motion, Mapping[str, tuple[Array, Array]]]], inertia: float, model: Model
-) -> list[Array]:
+def free_run_errors(runs: Sequence[tuple[Motion, Streams]], inertia: float, model: Model) -> list[Array]:
     """(m,) simulated minus measured yaw rate of each run [rad/s], NaN from where it runs away.
 
     Args:

@@ -7,7 +7,6 @@ axis (C(ν) ν) and the accelerations of the others (M off its diagonal).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from incsvr.learning.driven import independent_share
 from incsvr.numerics import Array, root_mean_square
 from incsvr.plant.axes import Axis, accelerating, products
+from incsvr.plant.body import Motion
 
 SMALL_RMS_SHARE = 0.15
 """Share of the torque's RMS up to which the neglected terms are small: thrust is rarely known to better."""
@@ -45,9 +45,7 @@ class NeglectedTerms:
         return self.rms / self.torque
 
 
-def neglected_terms(
-    axis: Axis, rate: Array, damping: Array, torque: Array, motion: Mapping[str, tuple[Array, Array]]
-) -> NeglectedTerms | None:
+def neglected_terms(axis: Axis, rate: Array, damping: Array, torque: Array, motion: Motion) -> NeglectedTerms | None:
     """What the other velocities take, where it is clear and not small; None else.
 
     Args:
@@ -83,7 +81,7 @@ def neglected_terms(
     return NeglectedTerms(tuple(chosen), rms, level) if rms > SMALL_RMS_SHARE * level else None
 
 
-def _terms(axis: Axis, rate: Array, motion: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:
+def _terms(axis: Axis, rate: Array, motion: Motion) -> dict[str, Array]:
     """(n,) each: products that push along the axis, and accelerations of the other velocities."""
     values = {axis.rate: rate} | {name: value for name, (value, _) in motion.items()}
     found = {f"{a}*{b}": values[a] * values[b] for a, b in products(axis, tuple(motion))}

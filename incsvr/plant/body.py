@@ -15,10 +15,16 @@ from incsvr.plant.axes import AXES, VELOCITIES, Axis, stream_of
 from incsvr.plant.inertia import coriolis_force, mass_matrix, products
 
 DECLARED_INERTIA = "declared inertia"
-COUPLED_INERTIA, CORIOLIS, RESTORING = "coupled inertia", "Coriolis", "restoring"
-"""Lines of the torque ledger beside that of the axis's own inertia: of the other velocities and of the attitude."""
+"""Line of the torque ledger for the axis's own inertia."""
+COUPLED_INERTIA = "coupled inertia"
+"""Line of the torque ledger for what the other velocities take by their changes."""
+CORIOLIS = "Coriolis"
+"""Line of the torque ledger for what products of velocities take."""
+RESTORING = "restoring"
+"""Line of the torque ledger for what the attitude takes."""
 
 NO_ANGLES: Mapping[str, Array] = MappingProxyType({})
+"""Angles of a body whose attitude nobody knows."""
 
 Motion = Mapping[str, tuple[Array, Array]]
 """Each recorded velocity's name → its values (n,) and its accelerations (n,)."""

@@ -13,13 +13,12 @@ Every result depends on the stamps and values around its own instant alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from incsvr.numerics import Array
+from incsvr.numerics import Array, Streams
 from incsvr.signals.following import latest_steps, periods, widenings
 from incsvr.signals.settings import (
     COMMANDED,
@@ -47,7 +46,7 @@ STEPS_PER_WIDTH = 6
 
 
 def filters(
-    settings: SignalSettings, streams: Mapping[str, tuple[Array, Array]], at: Array, settled: float, on_a_line: bool
+    settings: SignalSettings, streams: Streams, at: Array, settled: float, on_a_line: bool
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], int]:
     """How the samples at (m,) times [s] are filtered.
 

@@ -9,9 +9,14 @@ from typing import Literal
 from incsvr.errors import BadInput
 from incsvr.signals.smoothing import HALF_WINDOW_WIDTHS
 
-YAW_RATE, TORQUE = "yaw_rate", "torque"
+YAW_RATE = "yaw_rate"
+"""Name of the stream of the velocity."""
+TORQUE = "torque"
+"""Name of the stream of the torque."""
 REQUIRED = (YAW_RATE, TORQUE)
+"""Streams without which there is no sample."""
 MAX_CHANNELS = 64
+"""Further streams that are kept, at most."""
 RUN_PAUSE_S = 5.0
 """Time between two recordings that are joined to one [s]: longer than any gap that a window may hold."""
 MAX_PAUSE_WIDTHS = 5.0 / 3.0
