@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from incsvr.compensation.bets import evidence, final_log_wealth, score, wealth
 
@@ -38,6 +39,7 @@ def test_an_effect_that_shows_in_every_block_is_found_within_twenty() -> None:
     assert 5 < np.quantile(found, 0.95) < 20
 
 
+@pytest.mark.slow
 def test_bets_that_go_on_from_what_was_won_before_keep_their_level() -> None:
     """Trials of 100 blocks, one after the other, on a right forecast and on another beside it."""
     for shift in (0.1, 0.3, 1.0):

@@ -126,6 +126,7 @@ def test_samples_of_zero_weight_are_deleted() -> None:
     assert len(iteration.new) == 21
 
 
+@pytest.mark.slow
 def test_eq_8_passes_from_the_warm_start_come_near_the_exact_model() -> None:
     samples = stream(4, 200)
     rates = np.linspace(-0.2, 0.2, 41)

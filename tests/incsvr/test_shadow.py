@@ -52,6 +52,7 @@ def test_effects_that_the_vehicle_does_not_have_are_refused_and_withdrawn() -> N
     assert in_force(found) == "withdrawn"
 
 
+@pytest.mark.slow
 def test_effects_are_compared_with_those_in_force(streams: Streams) -> None:
     assert on_trial(compared(streams, TRUE, TRUE)) == "refused"
     assert on_trial(compared(streams, effects(("bias_torque", BIAS)), TRUE)) == "promoted"

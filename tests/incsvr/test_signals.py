@@ -119,6 +119,7 @@ def test_bundling_and_interleaving_make_no_difference(
     assert same(play(both, np.random.default_rng(one), settings), play(both, np.random.default_rng(other), settings))
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0.0, 60.0), st.booleans()), max_size=20))
 def test_nor_do_they_where_both_clocks_begin_anew(cuts: list[tuple[float, bool]]) -> None:
     """As long as the streams come together, as they do from a vehicle: within ten seconds."""

@@ -116,7 +116,14 @@ def test_it_agrees_with_the_traced_model() -> None:
         assert np.abs(off).max() < 0.1 * np.abs(expected[name]).max(), name
 
 
-@pytest.mark.parametrize(("seed", "delay", "received"), [(1, 0.13, True), (1, -0.4, False), (2, 0.13, False)])
+@pytest.mark.parametrize(
+    ("seed", "delay", "received"),
+    [
+        (1, -0.4, False),
+        pytest.param(1, 0.13, True, marks=pytest.mark.slow),
+        pytest.param(2, 0.13, False, marks=pytest.mark.slow),
+    ],
+)
 def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
     seed: int, delay: float, received: bool
 ) -> None:
@@ -149,6 +156,7 @@ def test_it_makes_no_difference_how_messages_come_and_where_it_is_stopped(
         assert np.array_equal(played.parts[name], whole.parts[name]), name
 
 
+@pytest.mark.slow
 def test_its_memory_is_bounded() -> None:
     synchroniser = Synchroniser(leng.SIGNALS, ledger(leng.SIGNALS, compensation(LAG_TERM, BIAS_TERM)))
     sizes = []

@@ -51,6 +51,7 @@ def test_the_hull_is_noticed_and_learned_within_four_batches(seed: int) -> None:
     assert np.hypot(noise, error[17]) < 1.03 * np.hypot(noise, error[-1])
 
 
+@pytest.mark.slow
 def test_nothing_is_noticed_where_nothing_happens() -> None:
     for seed in range(3):
         _, iterations = run(WEIGHTED, stream(400 + seed, 2500))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def of_second(
     torque: str = "measured",
 ) -> Recording:  # fmt: skip
     hidden = (effect,) if effect else ()
-    case = Case(seed, vehicle, kind, torque, hidden, size, USUAL.channels, duration=60.0)  # type: ignore[arg-type]
+    case = Case(seed, vehicle, kind, torque, hidden, size, USUAL.channels, duration=30.0)  # type: ignore[arg-type]
     return second.play(case).recording
 
 
@@ -148,11 +149,16 @@ def of_second_case(name: str, seed: int, size: float = 1.0, duration: float = 48
     return moment(name, played.truth[name], ride), ride.lacking(outside)
 
 
+@cache
+def usual_command() -> Array:
+    return second.play(USUAL).motion.command
+
+
 STEEP = 0.2
 """A wave has crests, a second harmonic that no textbook tells."""
 
 
-@pytest.mark.parametrize("seed", [11, 12, 13])
+@pytest.mark.parametrize("seed", [11, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (12, 13))])
 @pytest.mark.parametrize("name", OF_TRIALS)
 def test_what_a_trial_tells_of_an_effect_is_what_acts(name: str, seed: int) -> None:
     expected, acts = of_trial(name, seed)
@@ -170,7 +176,7 @@ def test_what_a_mission_tells_of_an_effect_is_what_acts(name: str) -> None:
     assert np.sqrt(np.mean((acts - expected) ** 2)) < 0.03 * size + 0.01
 
 
-@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", OF_SECOND)
 def test_a_second_case_acts_like_the_textbook_with_what_it_tells(name: str, seed: int) -> None:
     """Its effects have other shapes: similar in sign and size is all that is asked."""
@@ -179,9 +185,10 @@ def test_a_second_case_acts_like_the_textbook_with_what_it_tells(name: str, seed
     assert textbook @ acts > 0.8 * np.linalg.norm(textbook) * np.linalg.norm(acts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [each for each in OF_SECOND if each != "modulation:depth"])
 def test_an_effect_of_a_second_case_is_of_realistic_size_and_half_of_it_is_less(name: str) -> None:
-    command = second.play(USUAL).motion.command
+    command = usual_command()
     half, whole = (of_second_case(name, USUAL.seed, size, USUAL.duration)[1] for size in (0.5, 1.0))
     shares = [float(np.sqrt(np.mean(acts**2) / np.mean(command**2))) for acts in (half, whole)]
     assert 0.04 < shares[1] < 0.6
