@@ -11,28 +11,28 @@ import argparse
 import importlib
 import json
 import math
-import queue
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import zenoh
-
 from incsvr.errors import BadInput, Failed
 from incsvr.signals import RUN_PAUSE_S
-from service.bus.session import answer, client_config_at, free_endpoint, open_session
+from service.bus.session import client_config_at, free_endpoint, open_session
 from service.cli.output import add_json_argument, destination, emit, writing
 from service.commands import demo_underway
+from service.commands.demo_bus import KEYS, arriving, iterations, learner_answer, wait_until_alive
+from service.commands.demo_processes import START_TIMEOUT_S, command, end, process_of, verify, wait_until_ready
 from service.commands.demo_report import HEAD, line, played, summary
 from service.config.sections import Simulation
-from service.wire import EffectsLedger, FormType, Health, IterationHistory, IterationReport, Keys, decode
+from service.wire import EffectsLedger, Health, IterationReport
 from service.wire.json_text import write_json
 
 DEFAULT_SPEED = 25.0
@@ -42,10 +42,8 @@ COMPARE_FLAGS = ("--compare", "14", "25")
 DEFAULT_SEED = 1
 LOG_WRITER = "simulator.steered"
 """Loaded for a log alone: else the simulator runs as a process of its own."""
-KEYS = Keys("leng/yaw")
-_START_TIMEOUT_S = 30.0
-_STOP_TIMEOUT_S = 10.0
-_TABLE_TIMEOUT_S = 120.0
+TABLE_TIMEOUT_S = 120.0
+"""Table I, which is made beside the rest, is there so long after it [s]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -108,81 +106,120 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+@dataclass(frozen=True, slots=True)
+class _Acts:
+    """When the hull is mounted and when the third act begins, by the vehicle's time [s]."""
+
+    hull_comes: float
+    third: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """What the learner made of it: the iterations before the third act, the ledger at its end, its counters.
+
+    Attributes:
+        viewed: whether a viewer was there to record it.
+        table: Table I of the same experiment; None where that is not installed.
+    """
+
+    history: list[IterationReport]
+    ledger: EffectsLedger
+    counters: Mapping[str, int]
+    viewed: bool
+    table: dict[str, Any] | None
+
+
 def _demo(out: Path, speed: float, seed: int, people: Any) -> dict[str, Any]:
-    endpoint, recording, truth = free_endpoint(), out / "leng.rrd", out / "truth.json"
+    """All acts, and what came of them, in the form of the report."""
+    recording, truth = out / "leng.rrd", out / "truth.json"
     try:
         out.mkdir(parents=True, exist_ok=True)
         for file in (recording, truth):
             file.unlink(missing_ok=True)
     except OSError as error:
         raise BadInput(f"nothing can be written to {out} ({error}); name another folder with --out") from error
+    acts = _acts(out)
+    course = _course(out, acts, speed, ("--set", f"simulation.underway={seed}", "--truth", str(truth)), people)
+    result = played(course.history, acts.hull_comes) | {"table1": course.table}
+    if not truth.exists():
+        raise Failed("the simulator does not tell what came on; see simulate.log")
+    hidden = json.loads(truth.read_text(encoding="utf-8"))
+    result["underway"] = demo_underway.outcome(course.ledger, acts.third, seed, hidden)
+    result["rejected"] = {name: count for name, count in course.counters.items() if name.startswith("rejected:")}
+    if recording.exists():
+        size, verified = recording.stat().st_size, verify(recording, people)
+        result["recording"] = {"file": str(recording), "bytes": size, "verified": verified}
+    elif course.viewed:
+        raise Failed("the viewer recorded nothing; see view.log")
+    return result
+
+
+def _acts(out: Path) -> _Acts:
+    """Writes the experiment's runs; when its acts begin."""
     runs = ["simulate", "--set", "simulation.runs=[V1, T1, V2, T2]", "--write", str(out)]
-    if subprocess.run(_command(*runs), check=False).returncode:
+    if subprocess.run(command(*runs), check=False).returncode:
         raise Failed("the simulator could not write the experiment")
     hull_comes = _last_time(out / "T1.csv")
-    third_act = hull_comes + RUN_PAUSE_S + _last_time(out / "T2.csv") - _first_time(out / "T2.csv")
-    validation = [f"validation.{name}={out / name}.csv" for name in ("V1", "V2")]
+    return _Acts(hull_comes, hull_comes + RUN_PAUSE_S + _last_time(out / "T2.csv") - _first_time(out / "T2.csv"))
+
+
+def _course(out: Path, acts: _Acts, speed: float, hides: Sequence[str], people: Any) -> _Course:
+    """Plays the acts to a learner and a viewer, and prints what is learned as it comes."""
+    endpoint, validation = free_endpoint(), [f"validation.{name}={out / name}.csv" for name in ("V1", "V2")]
     with ExitStack() as stack:
         # A state of its own, gone afterwards: the demo begins with nothing learned and touches no other's.
         state = stack.enter_context(TemporaryDirectory())
         settings = [f"state={state}", f"bus.listen={endpoint}", *validation, *demo_underway.SETTINGS]
-        learner = stack.enter_context(_process(out, "serve", *(word for each in settings for word in ("--set", each))))
-        session = stack.enter_context(open_session(client_config_at(endpoint), _START_TIMEOUT_S))
-        reports: queue.Queue[IterationReport] = queue.Queue()
-        session.declare_subscriber(
-            KEYS.iteration, lambda sample: reports.put(decode(IterationReport, sample.payload.to_bytes()))
+        learner = stack.enter_context(
+            process_of(out, "serve", *(word for each in settings for word in ("--set", each)))
         )
-        ledgers: queue.Queue[EffectsLedger] = queue.Queue()
-        session.declare_subscriber(
-            KEYS.effects, lambda sample: ledgers.put(decode(EffectsLedger, sample.payload.to_bytes()))
-        )
-        _wait_until_alive(session, learner)
-        viewer = None
-        if find_spec("viewer.view") is not None and find_spec("rerun") is not None:
-            viewer = stack.enter_context(
-                _process(out, "view", "--headless", "--save", str(recording), "--connect", endpoint, *COMPARE_FLAGS)
-            )
-            _wait_until_ready(viewer, out / "view.log")
-        hides = ("--set", f"simulation.underway={seed}", "--truth", str(truth))
+        session = stack.enter_context(open_session(client_config_at(endpoint), START_TIMEOUT_S))
+        reports = arriving(session, KEYS.iteration, IterationReport)
+        ledgers = arriving(session, KEYS.effects, EffectsLedger)
+        wait_until_alive(session, learner)
+        viewer = _viewer(stack, out, endpoint)
         player = stack.enter_context(
-            _process(out, "simulate", "--connect", endpoint, "--speed", str(speed), "--patient", *hides)
+            process_of(out, "simulate", "--connect", endpoint, "--speed", str(speed), "--patient", *hides)
         )
         table = _table_of_this_run(stack, out)
         print(f"learner at {endpoint}; playing T1 and T2, {speed:g} times as fast", file=people)
         print(HEAD, file=people, flush=True)
         history: list[IterationReport] = []
-        steps = demo_underway.Steps(third_act, people)
-        for report in _iterations(session, reports, player, learner):
-            if report.t > third_act:
+        steps = demo_underway.Steps(acts.third, people)
+        for report in iterations(session, reports, player, learner):
+            if report.t > acts.third:
                 steps.begin()
                 while not ledgers.empty():
                     steps.tell(ledgers.get())
                 continue
-            if report.t > hull_comes and all(each.t <= hull_comes for each in history):
-                print(f"— the hull is mounted at {hull_comes:.0f} s —", file=people)
+            if report.t > acts.hull_comes and all(each.t <= acts.hull_comes for each in history):
+                print(f"— the hull is mounted at {acts.hull_comes:.0f} s —", file=people)
             history.append(report)
             print(line(report), file=people, flush=True)
         ledger = demo_underway.awaited(
-            lambda: _asked(session, KEYS.effects, EffectsLedger), ledgers, lambda: learner.poll() is None, steps.tell
+            lambda: learner_answer(session, KEYS.effects, EffectsLedger),
+            ledgers,
+            lambda: learner.poll() is None,
+            steps.tell,
         )
-        counters = _asked(session, KEYS.health, Health).counters
+        counters = learner_answer(session, KEYS.health, Health).counters
         if viewer is not None:
-            _end(viewer)
-        if table is not None and table.wait(_TABLE_TIMEOUT_S):
+            end(viewer)
+        if table is not None and table.wait(TABLE_TIMEOUT_S):
             raise Failed("the table could not be made; see table1.log")
-    result = played(history, hull_comes)
-    result["table1"] = None if table is None else json.loads((out / "table1.json").read_text(encoding="utf-8"))
-    if not truth.exists():
-        raise Failed("the simulator does not tell what came on; see simulate.log")
-    told = json.loads(truth.read_text(encoding="utf-8"))
-    result["underway"] = demo_underway.outcome(ledger, third_act, seed, told)
-    result["rejected"] = {name: count for name, count in counters.items() if name.startswith("rejected:")}
-    if recording.exists():
-        size, verified = recording.stat().st_size, _verify(recording, people)
-        result["recording"] = {"file": str(recording), "bytes": size, "verified": verified}
-    elif viewer is not None:
-        raise Failed("the viewer recorded nothing; see view.log")
-    return result
+    rows = None if table is None else json.loads((out / "table1.json").read_text(encoding="utf-8"))
+    return _Course(history, ledger, counters, viewer is not None, rows)
+
+
+def _viewer(stack: ExitStack, out: Path, endpoint: str) -> subprocess.Popen[bytes] | None:
+    """The viewer, which records; None where it is not installed."""
+    if find_spec("viewer.view") is None or find_spec("rerun") is None:
+        return None
+    flags = ("--headless", "--save", str(out / "leng.rrd"), "--connect", endpoint, *COMPARE_FLAGS)
+    viewer = stack.enter_context(process_of(out, "view", *flags))
+    wait_until_ready(viewer, out / "view.log")
+    return viewer
 
 
 def _table_of_this_run(stack: ExitStack, out: Path) -> subprocess.Popen[bytes] | None:
@@ -190,89 +227,7 @@ def _table_of_this_run(stack: ExitStack, out: Path) -> subprocess.Popen[bytes] |
     if find_spec("benchmarks") is None or find_spec("sklearn") is None:
         return None
     words = ("--seeds", "1", "--first-seed", str(Simulation().seed), "--quick", "--json", str(out / "table1.json"))
-    return stack.enter_context(_process(out, "table1", *words))
-
-
-def _iterations(
-    session: zenoh.Session,
-    reports: queue.Queue[IterationReport],
-    player: subprocess.Popen[bytes],
-    learner: subprocess.Popen[bytes],
-) -> Iterator[IterationReport]:
-    """The reports as they come, until the simulator has played everything and all that was learned has come."""
-    revision = 0
-    while True:
-        try:
-            report = reports.get(timeout=0.2)
-            if report.revision > revision:
-                revision = report.revision
-                yield report
-        except queue.Empty:
-            if learner.poll() is not None:
-                raise Failed("the learner ended; see serve.log") from None
-            if player.poll() not in (None, 0):
-                raise Failed("the simulator failed; see simulate.log") from None
-            if player.poll() == 0:
-                # All that was played has arrived; every whole batch of it becomes an iteration.
-                health = _asked(session, KEYS.health, Health)
-                if health.iteration >= health.counters["samples"] // 50:
-                    # This answer may have overtaken the last report: each has a thread of its own in Zenoh's binding.
-                    yield from _asked(session, f"{KEYS.iteration}?after={revision}", IterationHistory).iterations
-                    return
-
-
-def _asked(session: zenoh.Session, selector: str, form: type[FormType]) -> FormType:
-    found = answer(session, selector, form)
-    if found is None:
-        raise Failed(f"the learner does not answer for {selector}; see serve.log")
-    return found
-
-
-def _wait_until_alive(session: zenoh.Session, learner: subprocess.Popen[bytes]) -> None:
-    alive: queue.Queue[bool] = queue.Queue()
-    session.liveliness().declare_subscriber(KEYS.alive, lambda _: alive.put(True), history=True)
-    until = time.monotonic() + _START_TIMEOUT_S
-    while time.monotonic() < until and learner.poll() is None:
-        try:
-            alive.get(timeout=0.2)
-            return
-        except queue.Empty:
-            continue
-    raise Failed("the learner did not start; see serve.log")
-
-
-def _command(*words: str) -> list[str]:
-    return [sys.executable, "-m", "service.cli.command_line", *words]
-
-
-@contextmanager
-def _process(out: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A command as a process that ends with the block; what it says goes to a log."""
-    with (out / f"{words[0]}.log").open("wb") as log:
-        # In a session of its own Ctrl-C reaches us alone, and we end the others in their order.
-        process = subprocess.Popen(_command(*words), stdout=log, stderr=log, start_new_session=True)
-        try:
-            yield process
-        finally:
-            _end(process)
-
-
-def _wait_until_ready(viewer: subprocess.Popen[bytes], log: Path) -> None:
-    """Returns once the viewer hears the bus, so that the recording begins with the first measurement."""
-    until = time.monotonic() + _START_TIMEOUT_S
-    while "viewer ready" not in log.read_text(encoding="utf-8", errors="replace"):
-        if viewer.poll() is not None or time.monotonic() > until:
-            raise Failed(f"the viewer did not start; see {log}")
-        time.sleep(0.05)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.terminate()
-    try:
-        process.wait(_STOP_TIMEOUT_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+    return stack.enter_context(process_of(out, "table1", *words))
 
 
 def _last_time(path: Path) -> float:
@@ -281,12 +236,3 @@ def _last_time(path: Path) -> float:
 
 def _first_time(path: Path) -> float:
     return float(path.read_text(encoding="utf-8").split("\n", 2)[1].partition(",")[0])
-
-
-def _verify(recording: Path, people: Any) -> bool:
-    """Whether Rerun's own check finds the recording whole."""
-    tool = Path(sys.executable).with_name("rerun")
-    done = subprocess.run([tool, "rrd", "verify", recording], capture_output=True, text=True, check=False)
-    if done.returncode:
-        print(done.stdout + done.stderr, file=people)
-    return done.returncode == 0

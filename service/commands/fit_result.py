@@ -23,13 +23,12 @@ from incsvr.plant.inertia import inertia_in_force
 from incsvr.signals import SignalSettings
 from incsvr.signals.samples import Samples
 from service.cli.progress import progress
-from service.commands import other_velocities
 from service.commands.cures import Cures
 from service.commands.declaration import Declaration
 from service.commands.fit_alternatives import proposal
 from service.commands.fit_attempt import Terms
 from service.commands.fit_refusals import of_a_command, refuse_unlearned, refuse_wrong, too_few
-from service.commands.other_velocities import OtherVelocities
+from service.commands.other_velocities import NO_OTHER_VELOCITIES, OtherVelocities
 from service.live.effects import TracedEffects
 from service.recordings.recording import Recording, sequence
 from service.recordings.samples_from_recording import Errors, remarks
@@ -75,7 +74,7 @@ class Fit:
     effects: tuple[str, ...] = ()
     put_aside: int = 0
     closed_loop: bool = False
-    others: OtherVelocities = other_velocities.NO_OTHER_VELOCITIES
+    others: OtherVelocities = NO_OTHER_VELOCITIES
     inertia: float = 0.0
 
     @staticmethod
@@ -113,9 +112,7 @@ class Fit:
         )  # fmt: skip
         pictured = terms.free_runs(unseen or runs, signals, model)
         by_itself = not inputs or coupled is not None
-        others = (
-            OtherVelocities.of(coupled, joined, samples, signals) if by_itself else other_velocities.NO_OTHER_VELOCITIES
-        )
+        others = OtherVelocities.of(coupled, joined, samples, signals) if by_itself else NO_OTHER_VELOCITIES
         sentences = [*declaration.sentences, *remarks([*runs, *unseen], signals), *others.remarks]
         sentences += [*in_sentences(training.verdicts), *(effects.warnings if effects else ())]
         quick = None if declaration.doubt is not None else resolution_fault(samples, signals.smoothing)
