@@ -137,3 +137,16 @@ def test_the_learner_process_never_holds_rerun() -> None:
         "import sys, service.commands.serve; sys.exit(any(name.partition('.')[0] == 'rerun' for name in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False).returncode == 0
+
+
+def test_the_learner_process_holds_of_scipy_its_lapack_alone() -> None:
+    """The rest is 25 MB and half of a start; whoever loads SciPy later gets the same LAPACK."""
+    program = (
+        "import sys, service.commands.serve\n"
+        "held = {name for name in sys.modules if name.partition('.')[0] == 'scipy'}\n"
+        "from incsvr.numerics import lapack\n"
+        "import scipy.linalg, scipy.optimize, scipy.stats\n"
+        "same = scipy.linalg.lapack.dpotrf is lapack.dpotrf\n"
+        "sys.exit(0 if held == {lapack.MODULE} and same else f'{held}, {same}')"
+    )
+    assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False).returncode == 0

@@ -133,8 +133,8 @@ class Table:
 
     def predict(self, rate: Array) -> Prediction:
         """At (n,) rates [rad/s]."""
-        if rate.size == 1 and self.low <= rate[0] <= self.high:
-            return self._at(float(rate[0]))
+        if rate.size == 1 and self.low <= (one := float(rate[0])) <= self.high:
+            return self._at(one)
         inside = np.minimum(np.maximum(rate, self.low), self.high)
         outside = inside != rate
         beyond = bool(outside.any())

@@ -129,7 +129,8 @@ class Answers:
                 query = ring.recv()
             except zenoh.ZError:
                 return  # undeclared
-            if any(query.parameters.get(name) is not None for name in ("at", "revision")):
+            given = query.parameters
+            if given.get("at") is not None or given.get("revision") is not None:
                 self._from_history.append(query)
             else:
                 self._reply(query, self._damping_key, self._damping)
@@ -154,14 +155,14 @@ class Answers:
             log.warning("an answer to %s could not be sent: %s", key, error)
 
     def _damping(self, query: zenoh.Query) -> bytes:
-        questions.parameters(query, *self._velocities, "at", "revision")
-        return wire.encode(self._node.predict(questions.damping_query(query, self._velocities)))
+        asked = questions.parameters(query, *self._velocities, "at", "revision")
+        return wire.encode(self._node.predict(questions.damping_query(query, asked, self._velocities)))
 
     def _damping_in_history(self, query: zenoh.Query) -> bytes:
         """The damping as an earlier revision has it."""
-        parameters = questions.parameters(query, *self._velocities, "at", "revision")
-        velocities = questions.damping_query(query, self._velocities)
-        row = self._row_at({name: text for name, text in parameters.items() if name not in self._velocities})
+        asked = questions.parameters(query, *self._velocities, "at", "revision")
+        velocities = questions.damping_query(query, asked, self._velocities)
+        row = self._row_at({name: text for name, text in asked.items() if name not in self._velocities})
         snapshot = wire.decode(wire.ModelSnapshot, row.snapshot)
         if not len(snapshot.support):
             raise NothingLearned(f"nothing had been learned with revision {row.revision}; ask for a later one")

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from incsvr.errors import BadInput
 from incsvr.learning.model import Model
-from incsvr.numerics import Array
 from service.config.configuration import Config
+from service.wire import Numbers
 
 MAX_RATES = 5_000
 """400 kB of answer."""
@@ -20,18 +18,20 @@ MAX_RATE = 1e3
 
 @dataclass(frozen=True, slots=True)
 class DampingQuery:
-    """The velocities of a question.
+    """The velocities of a question. It holds plain numbers: most questions name one rate, and arrays cost more than all
+    that is done with it.
 
     Attributes:
         rate: (n,) of the axis itself, n ≥ 1.
         others: further ones by name, each (n,) or a single value for all.
     """
 
-    rate: Array
-    others: Mapping[str, Array] = field(default_factory=dict)
+    rate: Numbers
+    others: Mapping[str, Numbers] = field(default_factory=dict)
 
-    def of(self, model: Model) -> Array:
-        """(n, d) velocities for a trained model. Of several, one that is not named is as usual where it learned.
+    def columns(self, model: Model) -> list[Numbers]:
+        """(n,) values of each velocity of a trained model, the own one first. Of several, one that is not named is as
+        usual where it learned.
 
         Raises:
             BadInput: a name that the model does not know, or values of different number.
@@ -43,14 +43,14 @@ class DampingQuery:
                 over = ", ".join((several.own, *known)) if several is not None else "the own velocity alone"
                 raise BadInput(f"{name[:80]}= is asked, but damping is learned over {over}; leave it out")
         if several is None:
-            return self.rate[:, None]
+            return [self.rate]
         usual = dict(zip(known, several.usual.tolist(), strict=True))
-        columns = [self.rate, *(self.others.get(name, np.array([usual[name]])) for name in known)]
-        most = max(column.size for column in columns)
-        if any(column.size not in (1, most) for column in columns):
-            sizes = ", ".join(f"{n} {c.size}" for n, c in zip((several.own, *known), columns, strict=True))
+        columns = [self.rate, *(self.others.get(name, (usual[name],)) for name in known)]
+        most = max(len(column) for column in columns)
+        if any(len(column) not in (1, most) for column in columns):
+            sizes = ", ".join(f"{n} {len(c)}" for n, c in zip((several.own, *known), columns, strict=True))
             raise BadInput(f"give every velocity the same number of values, or one for all; there are of {sizes}")
-        return np.column_stack([np.broadcast_to(column, most) for column in columns])
+        return [column if len(column) == most else column * most for column in columns]
 
 
 def velocity_names(config: Config) -> dict[str, str]:
@@ -62,7 +62,7 @@ def velocity_names(config: Config) -> dict[str, str]:
     return {"rate": "rate", own: "rate"} | streams | {stream: stream for stream in streams.values()}
 
 
-def checked_query(values: Sequence[tuple[str, Array]]) -> DampingQuery:
+def checked_query(values: Sequence[tuple[str, Numbers]]) -> DampingQuery:
     """A question with the values of `rate` and of further velocities.
 
     Raises:
@@ -74,15 +74,15 @@ def checked_query(values: Sequence[tuple[str, Array]]) -> DampingQuery:
     if "rate" not in found:
         raise BadInput(f"give the own velocity as well, such as rate=0.1 beside {next(iter(found))}=")
     for name, each in values:
-        if each.size > MAX_RATES:
+        if len(each) > MAX_RATES:
             raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
-        if not (np.abs(each) <= MAX_RATE).all():
+        if not all(abs(value) <= MAX_RATE for value in each):
             what, unit = ("a rate", "rad/s") if name == "rate" else (f"a value of {name[:80]}", "its unit")
             raise BadInput(f"{what} is NaN, infinite or beyond {MAX_RATE:g} {unit}; ask for finite rates in {unit}")
     return DampingQuery(found.pop("rate"), found)
 
 
-def parse_numbers(name: str, text: str) -> Array:
+def parse_numbers(name: str, text: str) -> Numbers:
     """The numbers of a parameter, such as -0.2,0,0.2.
 
     Raises:
@@ -91,7 +91,7 @@ def parse_numbers(name: str, text: str) -> Array:
     if text.count(",") >= MAX_RATES:
         raise BadInput(f"these are more than {MAX_RATES} rates; ask in several queries")
     try:
-        return np.array([float(part) for part in text.split(",")])
+        return tuple(map(float, text.split(",")))
     except ValueError:
         unit = "rad/s" if name in ("rate", "yaw_rate") else "its unit"
         if "&" in text:

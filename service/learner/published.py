@@ -113,12 +113,12 @@ def damping_reply(model: Model, asked: DampingQuery, iteration: int, revision: i
         BadInput: it is asked over other velocities than the model's.
     """
     check_trained(model)
-    velocity = asked.of(model)
-    prediction = model.predict(velocity[:, 0]) if model.several is None else model.over(velocity)
-    others = () if model.several is None else model.several.others
+    rate, *further = asked.columns(model)
+    several = model.several
+    prediction = model.predict(rate) if several is None else model.over(np.column_stack((rate, *further)))
     return wire.DampingReply(
-        rate=tuple(velocity[:, 0].tolist()),
-        others={name: tuple(values.tolist()) for name, values in zip(others, velocity[:, 1:].T, strict=True)},
+        rate=rate,
+        others={} if several is None else dict(zip(several.others, further, strict=True)),
         damping=tuple(prediction.damping.tolist()),
         sigma=tuple(prediction.sigma.tolist()),
         extrapolated=tuple(prediction.extrapolated.tolist()),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-import numpy as np
 import zenoh
 
 from incsvr.errors import BadInput
@@ -42,14 +41,14 @@ def parameters(query: zenoh.Query, *allowed: str) -> dict[str, str]:
     return found
 
 
-def damping_query(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQuery:
+def damping_query(query: zenoh.Query, asked: Mapping[str, str], velocities: Mapping[str, str]) -> DampingQuery:
     """The velocities that are asked for, from the parameters or from the payload.
 
     Args:
+        asked: the parameters of the question.
         velocities: what each may be called → `rate` for the own one, else the stream of a further one.
     """
-    texts = {name: query.parameters.get(name) for name in velocities}
-    given = {name: text for name, text in texts.items() if text is not None}
+    given = {name: asked[name] for name in velocities if name in asked}
     if given:
         if query.payload is not None and len(query.payload):
             raise BadInput("ask for the rates either of rate= or of the payload, not for both")
@@ -59,8 +58,8 @@ def damping_query(query: zenoh.Query, velocities: Mapping[str, str]) -> DampingQ
     if len(query.payload) > MAX_QUESTION_BYTES:
         raise BadInput(f"the payload is longer than {MAX_QUESTION_BYTES} bytes; ask in several queries")
     payload = wire.decode(wire.DampingQuery, query.payload.to_bytes())
-    others = [(velocities.get(name, name), np.array(values)) for name, values in payload.others.items()]
-    return checked_query([("rate", np.array(payload.rate)), *others])
+    others = [(velocities.get(name, name), values) for name, values in payload.others.items()]
+    return checked_query([("rate", payload.rate), *others])
 
 
 def number(name: str, text: str) -> float:

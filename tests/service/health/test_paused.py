@@ -41,7 +41,7 @@ def health(node: LearnerNode) -> Any:
 
 
 def error(node: LearnerNode) -> float:
-    predicted = np.array(node.predict(DampingQuery(RATES)).damping)
+    predicted = np.array(node.predict(DampingQuery(tuple(RATES.tolist()))).damping)
     return float(np.mean(np.abs(predicted - leng.damping(RATES))))
 
 
