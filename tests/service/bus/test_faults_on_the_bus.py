@@ -25,16 +25,6 @@ def test_lost_messages_are_counted_by_their_numbers(start: StartBench) -> None:
     assert health.counters["rejected:lost"] == 2
 
 
-def test_messages_that_overtake_each_other_are_not_lost(start: StartBench) -> None:
-    bench = start()
-    for pair in range(50):
-        for number in (2 * pair + 1, 2 * pair):
-            bench.session.put(bench.keys.rate, wire.measurement(0.02 * number, 0.1 * (number % 2), number))
-    health = bench.health_when(lambda health: health.streams["yaw_rate"].received == 100)
-    assert health.streams["yaw_rate"].lost == 0
-    assert health.counters["rejected"] == 0
-
-
 @pytest.mark.slow
 def test_a_spike_that_the_filter_leaves_out_is_counted_once_with_its_stream(start: StartBench) -> None:
     """Windows of samples overlap, so that a spike is met twice; beyond a limit it is refused with the limit's name."""

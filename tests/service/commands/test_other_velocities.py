@@ -6,22 +6,20 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter1d
 
 from incsvr.compensation.freeing import takes_torque
 from incsvr.plant.axes import AXES, BODY_YAW_RATE
-from incsvr.plant.body import CORIOLIS, DECLARED_INERTIA, Coupled
+from incsvr.plant.body import CORIOLIS, Coupled
 from incsvr.plant.inertia import mass_matrix
 from incsvr.signals import synchronise
 from service.cli.command_line import main
 from service.commands.other_velocities import coupled_axis
 from service.config.sources import read
 from service.live.tracing_job import answer
-from service.recordings.recording import of_axis, sequence
+from service.recordings.recording import of_axis
 from service.recordings.recording_csv import write
-from service.recordings.samples_from_recording import samples_of, signals_for
+from service.recordings.samples_from_recording import signals_for
 from simulator import leng
 from tests.hidden import recording
 from tests.service.recordings.test_axes import CORIOLIS as SURGE_MASS
@@ -62,25 +60,6 @@ def test_a_declared_mass_matrix_takes_coriolis_out_of_the_damping(
     assert "of the force's" in of_alone
     assert "not by itself" not in of_freed
     assert "the mass matrix is used with channel surge, channel yaw_rate" in of_freed
-
-
-def test_the_parts_of_a_sample_add_up_to_its_force() -> None:
-    run = of_axis(vehicle(900_300), AXES["sway"])
-    coupled = coupled_axis(MATRIX, None, run.axis, [run])
-    assert coupled is not None
-    assert coupled.velocities == ("surge", "yaw_rate")
-    assert BODY_YAW_RATE in run.streams()
-    settings = signals_for([run], MASS, 20.0)
-    plain, _ = samples_of(sequence([run]), settings, None)
-    freed, _ = samples_of(sequence([run]), settings, None, coupled)
-    assert set(freed.parts) == {DECLARED_INERTIA, CORIOLIS}
-    np.testing.assert_array_equal(plain.time, freed.time)
-    force = freed.damping + sum(freed.parts.values())
-    np.testing.assert_allclose(force, plain.damping + freed.parts[DECLARED_INERTIA], atol=1e-9)
-    product = SURGE_MASS * run.columns["surge"] * run.displaced["yaw_rate"]
-    filtered = gaussian_filter1d(product, settings.smoothing / 0.1, truncate=3.0)
-    expected = np.interp(freed.time, run.time, filtered)
-    np.testing.assert_allclose(freed.parts[CORIOLIS], expected, atol=0.03 * np.max(np.abs(product)))
 
 
 def test_what_is_not_recorded_is_zero_and_said(files: list[str], tmp_path: Path,

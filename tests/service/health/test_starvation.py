@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 
 import numpy as np
@@ -119,44 +118,12 @@ def test_a_silent_stream_is_said_once() -> None:
     assert not [reason for reason in health.reasons if "starved" in reason]
 
 
-def test_values_minutes_apart_are_never_paired() -> None:
-    drive = Drive(0.5, 0.5, signals__smoothing=0.5)
-    drive.go(400.0, yaw_rate=lambda t: t + 300.0)
-    assert drive.node.batches.samples_seen == 0
-    assert drive.node.batches.rejected["clocks_apart"] > 0
-    drive.go(20.0)
-    assert drive.node.batches.samples_seen > 0
-
-
-def test_streams_that_overtake_each_other_by_a_minute_are_not_apart() -> None:
-    """As where they are played faster than they are taken in."""
-    node = LearnerNode(configured(), boot="b")
-    for k in range(60):
-        for name, begin in (("torque", 60.0 * k), ("yaw_rate", 60.0 * k + 30.0)):
-            t = np.arange(0.0 if k == 0 else begin, begin + 60.0, 0.05, dtype=np.float64)
-            node.push(name, t, 0.1 * np.sin(t))
-    assert node.batches.samples_seen == pytest.approx(3600.0 / 0.6, abs=5)
-    assert node.batches.rejected == {}
-
-
 def test_nothing_that_is_held_is_uncounted() -> None:
     drive = Drive()
     drive.go(20.0)
     health = drive.go(100.0, yaw_rate=lambda t: t - 20.0)[-1]
     assert health.streams["yaw_rate"].held == pytest.approx(2000, abs=60)
     assert health.counters["held"] == sum(one.held for one in health.streams.values())
-
-
-def test_a_clean_restart_hears_again_whatever_was_saved() -> None:
-    drive = Drive()
-    drive.go(20.0)
-    drive.go(5.0, yaw_rate=lambda t: t + 1e9)
-    saved = json.loads(json.dumps(drive.node.memory(whole=True)))
-    drive.node = LearnerNode(drive.node.config, boot="c", memory=saved)
-    drive.watch = HealthWatch(drive.node.config.health, started=drive.now, clock=lambda: drive.now)
-    before = drive.node.batches.samples_seen
-    drive.go(10.0)
-    assert drive.node.batches.samples_seen - before >= 12
 
 
 def test_commands_that_hold_for_too_short_are_said_with_the_cure() -> None:
