@@ -15,7 +15,7 @@ from service.commands.arguments import add_client_arguments
 from service.config.configuration import Config
 from service.config.sources import from_arguments
 from service.export import python_vehicle_simulator, simulators
-from service.export.learned import Learned, of_file, of_snapshot
+from service.export.damping_model import DampingModel, of_file, of_snapshot
 from service.export.table import as_csv, as_json
 from service.state.state_file import StateDamage, StateFile
 from service.wire import ModelSnapshot, decode
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
             "json, whose N_r, N_r|r| and inertia are then those of that axis"
         )
     try:
-        learned = _learned(args, config)
+        learned = _model(args, config)
     except NoAnswer as error:
         raise NoAnswer(f"{error}; or name a state directory or a trace's JSON") from error
     text = in_format(learned, args.format, args.link, args.dry_inertia, args.inertia_xy)
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def in_format(
-    learned: Learned, format_: str, link: str, dry: float | None = None, across: tuple[float, float] | None = None
+    learned: DampingModel, format_: str, link: str, dry: float | None = None, across: tuple[float, float] | None = None
 ) -> str:
     """What was learned in the form of a tool.
 
@@ -90,7 +90,7 @@ def in_format(
     return python_vehicle_simulator.module(learned)
 
 
-def _learned(args: argparse.Namespace, config: Config) -> Learned:
+def _model(args: argparse.Namespace, config: Config) -> DampingModel:
     """From the file or the directory that was named, else from the running learner."""
     source: Path | None = args.source
     if source is None:
@@ -103,10 +103,10 @@ def _learned(args: argparse.Namespace, config: Config) -> Learned:
             raise BadInput(
                 f"{source}: there is no such state; name the state directory of `serve`, and its prefix with --prefix"
             )
-    return _kept(source) if source.suffix == ".sqlite" else of_file(source)
+    return _of_state(source) if source.suffix == ".sqlite" else of_file(source)
 
 
-def _kept(path: Path) -> Learned:
+def _of_state(path: Path) -> DampingModel:
     """What the newest revision in a state's file is; the file may be of a learner that runs."""
     try:
         file = StateFile(path)

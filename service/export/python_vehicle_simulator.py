@@ -6,7 +6,7 @@ Its vehicles count D = −diag(X_u, …, N_r), positive where damping opposes, a
 
 from __future__ import annotations
 
-from service.export.learned import Learned, Value
+from service.export.damping_model import DampingModel, Value
 
 _BODY = '''\
 import numpy as np
@@ -37,21 +37,21 @@ def quadratic_yaw_damping(r):
 '''
 
 
-def module(learned: Learned) -> str:
+def module(model: DampingModel) -> str:
     """The text of the module."""
-    low, high = learned.valid
-    head = '"""By incsvr export.\n\n' + "\n".join(learned.remark()).replace("\\", "/") + '\n"""\n\n'
+    low, high = model.valid
+    head = '"""By incsvr export.\n\n' + "\n".join(model.remark()).replace("\\", "/") + '\n"""\n\n'
     return head + _BODY.format(
-        linear=-learned.linear.estimate,
-        quadratic=-learned.quadratic.estimate,
-        inertia=learned.inertia.estimate,
+        linear=-model.linear.estimate,
+        quadratic=-model.quadratic.estimate,
+        inertia=model.inertia.estimate,
         low=low,
         high=high,
-        lag=_or_none(learned.of("torque_lag", "time_constant_s")),
-        delay=_or_none(learned.of("torque_delay", "delay_s")),
-        reverse=_or_none(learned.of("torque_asymmetry", "reverse_efficiency")),
-        band=_or_none(learned.of("dead_zone", "half_width_nm")),
-        bias=_or_none(learned.of("bias_torque", "moment_nm")),
+        lag=_or_none(model.of("torque_lag", "time_constant_s")),
+        delay=_or_none(model.of("torque_delay", "delay_s")),
+        reverse=_or_none(model.of("torque_asymmetry", "reverse_efficiency")),
+        band=_or_none(model.of("dead_zone", "half_width_nm")),
+        bias=_or_none(model.of("bias_torque", "moment_nm")),
     )
 
 

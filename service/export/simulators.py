@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from xml.sax.saxutils import escape
 
 from incsvr.errors import BadInput
-from service.export.learned import Learned
+from service.export.damping_model import DampingModel
 
 YAW = 5
 """The place of yaw among surge, sway, heave, roll, pitch and yaw."""
 
 
-def gazebo(learned: Learned, link: str, dry: float | None) -> str:
+def gazebo(model: DampingModel, link: str, dry: float | None) -> str:
     """The Hydrodynamics plugin of gz-sim: <nR>, <nRabsR>, and <nDotR> where the dry inertia is known."""
     said = [
         "Axes that are not named here are 0 for this plugin: put the elements into the one that the vehicle has.",
@@ -26,74 +26,74 @@ def gazebo(learned: Learned, link: str, dry: float | None) -> str:
     ]
     if dry is None:
         said.append(
-            f"<izz> of the link takes all of I = {learned.inertia.estimate:.6g} kg m^2, and <nDotR> stays away; to "
+            f"<izz> of the link takes all of I = {model.inertia.estimate:.6g} kg m^2, and <nDotR> stays away; to "
             "part body and water, export with --dry-inertia"
         )
         added = []
     else:
-        water = _added(learned, dry)
+        water = _added(model, dry)
         said.append(
             f"<izz> of the link is the dry {dry:.6g} kg m^2. Where the added inertia is large beside it, the plugin's "
             f"explicit step may swing: take <nDotR> away then, set <disable_added_mass>, and give the link's "
             f"<inertial> <fluid_added_mass><rr>{water:.6g}</rr></fluid_added_mass>"
         )
         added = [f"  <nDotR>{-water:.6g}</nDotR>"]
-    said += _thrust(learned, "The Thruster plugin holds")
+    said += _thrust(model, "The Thruster plugin holds")
     return _fragment(
-        learned,
+        model,
         said,
         [
             '<plugin filename="gz-sim-hydrodynamics-system" name="gz::sim::systems::Hydrodynamics">',
             f"  <link_name>{escape(link)}</link_name>",
-            f"  <nR>{-learned.linear.estimate:.6g}</nR>",
-            f"  <nRabsR>{-learned.quadratic.estimate:.6g}</nRabsR>",
+            f"  <nR>{-model.linear.estimate:.6g}</nR>",
+            f"  <nRabsR>{-model.quadratic.estimate:.6g}</nRabsR>",
             *added,
             "</plugin>",
         ],
     )
 
 
-def uuv(learned: Learned, link: str, dry: float | None) -> str:
+def uuv(model: DampingModel, link: str, dry: float | None) -> str:
     """The model `fossen` of UUV Simulator: 36 elements of added mass, positive, and six of each damping."""
-    water = 0.0 if dry is None else _added(learned, dry)
+    water = 0.0 if dry is None else _added(model, dry)
     mass = [water if row == column == YAW else 0.0 for row in range(6) for column in range(6)]
     said = ["Axes that were not learned are 0: put their own in their places."]
     if dry is None:
         said.append(
-            f"<izz> of the link takes all of I = {learned.inertia.estimate:.6g} kg m^2, and yaw's added mass is 0; to "
+            f"<izz> of the link takes all of I = {model.inertia.estimate:.6g} kg m^2, and yaw's added mass is 0; to "
             "part body and water, export with --dry-inertia"
         )
-    lag = learned.of("torque_lag", "time_constant_s")
+    lag = model.of("torque_lag", "time_constant_s")
     if lag is not None:
         said.append(
             "Into each yaw thruster's plugin: <dynamics><type>FirstOrder</type><timeConstant>"
             f"{lag.estimate:.6g}</timeConstant></dynamics>"
         )
-    said += _thrust(learned, "The thruster's plugin holds", held=("torque_lag",))
+    said += _thrust(model, "The thruster's plugin holds", held=("torque_lag",))
     return _fragment(
-        learned,
+        model,
         said,
         [
             f'<link name="{escape(link, {chr(34): "&quot;"})}">',
             "  <hydrodynamic_model>",
             "    <type>fossen</type>",
             f"    <added_mass>{_list(mass)}</added_mass>",
-            f"    <linear_damping>{_list(_yaw(-learned.linear.estimate))}</linear_damping>",
-            f"    <quadratic_damping>{_list(_yaw(-learned.quadratic.estimate))}</quadratic_damping>",
+            f"    <linear_damping>{_list(_yaw(-model.linear.estimate))}</linear_damping>",
+            f"    <quadratic_damping>{_list(_yaw(-model.quadratic.estimate))}</quadratic_damping>",
             "  </hydrodynamic_model>",
             "</link>",
         ],
     )
 
 
-def stonefish(learned: Learned, across: tuple[float, float] | None) -> str:
+def stonefish(model: DampingModel, across: tuple[float, float] | None) -> str:
     """What Stonefish holds of it: the body's inertia and the rotor's lag. It has no place for N_r: its drag comes of
     the body's shape, with two numbers for each axis of translation.
 
     Raises:
         BadInput: there is nothing that it could hold.
     """
-    lag = learned.of("torque_lag", "time_constant_s")
+    lag = model.of("torque_lag", "time_constant_s")
     if across is None and lag is None:
         raise BadInput(
             "Stonefish makes its drag of the body's shape and has no place for N_r; of what was learned it holds the "
@@ -110,7 +110,7 @@ def stonefish(learned: Learned, across: tuple[float, float] | None) -> str:
         said.append(
             'The inertia holds the water about yaw: give the link physics="floating", which adds none, not "submerged".'
         )
-        values = " ".join(f"{value:.6g}" for value in (*across, learned.inertia.estimate))
+        values = " ".join(f"{value:.6g}" for value in (*across, model.inertia.estimate))
         elements.append(f'<inertia xyz="{values}"/>')
     if lag is not None:
         said.append("The rotor's dynamics go into each yaw thruster's <actuator>.")
@@ -119,25 +119,23 @@ def stonefish(learned: Learned, across: tuple[float, float] | None) -> str:
             f'  <time_constant value="{lag.estimate:.6g}"/>',
             "</rotor_dynamics>",
         ]
-    said += _thrust(learned, "<thrust_model> counts in a propeller's speed and holds", held=("torque_lag",))
-    return _fragment(learned, said, elements)
+    said += _thrust(model, "<thrust_model> counts in a propeller's speed and holds", held=("torque_lag",))
+    return _fragment(model, said, elements)
 
 
-def _added(learned: Learned, dry: float) -> float:
+def _added(model: DampingModel, dry: float) -> float:
     """The water's part of the inertia [kg m²]."""
-    if not 0.0 < dry < learned.inertia.estimate:
+    if not 0.0 < dry < model.inertia.estimate:
         raise BadInput(
-            f"--dry-inertia {dry:g}: the body alone must have less than the {learned.inertia.estimate:.6g} kg m² of "
+            f"--dry-inertia {dry:g}: the body alone must have less than the {model.inertia.estimate:.6g} kg m² of "
             "body and water together, and more than 0"
         )
-    return learned.inertia.estimate - dry
+    return model.inertia.estimate - dry
 
 
-def _thrust(learned: Learned, holder: str, held: Sequence[str] = ()) -> list[str]:
+def _thrust(model: DampingModel, holder: str, held: Sequence[str] = ()) -> list[str]:
     """A line on the effects of the thrust that no element holds."""
-    rest = [
-        effect.name for effect in learned.effects if effect.name not in (*held, "inertia", "drag_drift", "drag_step")
-    ]
+    rest = [effect.name for effect in model.effects if effect.name not in (*held, "inertia", "drag_drift", "drag_step")]
     return [f"{holder} nothing of: {', '.join(rest)}."] if rest else []
 
 
@@ -149,7 +147,7 @@ def _list(values: Sequence[float]) -> str:
     return " ".join(f"{value:.6g}" for value in values)
 
 
-def _fragment(learned: Learned, said: Sequence[str], elements: Sequence[str]) -> str:
+def _fragment(model: DampingModel, said: Sequence[str], elements: Sequence[str]) -> str:
     """Elements to be put into a file, below a comment; two hyphens may not stand in one."""
-    lines = [line.replace("--", "\u2010\u2010") for line in (*learned.remark(), *said)]
+    lines = [line.replace("--", "\u2010\u2010") for line in (*model.remark(), *said)]
     return "\n".join(["<!-- By incsvr export.", *(f"     {line}" for line in lines), "-->", *elements]) + "\n"

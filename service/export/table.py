@@ -6,58 +6,58 @@ import csv
 import io
 from typing import Any
 
-from service.export.learned import Learned, Value
+from service.export.damping_model import DampingModel, Value
 
 HEADER = ("quantity", "estimate", "low", "high", "unit")
 
 
-def rows(learned: Learned) -> list[tuple[str, Value, str]]:
+def rows(model: DampingModel) -> list[tuple[str, Value, str]]:
     """Name, figure with its interval, unit. Damping counts positive where it opposes."""
-    low, high = learned.valid
+    low, high = model.valid
     found = [
-        ("N_r", learned.linear, "N m s/rad"),
-        ("N_r|r|", learned.quadratic, "N m s^2/rad^2"),
-        ("inertia", learned.inertia, "kg m^2"),
+        ("N_r", model.linear, "N m s/rad"),
+        ("N_r|r|", model.quadratic, "N m s^2/rad^2"),
+        ("inertia", model.inertia, "kg m^2"),
         ("rate_low", Value(low), "rad/s"),
         ("rate_high", Value(high), "rad/s"),
-        ("form_error_rms", Value(learned.form_error), "N m"),
+        ("form_error_rms", Value(model.form_error), "N m"),
     ]
-    if learned.noise is not None:
-        found.append(("sample_noise", Value(learned.noise), "N m"))
+    if model.noise is not None:
+        found.append(("sample_noise", Value(model.noise), "N m"))
     # The unit of a traced parameter stands in its name.
     return found + [
-        (f"{effect.name}.{name}", value, "") for effect in learned.effects for name, value in effect.parameters.items()
+        (f"{effect.name}.{name}", value, "") for effect in model.effects for name, value in effect.parameters.items()
     ]
 
 
-def as_csv(learned: Learned) -> str:
+def as_csv(model: DampingModel) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(HEADER)
-    for name, value, unit in rows(learned):
+    for name, value, unit in rows(model):
         ends = ["" if end is None else repr(end) for end in (value.low, value.high)]
         writer.writerow([name, repr(value.estimate), *ends, unit])
     return out.getvalue()
 
 
-def as_json(learned: Learned) -> dict[str, Any]:
-    low, high = learned.valid
-    curve = learned.curve
+def as_json(model: DampingModel) -> dict[str, Any]:
+    low, high = model.valid
+    curve = model.curve
     return {
-        "source": learned.source,
+        "source": model.source,
         "equation": "I dr/dt + N_r r + N_r|r| r|r| = torque",
-        "coefficients": {"N_r": _plain(learned.linear), "N_r|r|": _plain(learned.quadratic)},
-        "inertia": _plain(learned.inertia),
+        "coefficients": {"N_r": _plain(model.linear), "N_r|r|": _plain(model.quadratic)},
+        "inertia": _plain(model.inertia),
         "valid": [low, high],
-        "form_error_rms": learned.form_error,
-        "sample_noise": learned.noise,
+        "form_error_rms": model.form_error,
+        "sample_noise": model.noise,
         "effects": [
             {
                 "effect": effect.name,
                 "parameters": {name: _plain(value) for name, value in effect.parameters.items()},
                 "cannot_tell_from": list(effect.cannot_tell_from),
             }
-            for effect in learned.effects
+            for effect in model.effects
         ],
         "curve": {
             "rate": curve.rate.tolist(),

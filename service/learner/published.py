@@ -67,7 +67,7 @@ def snapshot(served: ServedModel, boot: str, inertia: float) -> wire.ModelSnapsh
         trained_range=model.trained_range,
         certified_error=_finite(model.certified_error),
         correlation=model.correlation,
-        water=wire.WaterMade(**asdict(model.water)),
+        water=wire.WaterMotion(**asdict(model.water)),
         spread=wire.NoiseByRate(**asdict(model.spread)),
         widening=model.widening,
         over=_over(model),

@@ -10,29 +10,24 @@ a viewer that starts late draws what happened before.
 
 from __future__ import annotations
 
-from service.wire.answered import DampingQuery, DampingReply, ErrorReply
+from service.wire.damping import DampingQuery, DampingReply, ErrorReply
 from service.wire.forecast import Estimate, ForecastQuery, ForecastReply
 from service.wire.form import Form, FormType, Numbers, decode, encode
 from service.wire.health import Health, Learning, Level, StreamHealth
+from service.wire.iteration import SETS, Batch, EffectsLedger, IterationHistory, IterationReport, Validation
 from service.wire.keys import Keys
-from service.wire.learned import (
-    SETS,
-    Batch,
+from service.wire.measurements import Measurement, measurement
+from service.wire.model import (
     Coefficient,
     Coefficients,
-    EffectsLedger,
-    IterationHistory,
-    IterationReport,
     Kernel,
     ModelSnapshot,
     NoiseByRate,
     OverSeveral,
     Points,
     Support,
-    Validation,
-    WaterMade,
+    WaterMotion,
 )
-from service.wire.measured import Measurement, measurement
 
 __all__ = [
     "SETS",
@@ -64,7 +59,7 @@ __all__ = [
     "StreamHealth",
     "Support",
     "Validation",
-    "WaterMade",
+    "WaterMotion",
     "decode",
     "encode",
     "measurement",

@@ -22,7 +22,7 @@ from incsvr.tracing.model import TracedModel
 from service.bus.session import free_endpoint
 from service.cli.command_line import main
 from service.export.command import in_format
-from service.export.learned import Learned, of_file
+from service.export.damping_model import DampingModel, of_file
 from service.recordings.recording_csv import write
 from simulator import leng
 from tests.service.conftest import PATIENCE
@@ -60,7 +60,7 @@ def elements(text: str) -> ET.Element:
     return ET.fromstring(f"<file>{text}</file>")
 
 
-def opposes(moment: Any, learned: Learned) -> None:
+def opposes(moment: Any, learned: DampingModel) -> None:
     """The moment about yaw of a tool is the damping that was learned, against the turn."""
     rate = learned.curve.rate
     assert np.array([moment(r) for r in rate]) == pytest.approx(-learned.curve.damping, abs=1e-4)

@@ -22,7 +22,7 @@ from incsvr.numerics import Array, root_mean_square
 from service.wire import ModelSnapshot
 
 CURVE_RATES = 101
-"""Rates at which the curve is told."""
+"""Rates of an exported curve."""
 EXPECTED_FILE = "give what `incsvr trace … --json FILE` or `incsvr fit … --json FILE` wrote"
 
 
@@ -54,7 +54,7 @@ class Effect:
 
 
 @dataclass(frozen=True, slots=True)
-class Learned:
+class DampingModel:
     """What was learned of one axis.
 
     Attributes:
@@ -101,9 +101,9 @@ class Learned:
             f"{self.source}",
             f"holds from {low:.4g} to {high:.4g} rad/s; there the two coefficients miss the learned curve by "
             f"{self.form_error:.3g} N m (RMS) of up to {largest:.3g} N m",
-            f"N_r = {_told(self.linear)} N m s/rad, N_r|r| = {_told(self.quadratic)} N m s^2/rad^2, "
+            f"N_r = {_in_words(self.linear)} N m s/rad, N_r|r| = {_in_words(self.quadratic)} N m s^2/rad^2, "
             "damping as positive",
-            f"I = {_told(self.inertia)} kg m^2, body and water together",
+            f"I = {_in_words(self.inertia)} kg m^2, body and water together",
         ]
         if min(self.linear.estimate, self.quadratic.estimate) < 0.0:
             lines.append("one of the two drives instead of damping: beyond these rates a simulator may run away")
@@ -111,33 +111,33 @@ class Learned:
             note = None if value.low is None or value.high is None else negative_drag(name, value.low, value.high)
             lines += [] if note is None else [note]
         for effect in self.effects:
-            values = ", ".join(f"{name} = {_told(value)}" for name, value in effect.parameters.items())
+            values = ", ".join(f"{name} = {_in_words(value)}" for name, value in effect.parameters.items())
             rivals = f" (or {', '.join(effect.cannot_tell_from)})" if effect.cannot_tell_from else ""
             lines.append(f"traced: {effect.name}: {values}{rivals}")
         return lines
 
 
-def of_snapshot(snapshot: ModelSnapshot, source: str) -> Learned:
+def of_snapshot(snapshot: ModelSnapshot, source: str) -> DampingModel:
     """What a learner serves.
 
     Raises:
         BadInput: nothing was learned yet.
     """
     model = snapshot.model()
-    known = model.trained_range
-    if known is None or not known[0] < known[1]:
+    trained = model.trained_range
+    if trained is None or not trained[0] < trained[1]:
         raise BadInput(f"{source}: nothing was learned yet; export once it has turned the vehicle both ways")
-    at = np.linspace(*known, CURVE_RATES)
-    said = model.predict(at)
+    at = np.linspace(*trained, CURVE_RATES)
+    curve = model.predict(at)
     if model.several is not None:
         usual = zip(model.several.others, model.several.usual.tolist(), strict=True)
         source += "; a slice of damping over several velocities, at " + ", ".join(f"{n} {v:.3g}" for n, v in usual)
-    return _learned(
-        source, snapshot.inertia, model, Curve(at, said.damping, said.curve_sigma), snapshot.sigma, snapshot.effects
+    return _with_effects(
+        source, snapshot.inertia, model, Curve(at, curve.damping, curve.curve_sigma), snapshot.sigma, snapshot.effects
     )
 
 
-def of_file(path: Path) -> Learned:
+def of_file(path: Path) -> DampingModel:
     """What `incsvr trace` or `incsvr fit` wrote.
 
     Raises:
@@ -150,31 +150,31 @@ def of_file(path: Path) -> Learned:
     except ValueError:
         raise BadInput(f"{path}: this is no JSON; {EXPECTED_FILE}") from None
     try:
-        return _fitted(found, path) if "curve" in found else _traced(found, path)
+        return _of_fit(found, path) if "curve" in found else _of_trace(found, path)
     except (KeyError, TypeError, ValueError, AttributeError):
         raise BadInput(f"{path}: this holds no learned damping; {EXPECTED_FILE}") from None
 
 
-def _fitted(found: Mapping[str, Any], path: Path) -> Learned:
+def _of_fit(found: Mapping[str, Any], path: Path) -> DampingModel:
     linear, quadratic = (Value(**found["coefficients"][name]) for name in COEFFICIENT_NAMES)
     curve = Curve(*(np.array(found["curve"][name], dtype=np.float64) for name in ("rate", "damping", "sigma")))
-    return Learned(f"incsvr fit, {path.name}", Value(float(found["inertia"])), linear, quadratic, curve, None, ())
+    return DampingModel(f"incsvr fit, {path.name}", Value(float(found["inertia"])), linear, quadratic, curve, None, ())
 
 
-def _traced(found: Mapping[str, Any], path: Path) -> Learned:
+def _of_trace(found: Mapping[str, Any], path: Path) -> DampingModel:
     model = found["model"]
     curve = Curve(np.array(model["rate"]), np.array(model["damping"]), None)
-    return _learned(f"incsvr trace, {path.name}", model["inertia"], None, curve, model["sigma"], found["effects"])
+    return _with_effects(f"incsvr trace, {path.name}", model["inertia"], None, curve, model["sigma"], found["effects"])
 
 
-def _learned(
+def _with_effects(
     source: str,
     inertia: float,
     model: Model | None,
     curve: Curve,
     noise: float | None,
     effects: Sequence[Mapping[str, Any]],
-) -> Learned:
+) -> DampingModel:
     named = tuple(_effect(each) for each in effects)
     declared = Value(float(inertia))
     traced = next((each.parameters["inertia_kg_m2"] for each in named if each.name == "inertia"), declared)
@@ -184,7 +184,7 @@ def _learned(
         linear, quadratic = Value(best[0]), Value(best[1])
     else:
         linear, quadratic = (Value(*each) for each in coefficients(model).values())
-    return Learned(source, traced, linear, quadratic, curve, noise, named)
+    return DampingModel(source, traced, linear, quadratic, curve, noise, named)
 
 
 def _effect(found: Mapping[str, Any]) -> Effect:
@@ -197,6 +197,6 @@ def _effect(found: Mapping[str, Any]) -> Effect:
     return Effect(found["effect"], parameters, tuple(found.get("cannot_tell_from") or ()))
 
 
-def _told(value: Value) -> str:
+def _in_words(value: Value) -> str:
     span = "" if value.low is None or value.high is None else f" (95 %: {value.low:.4g} to {value.high:.4g})"
     return f"{value.estimate:.4g}{span}"
