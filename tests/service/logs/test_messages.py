@@ -6,18 +6,16 @@ import json
 import re
 import shlex
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as Writer2
 
 from service.cli.command_line import main
 from service.inputs.quantities import intended_quantity
 from tests.service import link
 from tests.service.logs.dive import dive
-from tests.service.logs.test_middleware import ROS2, messages
+from tests.service.logs.test_middleware import ros2_bag
 from tests.service.logs.test_vehicles import ulog
 
 DIVE = dive(60.0)
@@ -193,13 +191,7 @@ def test_a_log_without_a_number_is_refused(tmp_path: Path, capsys: pytest.Captur
 def test_a_bag_without_its_metadata_is_read(
     tmp_path: Path, plugin: StoragePlugin, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bag = tmp_path / "bag"
-    with Writer2(bag, version=9, storage_plugin=plugin) as writer:
-        lines: dict[str, Any] = {}
-        for topic, kind, arrival, message in messages(ROS2):
-            if topic not in lines:
-                lines[topic] = writer.add_connection(topic, kind, typestore=ROS2)
-            writer.write(lines[topic], arrival, ROS2.serialize_cdr(message, kind))
+    bag = ros2_bag(tmp_path, plugin)
     assert main(["inspect", str(bag), "--json", "-"]) == 0
     whole = json.loads(capsys.readouterr().out)
     (bag / "metadata.yaml").unlink()

@@ -77,15 +77,21 @@ def messages(store: Any) -> Iterator[tuple[str, str, int, Any]]:
         yield "/thrust", "geometry_msgs/msg/Wrench", round(1e9 * (at + 0.003)), wrench(store, torque)
 
 
-@pytest.mark.parametrize("plugin", [StoragePlugin.SQLITE3, StoragePlugin.MCAP])
-def test_bags_of_ros_2(tmp_path: Path, plugin: StoragePlugin) -> None:
-    bag = tmp_path / "bag"
+def ros2_bag(folder: Path, plugin: StoragePlugin) -> Path:
+    """The dive as a bag of ROS 2."""
+    bag = folder / "bag"
     with Writer2(bag, version=9, storage_plugin=plugin) as writer:
         lines: dict[str, Any] = {}
         for topic, kind, arrival, message in messages(ROS2):
             if topic not in lines:
                 lines[topic] = writer.add_connection(topic, kind, typestore=ROS2)
             writer.write(lines[topic], arrival, ROS2.serialize_cdr(message, kind))
+    return bag
+
+
+@pytest.mark.parametrize("plugin", [StoragePlugin.SQLITE3, StoragePlugin.MCAP])
+def test_bags_of_ros_2(tmp_path: Path, plugin: StoragePlugin) -> None:
+    bag = ros2_bag(tmp_path, plugin)
     same(read(bag), EPOCH, late=0.001)
     inside = next(path for path in bag.iterdir() if path.suffix in (".db3", ".mcap"))
     same(read(inside), EPOCH, late=0.001)
