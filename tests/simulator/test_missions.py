@@ -30,6 +30,7 @@ def test_a_survey_turns_by_half_a_turn_and_holds_its_legs(vehicle: str) -> None:
     assert np.abs(outcome.driven_rates).max() > 0.6 * VEHICLES[vehicle].scale.rate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", sorted(VEHICLES))
 def test_a_held_station_hardly_moves(vehicle: str) -> None:
     outcome = play(Mission("station", vehicle, seed=1))
@@ -46,6 +47,7 @@ def test_on_deck_the_vehicle_is_carried_and_its_thrusters_rest() -> None:
     assert outcome.driven_rates.size == 0
 
 
+@pytest.mark.slow
 def test_a_badly_tuned_heading_control_goes_on_swinging() -> None:
     late = play(Mission("wagging", "auv", seed=1, water=0.0)).motion.yaw_rate[-round(60.0 / STEP) :]
     assert np.count_nonzero(np.diff(np.sign(late))) >= 4

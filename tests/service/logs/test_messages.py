@@ -126,6 +126,7 @@ def test_the_sign_of_thrusters_is_turned_by_the_yaw_rate(tmp_path: Path, capsys:
     assert main(["fit", path, "--inertia", "0.6", *flags_in(said)]) == 0
 
 
+@pytest.mark.slow
 def test_a_scale_is_asked_of_the_logs_own_column(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     share = table(tmp_path / "share.csv", "stamp,gyro,push", torque=1.0 / 15.0)
     for command in ("trace", "fit"):
