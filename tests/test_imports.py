@@ -142,7 +142,7 @@ def test_the_learner_process_never_holds_rerun() -> None:
 def test_the_learner_process_holds_of_scipy_its_lapack_alone() -> None:
     """The rest is 25 MB and half of a start; whoever loads SciPy later gets the same LAPACK."""
     program = (
-        "import sys, service.commands.serve\n"
+        "import sys, service.commands.serve, service.bus.mapped_ingest\n"
         "held = {name for name in sys.modules if name.partition('.')[0] == 'scipy'}\n"
         "from incsvr.numerics import lapack\n"
         "import scipy.linalg, scipy.optimize, scipy.stats\n"
