@@ -27,7 +27,7 @@ _HEADER = 1 + 8 + 4
 
 @dataclass(frozen=True, slots=True)
 class ArchiveReader:
-    """The messages that came, in the order in which the learner took them, as in `player.Messages`.
+    """The messages that came, in the order in which the learner took them, as in `simulator.messages.Messages`.
 
     Attributes:
         name: of the archive.
