@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from incsvr.errors import BadInput
-from incsvr.numerics import Array, Stream, Streams, cell_means, integral_at
+from incsvr.numerics import Array, Stream, Streams, cell_means
 from incsvr.plant.axes import AXES, EFFORTS, VELOCITIES
 
 ANGLES = ("roll", "pitch", "heading")
@@ -21,7 +21,7 @@ MIN_RUN_CELLS = 20
 HELD_SHARE = 0.3
 """Share of values that repeat the one before, from which an effort is a command that holds until the next message."""
 CELLS_A_SCALE = 12.0
-"""Cells in the shortest time over which a velocity stays correlated: the steps of the simulation are of second order."""
+"""Cells in the shortest time over which a velocity stays correlated: each is driven by its mean effort."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +63,13 @@ class WholeMotion:
         """First cells of the stretches of `cells` cells that fit into the runs, one after the other."""
         return np.concatenate([np.arange(run.start, run.stop - cells, cells) for run in self.runs]).astype(np.intp)
 
-    def of_runs(self, wanted: Sequence[int]) -> WholeMotion:
-        """The motion of some of the runs."""
-        cells = [np.arange(self.runs[k].start, self.runs[k].stop) for k in wanted]
-        index = np.concatenate(cells)
-        start = np.concatenate(([0], np.cumsum([part.size for part in cells]))).astype(np.intp)
+    def between(self, first: int, last: int) -> WholeMotion:
+        """The cells from `first` to before `last`; a run that is cut ends or begins there."""
+        inner = self.start[(self.start > first) & (self.start < last)]
+        start = np.concatenate(([first], inner, [last])) - first
+        cells = slice(first, last)
         return WholeMotion(
-            self.step, self.velocity[index], self.effort[index], self.angle[index], start, self.recorded
+            self.step, self.velocity[cells], self.effort[cells], self.angle[cells], start.astype(np.intp), self.recorded
         )
 
 
@@ -169,7 +169,8 @@ def _cells(streams: Streams, step: float) -> tuple[Array, Array, Array] | None:
     velocity, effort, angle = np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, 3))
     for k, name in enumerate(VELOCITIES):
         if name in streams:
-            velocity[:, k] = _at(streams[name], edges[:-1], step)
+            # As it was there: a mean over a cell would show a step of the effort before it came, and so less inertia.
+            velocity[:, k] = np.interp(edges[:-1], *streams[name])
     for k, name in enumerate(EFFORTS):
         if name in streams:
             time, values = streams[name]
@@ -179,14 +180,3 @@ def _cells(streams: Streams, step: float) -> tuple[Array, Array, Array] | None:
             time, values = streams[name]
             angle[:, k] = np.interp(edges[:-1], time, np.unwrap(values))
     return velocity, effort, angle
-
-
-def _at(stream: Stream, instants: Array, step: float) -> Array:
-    """A velocity at (m,) instants: the mean over a cell about each where the stream is quicker than the grid."""
-    time, values = stream
-    if period(stream) > 0.6 * step:
-        return np.interp(instants, time, values)
-    low = np.clip(instants - 0.5 * step, time[0], time[-1])
-    high = np.clip(instants + 0.5 * step, time[0], time[-1])
-    total = integral_at(time, values, high, False) - integral_at(time, values, low, False)
-    return np.asarray(total / (high - low))

@@ -1,0 +1,9 @@
+"""A whole vehicle: all axes identified together from recordings, validated on unseen ones, and compared over dives."""
+
+from __future__ import annotations
+
+from incsvr.vehicle.identify import Identified, identify
+from incsvr.vehicle.model import Parameter, Vehicle
+from incsvr.vehicle.motion import WholeMotion, on_grid
+
+__all__ = ["Identified", "Parameter", "Vehicle", "WholeMotion", "identify", "on_grid"]

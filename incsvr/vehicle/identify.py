@@ -1,0 +1,297 @@
+"""From the recorded motion of a whole vehicle to its model: M, C(ν) ν, damping, couplings and lags of every axis.
+
+1. Every axis whose velocity is recorded is modelled; one without actuators has an assumed inertia.
+2. All parameters that a hull may have are fitted together to predictions over the shortest time scale of the motion.
+3. Couplings that parts of the data left out do not need are taken out; rarer terms and lags are added where they pay.
+4. Intervals come from the scatter between blocks; a parameter whose interval is wider than the axis's usual effort is
+   called not excited, with the manoeuvre that would show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
+from incsvr.vehicle.fitting import Fit, Windows, fit
+from incsvr.vehicle.intervals import intervals
+from incsvr.vehicle.model import ASSUMED, DECLARED, ESTIMATED, UNKNOWN, Parameter, Vehicle
+from incsvr.vehicle.motion import CELLS_A_SCALE, WholeMotion
+from incsvr.vehicle.scales import Scales
+from incsvr.vehicle.selection import MIN_EVIDENCE, extended, left_out_losses, parts, reduced
+from incsvr.vehicle.structure import Pair, Structure, coupled_pairs
+from incsvr.vehicle.terms import LINEAR, PRODUCT, QUADRATIC, Term, couplings, extras, own_damping, restoring
+from incsvr.vehicle.validation import Errors, alone, errors
+
+MIN_WINDOWS_A_PARAMETER = 2.0
+"""Windows of which there must be so many for each parameter: fewer can be fitted by anything."""
+WINDOW_CELLS = int(CELLS_A_SCALE)
+"""Cells of a window, which lasts the shortest time over which a velocity stays correlated: a longer one has more ways to
+end in a local minimum, and predicts measured vehicles no better."""
+PARTS = 4
+"""Parts of the data that are predicted by the others where no other recording is given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """A whole vehicle, identified.
+
+    Attributes:
+        vehicle: its model.
+        refusals: axis → why it is not in the model.
+        manoeuvres: what would show the parameters that are not excited, one sentence each.
+        errors: of predictions of unseen data: other recordings, or each part of these by the others.
+        by_itself: axis → the same of that axis alone, the other velocities as measured.
+        seconds: length of the data that were fitted [s].
+        step: length of a cell [s].
+        unseen: whether `errors` are of other recordings.
+    """
+
+    vehicle: Vehicle
+    refusals: Mapping[str, str]
+    manoeuvres: tuple[str, ...]
+    errors: Errors
+    by_itself: Mapping[str, Errors]
+    seconds: float
+    step: float
+    unseen: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data: the vehicle, what is not identified and why, and the errors."""
+        return {
+            "vehicle": self.vehicle.to_dict(),
+            "refusals": dict(self.refusals),
+            "manoeuvres": list(self.manoeuvres),
+            "errors": self.errors.to_dict(),
+            "by_itself": {axis: errors.to_dict() for axis, errors in self.by_itself.items()},
+            "seconds": self.seconds,
+            "step_s": self.step,
+            "on": "other recordings" if self.unseen else "parts of the recordings, each predicted by the others",
+        }
+
+
+def identify(
+    motion: WholeMotion,
+    unseen: WholeMotion | None = None,
+    declared: Mapping[Pair, float] | None = None,
+    name: str = "vehicle",
+) -> Identified:
+    """The model of the vehicle that moved so.
+
+    Args:
+        motion: recorded runs.
+        unseen: runs for the errors alone, on the same grid.
+        declared: entries of M that are known [kg], [kg m], [kg m²], by the names of both axes.
+        name: as people call the vehicle.
+
+    Raises:
+        BadInput: nothing drives the vehicle, or the recordings are too short; with the cure.
+    """
+    declared = {} if declared is None else declared
+    axes, refusals = motion.axes, _refusals(motion)
+    driven = tuple(axis.name for axis in AXES.values() if axis.name in axes and _drives(motion, axis.name))
+    if not driven:
+        raise BadInput(
+            "no effort acts along any recorded velocity; name the forces and moments of the thrusters: "
+            "--column surge_force=NAME --column torque=NAME"
+        )
+    scales = Scales.of(motion, {one: value for (one, other), value in declared.items() if one == other})
+    structures = [_whole(axes, driven, motion, declared, scales, tied) for tied in ((True, False) if set(axes) - set(driven) else (True,))]
+    structure = structures[0]
+    windows = Windows(motion, motion.windows(WINDOW_CELLS), WINDOW_CELLS)
+    if windows.first.size < MIN_WINDOWS_A_PARAMETER * structure.size:
+        least = MIN_WINDOWS_A_PARAMETER * structure.size * WINDOW_CELLS * motion.step
+        raise BadInput(
+            f"the recordings hold {motion.seconds:.3g} s of motion; {structure.size} parameters of {len(axes)} axes need "
+            f"at least {least:.3g} s: give more recordings"
+        )
+    fitted = _best([fit(windows, each, *scales.start(each), scales.bounds(each)) for each in structures], windows, scales)
+    fitted = reduced(windows, fitted, scales)
+    candidates = [*extras(axes, driven, motion.recorded), *driven]
+    fitted = extended(windows, fitted, candidates, scales)
+    vehicle = _vehicle(name, axes, driven, motion, fitted, scales, declared)
+    splits = [(windows, unseen)] if unseen is not None else _parts(motion)
+    together = _together([_judged(part, fitted, scales, test) for part, test in splits])
+    by_itself = {}
+    for axis in axes:
+        own = alone(fitted.structure, axis)
+        kept = [k for k in range(fitted.structure.size) if _belongs(fitted.structure, k, axis)]
+        begin = Fit(own, fitted.parameters[kept], fitted.scale[kept], *(np.empty(0),) * 4)
+        by_itself[axis] = _together([_judged(part, begin, scales, test) for part, test in splits])
+    return Identified(
+        vehicle, refusals, _manoeuvres(vehicle), together, by_itself, motion.seconds, motion.step, unseen is not None
+    )
+
+
+def _refusals(motion: WholeMotion) -> dict[str, str]:
+    """The axes that cannot be modelled, and why."""
+    return {
+        axis.name: f"no {axis.rate} was recorded; record it, or name its column: --column {axis.rate}=NAME"
+        for axis in AXES.values()
+        if axis.name not in motion.axes
+    }
+
+
+def _drives(motion: WholeMotion, axis: str) -> bool:
+    """Whether the effort along an axis is recorded and moves."""
+    return AXES[axis].effort in motion.recorded and bool(np.ptp(motion.effort[:, list(AXES).index(axis)]) > 0.0)
+
+
+def _whole(
+    axes: tuple[str, ...],
+    driven: tuple[str, ...],
+    motion: WholeMotion,
+    declared: Mapping[Pair, float],
+    scales: Scales,
+    tied: bool,
+) -> Structure:
+    """Everything that a hull may have.
+
+    Args:
+        tied: whether the inertia of an axis without actuators is told from the Coriolis forces on it, which follow from
+            the other axes' inertia; else it is assumed, and the products of velocities are free.
+    """
+    passive = [name for name in axes if name not in driven and (name, name) not in declared]
+    fixed = np.zeros((6, 6))
+    names = list(AXES)
+    for k, name in enumerate(names):
+        fixed[k, k] = 1.0 if name not in axes else 0.0 if name in driven or tied else scales.inertia[k]
+    for (one, other), value in declared.items():
+        row, column = names.index(one), names.index(other)
+        fixed[row, column] = fixed[column, row] = value
+    estimated = [(name, name) for name in axes if (name, name) not in declared and (tied or name in driven)]
+    # Where a whole matrix is declared, what it leaves zero is zero.
+    pairs = [pair for pair in coupled_pairs(axes) if pair not in declared and not set(axes) <= {a for a, _ in declared}]
+    terms = (*own_damping(axes), *restoring(axes, motion.recorded), *couplings(axes, driven, motion.recorded))
+    if tied:
+        terms = tuple(term for term in terms if not (term.axis in passive and _scales_with_inertia(term)))
+    return Structure(axes, (*estimated, *pairs), terms, (), fixed)
+
+
+def _scales_with_inertia(term: Term) -> bool:
+    """Whether the term is one of the Coriolis forces along its axis, which would take the place of its inertia."""
+    return term.kind == PRODUCT and set(term.of) in [set(pair) for pair in AXES[term.axis].products]
+
+
+def _best(fits: list[Fit], windows: Windows, scales: Scales) -> Fit:
+    """The one that predicts the parts left out best; the first where they are alike."""
+    folds = parts(windows)
+    variance = fits[0].variance
+    loss = [float(left_out_losses(each, folds, scales, variance).sum()) for each in fits]
+    best = int(np.argmin(loss))
+    return fits[best] if loss[best] < loss[0] - MIN_EVIDENCE else fits[0]
+
+
+def _belongs(structure: Structure, place: int, axis: str) -> bool:
+    """Whether a parameter is one of an axis by itself."""
+    masses, terms = len(structure.mass), len(structure.terms)
+    if place < masses:
+        return structure.mass[place] == (axis, axis)
+    if place < masses + terms:
+        return structure.terms[place - masses].axis == axis
+    return structure.lags[place - masses - terms] == axis
+
+
+def _vehicle(
+    name: str,
+    axes: tuple[str, ...],
+    driven: tuple[str, ...],
+    motion: WholeMotion,
+    fitted: Fit,
+    scales: Scales,
+    declared: Mapping[Pair, float],
+) -> Vehicle:
+    """The model with its intervals."""
+    structure = fitted.structure
+    low, high = intervals(fitted, scales.bounds(structure))
+    rows = zip(fitted.parameters.tolist(), low.tolist(), high.tolist(), fitted.scale.tolist(), strict=True)
+    parameters = [
+        Parameter(value, a, b, ESTIMATED if b - a < 2.0 * max(scale, abs(value)) else UNKNOWN)
+        for value, a, b, scale in rows
+    ]
+    mass = dict(zip(structure.mass, parameters, strict=False))
+    known = {pair: Parameter(value, value, value, DECLARED) for pair, value in declared.items()}
+    for k, axis in enumerate(AXES):
+        if axis in axes and (axis, axis) not in mass and (axis, axis) not in known:
+            value = float(structure.fixed[k, k])
+            known[axis, axis] = Parameter(value, value, value, ASSUMED)
+    first = len(structure.mass)
+    terms = dict(zip(structure.terms, parameters[first:], strict=False))
+    lags = dict(zip(structure.lags, parameters[first + len(structure.terms) :], strict=True))
+    fastest = np.abs(motion.velocity).max(axis=0)
+    return Vehicle(name, axes, driven, {**mass, **known}, terms, lags, fastest)
+
+
+def _parts(motion: WholeMotion) -> list[tuple[Windows, WholeMotion]]:
+    """Windows of all but one part of the data, and that part."""
+    edges = np.linspace(0, motion.velocity.shape[0], PARTS + 1).astype(int).tolist()
+    found = []
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        inside = motion.between(a, b)
+        first = motion.windows(WINDOW_CELLS)
+        rest = first[(first + WINDOW_CELLS < a) | (first >= b)]
+        found.append((Windows(motion, rest, WINDOW_CELLS), inside))
+    return found
+
+
+def _judged(windows: Windows, begin: Fit, scales: Scales, test: WholeMotion) -> tuple[Errors, int]:
+    """The errors on `test` of the model fitted to the windows, and how many cells they are of."""
+    structure = begin.structure
+    fitted = fit(windows, structure, begin.parameters, begin.scale, scales.bounds(structure))
+    return errors(structure, fitted.parameters, test), test.velocity.shape[0]
+
+
+def _together(found: list[tuple[Errors, int]]) -> Errors:
+    """Errors of several parts as of one."""
+    if len(found) == 1:
+        return found[0][0]
+    weights = np.array([count for _, count in found], dtype=np.float64)
+
+    def mean(values: list[Array]) -> Array:
+        return np.asarray(np.sqrt(np.average(np.stack(values) ** 2, axis=0, weights=weights[: len(values)])))
+
+    every = [each for each, _ in found]
+    shared = [seconds for seconds in every[0].horizons if all(seconds in each.horizons for each in every)]
+    horizons = {
+        seconds: (
+            mean([each.horizons[seconds][0] for each in every]),
+            mean([each.horizons[seconds][1] for each in every]),
+            mean([each.horizons[seconds][2] for each in every]),
+        )
+        for seconds in shared
+    }
+    track = {
+        seconds: float(mean([np.array(each.track[seconds]) for each in every]))
+        for seconds in shared
+        if seconds in every[0].track
+    }
+    return Errors(
+        every[0].axes, horizons, mean([each.free_run for each in every]), mean([each.zero for each in every]), track
+    )
+
+
+def _manoeuvres(vehicle: Vehicle) -> tuple[str, ...]:
+    """What would show the parameters that are not excited."""
+    found: list[str] = []
+    for (one, other), parameter in vehicle.mass.items():
+        if parameter.origin == UNKNOWN:
+            what = f"the {one} inertia" if one == other else f"the inertia that couples {one} and {other}"
+            found.append(f"{what} is not excited: change the {one} effort in steps, faster than the vehicle settles")
+        elif parameter.origin == ASSUMED:
+            found.append(
+                f"the {one} inertia is assumed, because no effort acts along {one}: declare it with --mass-matrix"
+            )
+    for term, parameter in vehicle.terms.items():
+        if parameter.origin != UNKNOWN:
+            continue
+        if term.kind in (LINEAR, QUADRATIC):
+            how = f"hold several {term.axis} speeds, slow and fast, to both sides"
+        else:
+            how = f"move along {' and '.join(term.of) or term.axis} at the same time, in several proportions"
+        found.append(f"{term.axis} {term.name} is not excited: {how}")
+    return tuple(dict.fromkeys(found))

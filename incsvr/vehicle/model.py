@@ -1,0 +1,142 @@
+"""The identified model of a whole vehicle, as a value: what a vehicle file holds and what simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incsvr.errors import BadInput
+from incsvr.numerics import Array
+from incsvr.plant.axes import AXES
+from incsvr.vehicle.structure import Structure
+from incsvr.vehicle.terms import Term
+
+ESTIMATED, DECLARED, ASSUMED, UNKNOWN = "estimated", "declared", "assumed", "not excited"
+"""Where a parameter comes from. An inertia is assumed where its axis has no actuator, and any scale would do; a
+parameter is not excited where its interval is wider than all of the axis's usual effort."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of the model.
+
+    Attributes:
+        value: in SI units.
+        low, high: ends of its interval of 95 %; the value itself where it is declared or assumed.
+        origin: estimated, declared, assumed or not excited.
+    """
+
+    value: float
+    low: float
+    high: float
+    origin: str = ESTIMATED
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"value": self.value, "low": self.low, "high": self.high, "origin": self.origin}
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> Parameter:
+        """The parameter of `to_dict`."""
+        value = float(data["value"])
+        origin = str(data.get("origin", ESTIMATED))
+        return Parameter(value, float(data.get("low", value)), float(data.get("high", value)), origin)
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """M ν̇ + C(ν) ν + Σ c φ(ν, τ, η) = τ, with lags of the efforts.
+
+    Attributes:
+        name: as people call the vehicle.
+        axes: names of the axes whose motion the model predicts, in the order of ν.
+        driven: names of the axes whose effort acts.
+        mass: entries of M by the names of both axes; one that is not named is zero, of an axis that is not predicted 1.
+        terms: coefficients of the terms.
+        lags: time constants of the efforts' lags [s] by axis.
+        fastest: (6,) fastest velocities of the data [m/s], [rad/s]: beyond them the model is a guess.
+    """
+
+    name: str
+    axes: tuple[str, ...]
+    driven: tuple[str, ...]
+    mass: Mapping[tuple[str, str], Parameter]
+    terms: Mapping[Term, Parameter]
+    lags: Mapping[str, Parameter]
+    fastest: Array
+
+    @property
+    def structure(self) -> Structure:
+        """The model's structure, with every entry of M among its parameters."""
+        fixed = np.diag([float(name not in self.axes) for name in AXES])
+        return Structure(self.axes, tuple(self.mass), tuple(self.terms), tuple(self.lags), fixed)
+
+    @property
+    def parameters(self) -> Array:
+        """The values in the order of `structure`."""
+        every = (*self.mass.values(), *self.terms.values(), *self.lags.values())
+        return np.array([parameter.value for parameter in every])
+
+    @property
+    def mass_matrix(self) -> Array:
+        """M (6, 6)."""
+        return np.asarray(self.structure.mass_matrix(self.parameters[None])[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data, in the form of a vehicle file."""
+        terms: dict[str, dict[str, Any]] = {name: {} for name in self.axes}
+        for term, parameter in self.terms.items():
+            terms[term.axis][term.name] = {**parameter.to_dict(), "unit": term.unit}
+        return {
+            "vehicle_file": 1,
+            "name": self.name,
+            "axes": list(self.axes),
+            "driven": list(self.driven),
+            "mass_matrix": {f"{a},{b}": p.to_dict() for (a, b), p in self.mass.items()},
+            "terms": terms,
+            "thrust_lag_s": {name: parameter.to_dict() for name, parameter in self.lags.items()},
+            "fastest": dict(zip(AXES, (float(value) for value in self.fastest), strict=True)),
+        }
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> Vehicle:
+        """The vehicle whose to_dict gave `data`.
+
+        Raises:
+            BadInput: naming what is missing or wrong.
+        """
+        if data.get("vehicle_file") != 1:
+            raise BadInput("this is no vehicle file: its first line must be vehicle_file: 1 (`incsvr identify --write`)")
+        try:
+            terms = {
+                _term(axis, name): Parameter.of(parameter)
+                for axis, named in data["terms"].items()
+                for name, parameter in named.items()
+            }
+            mass = {_pair(key): Parameter.of(parameter) for key, parameter in data["mass_matrix"].items()}
+            lags = {str(axis): Parameter.of(parameter) for axis, parameter in data["thrust_lag_s"].items()}
+            fastest = np.array([float(data["fastest"][name]) for name in AXES])
+            axes, driven = _axes(data["axes"]), _axes(data["driven"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise BadInput(f"the vehicle file is incomplete or damaged ({error!r}); write it anew with `incsvr identify`") from None
+        return Vehicle(str(data["name"]), axes, driven, mass, terms, lags, fastest)
+
+
+def _axes(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in AXES if name in set(names))
+
+
+def _pair(key: str) -> tuple[str, str]:
+    one, _, other = key.partition(",")
+    if one not in AXES or other not in AXES:
+        raise ValueError(f"mass_matrix has no entry {key}")
+    return one, other
+
+
+def _term(axis: str, name: str) -> Term:
+    kind, _, of = name.partition(":")
+    if axis not in AXES:
+        raise ValueError(f"there is no axis {axis}")
+    return Term(axis, kind, tuple(of.split("*")) if of else ())
